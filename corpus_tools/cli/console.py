@@ -121,13 +121,7 @@ def _set_up_logging(verbose: bool) -> None:
 
 
 def main(args: Sequence[str] | None = None) -> None:
-    """Run ``ct`` and exit.
-
-    Parameters
-    ----------
-    args
-        The arguments after ``ct``; those of the process if left out.
-    """
+    """Run ``ct`` with the arguments after ``ct``, or those of the process if left out, and exit."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # rather than fail on a Ψ

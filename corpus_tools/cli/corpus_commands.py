@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_file, tell
+from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell
 
-CORPUS = click.argument("path", metavar="CORPUS", type=click.Path(path_type=Path))
+CORPUS = click.argument("path", metavar="CORPUS", type=PATH)
 
 
 @click.group()
@@ -37,7 +37,6 @@ def show(path: Path, id: str | None, form: str) -> None:  # noqa: A002 (the argu
       ct corpus show aaai11 move_tire_pallet-03/positive --json
     """
     from corpus_tools.corpus import display
-    from corpus_tools.corpus.excerpt import excerpt
     from corpus_tools.importers.authored.bundled import open_corpus
 
     loaded = open_corpus(str(path))
@@ -45,7 +44,7 @@ def show(path: Path, id: str | None, form: str) -> None:  # noqa: A002 (the argu
         tell(form, display.overview_record(loaded), display.overview(loaded))
     else:
         text = display.show(loaded, id)
-        tell(form, excerpt(loaded, id), text)
+        tell(form, display.excerpt(loaded, id), text)
 
 
 @corpus.command()
@@ -107,9 +106,9 @@ def seal(path: Path, form: str) -> None:
       ct corpus seal aaai11
       ct corpus seal aaai11 --json
     """
-    from corpus_tools.corpus import sealing
+    from corpus_tools.corpus.corpus_writing import seal as sealed
 
-    before, after = sealing.seal(path)
+    before, after = sealed(path)
     record = {"corpus": path, "hash": after.hash, "hash_before": before.hash}
     changed = f"its hash was {before.hash}" if before.hash != after.hash else "its hash is the same"
     tell(form, record, f"sealed {path}: {after.hash}", changed)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, PLAIN, tell
+from corpus_tools.options.format_option import FORMAT, PATH, PLAIN, tell, with_default
 from corpus_tools.runtime.terminal import note, say, visible
 from g3.errors import CorpusError
 
@@ -28,23 +28,16 @@ UNSURE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What of plans is shown and done, by the command's options.
-
-    Parameters
-    ----------
-    yes
-        Nothing is asked before that.
-    confirm_below
-        What is less probable isn't done where nobody can be asked.
-    search
-        Options of :meth:`~g3.inference.grounder.Grounder.follow`.
-    """
+    """What of plans is shown and done, by the command's options."""
 
     form: str
     plan_only: bool
     yes: bool
+    """Nothing is asked before that."""
     confirm_below: float
+    """What is less probable isn't done where nobody can be asked."""
     search: dict[str, Any]
+    """Options of :meth:`~g3.inference.grounder.Grounder.follow`."""
 
     @property
     def asks(self) -> bool:
@@ -72,7 +65,7 @@ class Shown:
 )
 @click.option(
     "--model",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="A model; left out, one trained on the bundled corpus is made once and kept (some "
     "minutes the first time).",
 )
@@ -83,18 +76,11 @@ class Shown:
 )
 @click.option("--interactive", is_flag=True, help="Ask for one command after the other.")
 @click.option("--plan-only", is_flag=True, help="Carry nothing out.")
-@click.option(
-    "--top",
-    type=click.IntRange(1, 20),
-    default=1,
-    show_default=True,
-    help="How many plans to show.",
-)
-@click.option(
+@with_default("--top", type=click.IntRange(1, 20), default=1, help="How many plans to show.")
+@with_default(
     "--parses",
     type=click.IntRange(1, 20),
     default=3,
-    show_default=True,
     help="How many SDC trees of the command to sum over, where the best one is not sure.",
 )
 @click.option(
@@ -110,11 +96,10 @@ class Shown:
     is_flag=True,
     help="Do it without asking, with what there is if something isn't there.",
 )
-@click.option(
+@with_default(
     "--confirm-below",
     type=click.FloatRange(0, 1),
     default=UNSURE,
-    show_default=True,
     metavar="P",
     help="Without a terminal to ask on, do nothing that is less probable than this.",
 )
@@ -230,18 +215,14 @@ def _show(result: Result, shown: Shown) -> bool:
         for number, plan in enumerate(result.plans, start=1):
             lead = f"{number}. " if len(result.plans) > 1 else ""
             say(f"{lead}{sentence(plan)}  (probability {plan.probability:.2f})")
-            if shown.search["explain"] or _is_asked(shown):
+            is_asked = shown.asks and not (shown.yes or shown.plan_only)
+            if shown.search["explain"] or is_asked:
                 say(*(f"  {line}" for line in explained(plan, result.sdcs)))
         if result.note:
             note(f"ct: {result.note}")
         if result.question is not None:
             say(f"? {result.question.text}")
     return result.plan is not None
-
-
-def _is_asked(shown: Shown) -> bool:
-    """Whether somebody is to say whether a plan is carried out."""
-    return shown.asks and not (shown.yes or shown.plan_only)
 
 
 def _confirmed(result: Result, shown: Shown) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from corpus_tools.importers.importer_registry import Importer, importers
-from corpus_tools.options.format_option import FORMAT, out_file, tell
+from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell
 from corpus_tools.runtime.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -49,13 +49,9 @@ def _command(importer: Importer) -> click.Command:
     """
 
     @click.command(importer.name, help=help_text, short_help=importer.summary)
-    @click.argument("path", type=click.Path(path_type=Path))
+    @click.argument("path", type=PATH)
     @click.option(
-        "--out",
-        required=True,
-        metavar="CORPUS",
-        type=click.Path(path_type=Path),
-        help="Folder for the corpus.",
+        "--out", required=True, metavar="CORPUS", type=PATH, help="Folder for the corpus."
     )
     @click.option("--force", is_flag=True, help="Replace the corpus that is there.")
     @click.option(
@@ -133,7 +129,7 @@ for _importer in importers():
 
 
 @import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
-@click.argument("path", type=click.Path(path_type=Path))
+@click.argument("path", type=PATH)
 @out_file("Folder for the tables.", "FOLDER")
 @click.option("--camera", help="Which camera people see [default: the dataset's first].")
 @click.option("--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes.")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, PATH, tell
 
 
 @click.group()
@@ -20,7 +20,7 @@ def log() -> None:
 
 
 @log.command()
-@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("path", metavar="FILE", type=PATH)
 @FORMAT
 def show(path: Path, form: str) -> None:
     """Show what a log holds: its scenario, objects and steps.

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, OUT, format_option, out_file, tell
+from corpus_tools.options.format_option import (
+    FORMAT,
+    OUT,
+    PATH,
+    format_option,
+    out_file,
+    tell,
+    with_default,
+)
 from corpus_tools.options.model_options import L2, NEGATIVES_SEED, training_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note, say
@@ -29,12 +37,7 @@ if TYPE_CHECKING:
     '  ct graph "OBJ(f = the truck)" --json'
 )
 @click.argument("notation", required=False)
-@click.option(
-    "--file",
-    "source",
-    type=click.Path(path_type=Path),
-    help="Read the notation from a file instead.",
-)
+@click.option("--file", "source", type=PATH, help="Read the notation from a file instead.")
 @click.option("--command", "text", help="The command's text, to check the words against it.")
 @format_option("dot", "svg", about="A line per factor, JSON, Graphviz, or a picture.")
 @OUT
@@ -237,11 +240,10 @@ def train() -> None:
 @out_file("The model: NAME.npz, with NAME.json beside.", "MODEL")
 @training_options
 @NEGATIVES_SEED
-@click.option(
+@with_default(
     "--optimizer",
     type=click.Choice(["newton", "lbfgs"]),
     default="newton",
-    show_default=True,
     help="How the optimum is found: the paper's way is lbfgs; newton finds the same faster.",
 )
 @WORKERS

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import OUT, format_option
+from corpus_tools.options.format_option import OUT, PATH, format_option, with_default
 from corpus_tools.runtime.terminal import note, say
 from g3.errors import FormatError
 
@@ -25,29 +25,19 @@ if TYPE_CHECKING:
     '  echo "lift the pallet" | ct parse - | ct graph -'
 )
 @click.argument("text", required=False)
-@click.option(
-    "--file",
-    "source",
-    type=click.Path(path_type=Path),
-    help="Read commands from a file instead, one a line.",
-)
+@click.option("--file", "source", type=PATH, help="Read commands from a file instead, one a line.")
 @format_option(
     "svg",
     "conllu",
     about="The paper's notation, JSON (a line a command), a picture, or words in CoNLL-U.",
 )
-@click.option(
+@with_default(
     "--n-best",
     type=click.IntRange(1, 100),
     default=1,
-    show_default=True,
     help="How many trees to give for each command, the most probable first.",
 )
-@click.option(
-    "--model",
-    type=click.Path(path_type=Path),
-    help="A model of `ct train sdc`, rather than the bundled one.",
-)
+@click.option("--model", type=PATH, help="A model of `ct train sdc`, rather than the bundled one.")
 @OUT
 def parse(
     *,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_folder, tell
+from corpus_tools.options.format_option import FORMAT, out_folder, tell, with_default
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
 
@@ -35,39 +35,24 @@ SMALLEST, LARGEST = 64, 4096
     "--corpus", metavar="CORPUS", help="Replay the logs of a corpus, rather than scenarios."
 )
 @click.option("--only", metavar="PATTERN", help='Only those whose names match, such as "dock_*".')
-@click.option(
+@with_default(
     "--camera",
     type=click.Choice(["overview", "track", "follow", "operator"]),
     default="overview",
-    show_default=True,
     help="All from above; from above, near what happens; behind the robot; from the driver's seat.",
 )
-@click.option(
-    "--size",
-    metavar="WxH",
-    default="1280x720",
-    show_default=True,
-    help="Width and height in pixels.",
-)
-@click.option(
-    "--fps",
-    type=click.IntRange(1, 120),
-    default=25,
-    show_default=True,
-    help="Frames per second.",
-)
-@click.option(
+@with_default("--size", metavar="WxH", default="1280x720", help="Width and height in pixels.")
+@with_default("--fps", type=click.IntRange(1, 120), default=25, help="Frames per second.")
+@with_default(
     "--quality",
     type=click.Choice(["draft", "standard", "high"]),
     default="standard",
-    show_default=True,
     help="Without shadows; smooth, with shadows; drawn wholly by MuJoCo, slowest.",
 )
-@click.option(
+@with_default(
     "--speed",
     type=click.FloatRange(0.1, 20),
     default=1.0,
-    show_default=True,
     help="Seconds of what happens that a second of video shows. The log keeps its times.",
 )
 @click.option("--skip-idle", is_flag=True, help="Cut short where nothing moves for over 2 s.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_folder, tell
+from corpus_tools.options.format_option import FORMAT, out_folder, tell, with_default
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
@@ -15,10 +15,9 @@ if TYPE_CHECKING:
 
     from corpus_tools.world.scenarios.scenario import Scenario
 
-DATASET = click.option(
+DATASET = with_default(
     "--dataset",
     default="warehouse",
-    show_default=True,
     metavar="DATASET",
     help="Folder of a dataset, or the name of a bundled one.",
 )
@@ -210,7 +209,7 @@ def generate(
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
     from corpus_tools.world.scenarios.random.generation import generate as make
-    from corpus_tools.world.scenarios.scenario_writing import format_scenario
+    from corpus_tools.world.scenarios.scenario_files import format_scenario
     from g3.storage.atomic_file import write_bytes
 
     known = read_layouts(dataset_folder(dataset), layouts)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_file, tell
+from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell, with_default
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 
@@ -35,14 +35,13 @@ def similarity() -> None:
     "  ct similarity build tags.tsv.bz2 --tags 2000 --out tags.npz\n"
     "  CT_TAGS=tags.npz ct eval --table 1 --corpus aaai11 --cv scenario"
 )
-@click.argument("source", metavar="TAGS", type=click.Path(path_type=Path))
+@click.argument("source", metavar="TAGS", type=PATH)
 @out_file("The table, an .npz file.")
-@click.option(
+@with_default(
     "--tags",
     "limit",
     type=click.IntRange(2, 20_000),
     default=4000,
-    show_default=True,
     help="How many of the most frequent tags to keep; memory grows with the square of it.",
 )
 @FORMAT
@@ -119,7 +118,7 @@ def learn(corpora: tuple[str, ...], out: Path, form: str) -> None:
 @click.option(
     "--lexicon",
     metavar="FILE",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Show what `ct similarity learn` has learned instead.",
 )
 @FORMAT

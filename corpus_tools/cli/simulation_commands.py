@@ -7,16 +7,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_folder, tell
+from corpus_tools.options.format_option import FORMAT, out_folder, tell, with_default
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
 
-SEED = click.option(
-    "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of all chance."
-)
+SEED = with_default("--seed", default=0, type=click.IntRange(min=0), help="Seed of all chance.")
 COUNT = click.IntRange(min=1)
 
 
@@ -34,18 +32,11 @@ def simulate_workers() -> None:
 
 
 @simulate_workers.command()
-@click.option("--scenarios", default=20, show_default=True, type=COUNT, help="How many, at random.")
-@click.option("--commands", default=10, show_default=True, type=COUNT, help="How many a scenario.")
-@click.option(
-    "--workers", "typists", default=45, show_default=True, type=COUNT, help="How many type them."
-)
+@with_default("--scenarios", default=20, type=COUNT, help="How many, at random.")
+@with_default("--commands", default=10, type=COUNT, help="How many a scenario.")
+@with_default("--workers", "typists", default=45, type=COUNT, help="How many type them.")
 @SEED
-@click.option(
-    "--dataset",
-    default="warehouse",
-    show_default=True,
-    help="Folder or name of a dataset with layouts.",
-)
+@with_default("--dataset", default="warehouse", help="Folder or name of a dataset with layouts.")
 @out_folder("Folder of the new dataset.")
 @WORKERS
 @FORMAT
@@ -106,8 +97,8 @@ def describe(
 
 @simulate_workers.command()
 @click.option("--corpus", required=True, help="Whose commands and videos are rated.")
-@click.option("--raters", default=45, show_default=True, type=COUNT, help="How many there are.")
-@click.option("--judgments", default=5, show_default=True, type=COUNT, help="How many a pair.")
+@with_default("--raters", default=45, type=COUNT, help="How many there are.")
+@with_default("--judgments", default=5, type=COUNT, help="How many a pair.")
 @SEED
 @out_folder("Folder of the new corpus.")
 @FORMAT

@@ -1,17 +1,22 @@
 """What files of plans and of predictions hold that other programs have made: one record a line.
 
 ``ct eval --table 3 --plans`` reads plans, ``--table 1 --predictions`` reads predictions, and
-``--write-tasks`` writes the same records with what is asked and without answers.
+``--write-tasks`` writes the same records with what is asked and without answers. They are read with
+the numbers of their lines.
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, TypeVar
 
 import msgspec
 
+from g3.errors import FormatError
 from g3.groundings import Colour
 from g3.sdc.clauses import SDCType
+from g3.storage.atomic_file import replacing
 
 Probability = Annotated[float, msgspec.Meta(ge=0, le=1)]
 Point = tuple[float, float]
@@ -178,3 +183,39 @@ ANSWER_RECORDS: dict[str, type[msgspec.Struct]] = {
     "predictions.jsonl": PredictionLine,
 }
 """The record of each sort of file."""
+
+
+Record = TypeVar("Record", bound=msgspec.Struct)
+
+
+def read_lines(path: Path, kind: type[Record], *, fix: str) -> list[tuple[int, Record]]:
+    """Read records, each with the number of its line; empty lines are left out.
+
+    `fix` says what to do where a line can't be read. A file or a line that can't is a FormatError.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise FormatError(
+            f"the file can't be read: {error.strerror}", where=str(path), fix="give another file"
+        ) from error
+    decoder = msgspec.json.Decoder(kind)
+    found = []
+    for number, line in enumerate(content.splitlines(), start=1):
+        if not line.strip():
+            continue
+        try:
+            found.append((number, decoder.decode(line)))
+        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+            raise FormatError(str(error), where=f"{path}:{number}", fix=fix) from error
+    return found
+
+
+def write_lines(path: Path, records: Iterable[msgspec.Struct]) -> int:
+    """Write records, one a line, and return how many there are."""
+    encoder, count = msgspec.json.Encoder(), 0
+    with replacing(path) as file:
+        for record in records:
+            file.write(encoder.encode(record) + b"\n")
+            count += 1
+    return count

@@ -21,24 +21,16 @@ if TYPE_CHECKING:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A command of a corpus, and what is known of it.
-
-    Parameters
-    ----------
-    command
-        What somebody typed.
-    annotations
-        Its clauses with groundings, right and wrong ones; none where nobody annotated it.
-    context
-        The world that it was given in; None if that isn't known.
-    outcomes
-        What the robot did, where a log shows it.
-    """
+    """A command of a corpus, and what is known of it."""
 
     command: Command
+    """What somebody typed."""
     annotations: tuple[Annotation, ...] = ()
+    """Its clauses with groundings, right and wrong ones; none where nobody annotated it."""
     context: Context | None = None
+    """The world that it was given in; None if that isn't known."""
     outcomes: tuple[TaskOutcome, ...] = ()
+    """What the robot did, where a log shows it."""
 
     @property
     def id(self) -> str:

@@ -28,38 +28,27 @@ class Corpus:
 
     Make one with :func:`corpus_tools.corpus.encoding.make_corpus`, which computes the
     hash, or read one with :func:`corpus_tools.corpus.corpus_reading.load_corpus`.
-
-    Parameters
-    ----------
-    name
-        What the corpus is called.
-    contexts, commands
-        By id. Every command that was typed is there, annotated or not.
-    annotations
-        Each shares the instances of its command and its context, and of the
-        context's objects where its groundings are those objects.
-    judgments
-        People's ratings of commands shown with videos.
-    source
-        Where the data come from.
-    licence
-        On what terms they may be used.
-    hash
-        ``sha256:`` and the digest of the content, the subjects left out. It is the same
-        no matter which salt hides the subjects and what the corpus is called.
-    outcomes
-        What the robot did, where a log shows it; a video's in the order in which it was done.
     """
 
     name: str
+    """What the corpus is called."""
     contexts: Mapping[str, Context]
     commands: Mapping[str, Command]
+    """By id. Every command that was typed is there, annotated or not."""
     annotations: tuple[Annotation, ...]
+    """Each shares the instances of its command and its context, and of the context's objects where
+    its groundings are those objects."""
     judgments: tuple[Judgment, ...]
+    """People's ratings of commands shown with videos."""
     source: str
+    """Where the data come from."""
     licence: str
+    """On what terms they may be used."""
     hash: str
+    """``sha256:`` and the digest of the content, the subjects left out. It is the same no matter
+    which salt hides the subjects and what the corpus is called."""
     outcomes: tuple[TaskOutcome, ...] = ()
+    """What the robot did, where a log shows it; a video's in the order in which it was done."""
     _entries: list[Entry] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:

@@ -11,7 +11,7 @@ import msgspec
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import SDCRecord
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
-from g3.annotation import SOURCES, UNKNOWNS, Command, TaskOutcome, Unknown
+from g3.annotation import SOURCES, UNKNOWNS, Command
 from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
 from g3.short_repr import short_repr
 
@@ -77,12 +77,8 @@ class Tally:
     ) -> None:
         """Count an annotation.
 
-        Parameters
-        ----------
-        clauses
-            All of its trees.
-        labels
-            For each clause whether its groundings are right, and the groundings.
+        `clauses` are those of all of its trees; `labels` has for each clause whether its groundings
+        are right, and the groundings.
         """
         self.sources[source] += 1
         self.labels.update(
@@ -153,6 +149,7 @@ def _outcomes(corpus: Corpus) -> dict[str, int]:
     found = corpus.outcomes
     if not found:
         return {}
+    unknown = Counter(what for outcome in found for what in {*outcome.unknown})
     return {
         "tasks": len(found),
         "commands": sum(bool(outcomes_of(corpus, c)) for c in corpus.commands.values()),
@@ -160,9 +157,5 @@ def _outcomes(corpus: Corpus) -> dict[str, int]:
         "held": sum(o.put == "held" for o in found),
         "put on something": sum(o.put == "on" for o in found),
         "put on the ground": sum(o.put == "ground" for o in found),
-        **{f"unknown: {name}": n for name in UNKNOWNS if (n := _unknown(found, name))},
+        **{f"unknown: {what}": unknown[what] for what in UNKNOWNS if unknown[what]},
     }
-
-
-def _unknown(outcomes: Sequence[TaskOutcome], what: Unknown) -> int:
-    return sum(what in outcome.unknown for outcome in outcomes)

@@ -7,15 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from corpus_tools.corpus import corpus_records as records
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_reading import read_corpus
-from corpus_tools.corpus.corpus_records import (
-    ANNOTATIONS,
-    COMMANDS,
-    CONTEXTS,
-    JUDGMENTS,
-    TRAJECTORIES,
-)
 from corpus_tools.corpus.trajectory_arrays import read_arrays, unpack_one
 from g3.errors import CorpusError, FormatError
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
@@ -27,14 +21,10 @@ SMALLEST_AREA_M2 = 1e-6
 def validate(folder: Path) -> list[CorpusError]:
     """Everything that is wrong with a corpus, in the order of its files.
 
-    Beyond what loading checks: that SDCs are well formed, that footprints have an area,
-    that every stored trajectory can be read, and that people's ratings and commands have
-    their texts and videos.
-
-    Raises
-    ------
-    FormatError
-        If the folder isn't a corpus, or a whole file is missing or can't be read.
+    Beyond what loading checks: that SDCs are well formed, that footprints have an area, that every
+    stored trajectory can be read, and that people's ratings and commands have their texts and
+    videos. A folder that isn't a corpus, or a whole file that is missing or can't be read, is a
+    FormatError.
     """
     problems: list[CorpusError] = []
     corpus = read_corpus(folder, problems.append)
@@ -47,7 +37,7 @@ def validate(folder: Path) -> list[CorpusError]:
 
 
 def _trajectory_problems(folder: Path) -> Iterator[CorpusError]:
-    arrays = read_arrays(folder / TRAJECTORIES)
+    arrays = read_arrays(folder / records.TRAJECTORIES)
     for index in range(len(arrays["offsets"]) - 1):
         try:
             unpack_one(arrays, index)
@@ -65,14 +55,14 @@ def _prism_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
 
 def _prisms(corpus: Corpus, folder: Path) -> Iterator[tuple[str, Prism]]:
     for context in corpus.contexts.values():
-        where = f"{folder / CONTEXTS}: {context.id}"
+        where = f"{folder / records.CONTEXTS}: {context.id}"
         for item in context.objects:
             yield f"{where}: object {item.id}", item.prism
         for i, place in enumerate(context.places):
             yield f"{where}: places[{i}]", place.prism
     for annotation in corpus.annotations:
         shared = set(map(id, annotation.context.objects))
-        where = f"{folder / ANNOTATIONS}: {annotation.id}"
+        where = f"{folder / records.ANNOTATIONS}: {annotation.id}"
         for i, groundings in enumerate(annotation.groundings):
             for grounding in groundings:
                 if isinstance(grounding, PhysicalObject | Place) and id(grounding) not in shared:
@@ -89,7 +79,7 @@ def _text_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
         if not annotation.command.text.strip():
             yield FormatError(
                 f"{annotation.id} annotates a command without text",
-                where=f"{folder / COMMANDS}: {annotation.command.id}: text",
+                where=f"{folder / records.COMMANDS}: {annotation.command.id}: text",
                 fix="add the text, or remove the annotation",
             )
     for judgment in corpus.judgments:
@@ -97,7 +87,7 @@ def _text_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
             if not getattr(judgment, field).strip():
                 yield FormatError(
                     "the value is empty",
-                    where=f"{folder / JUDGMENTS}: {judgment.id}: {field}",
+                    where=f"{folder / records.JUDGMENTS}: {judgment.id}: {field}",
                     fix="add it, or remove the judgment",
                 )
 
@@ -106,6 +96,6 @@ def _sdc_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
     for annotation in corpus.annotations:
         for i, sdc in enumerate(annotation.sdcs):
             try:
-                check_sdc(sdc, where=f"{folder / ANNOTATIONS}: {annotation.id}: sdcs[{i}]")
+                check_sdc(sdc, where=f"{folder / records.ANNOTATIONS}: {annotation.id}: sdcs[{i}]")
             except CorpusError as problem:
                 yield problem

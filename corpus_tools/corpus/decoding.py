@@ -11,22 +11,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from corpus_tools.corpus.corpus_records import (
-    AnnotationRecord,
-    CommandRecord,
-    ContextRecord,
-    GroundingRecord,
-    JudgmentRecord,
-    ObjectGrounding,
-    ObjectRecord,
-    ObjectReference,
-    OutcomeRecord,
-    PlaceGrounding,
-    PlaceRecord,
-    PrismRecord,
-    SDCRecord,
-    Word,
-)
+from corpus_tools.corpus import corpus_records as records
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
@@ -48,7 +33,7 @@ class World:
     """By the ids of the context and of the object."""
 
 
-def context(record: ContextRecord, trajectory: GetTrajectory) -> Context:
+def context(record: records.ContextRecord, trajectory: GetTrajectory) -> Context:
     """A context, its agent and the ids of its objects checked."""
     objects = tuple(
         _object(item, f"objects[{i}]", trajectory) for i, item in enumerate(record.objects)
@@ -78,17 +63,17 @@ def context(record: ContextRecord, trajectory: GetTrajectory) -> Context:
     return Context(record.id, objects, places, record.agent_id, record.assumed)
 
 
-def command(record: CommandRecord) -> Command:
+def command(record: records.CommandRecord) -> Command:
     """A command."""
     return Command(record.id, record.text, record.scenario, record.video, record.subject)
 
 
-def judgment(record: JudgmentRecord) -> Judgment:
+def judgment(record: records.JudgmentRecord) -> Judgment:
     """A judgment."""
     return Judgment(**msgspec.structs.asdict(record))
 
 
-def outcome(record: OutcomeRecord, world: World) -> TaskOutcome:
+def outcome(record: records.OutcomeRecord, world: World) -> TaskOutcome:
     """What was done in a task; its ids are checked, and that its parts fit together."""
     if record.context not in world.contexts:
         raise _unknown("context", record.context, "contexts.jsonl")
@@ -116,7 +101,7 @@ def outcome(record: OutcomeRecord, world: World) -> TaskOutcome:
     return TaskOutcome(**msgspec.structs.asdict(record))
 
 
-def _contradictions(record: OutcomeRecord) -> Iterator[tuple[str, str]]:
+def _contradictions(record: records.OutcomeRecord) -> Iterator[tuple[str, str]]:
     """What of an outcome doesn't fit together, and in which field."""
     unknown = set(record.unknown)
     if record.put and not record.picked and "picked" not in unknown:
@@ -133,7 +118,9 @@ def _contradictions(record: OutcomeRecord) -> Iterator[tuple[str, str]]:
         yield "something occurs twice", "unknown"
 
 
-def annotation(record: AnnotationRecord, world: World, trajectory: GetTrajectory) -> Annotation:
+def annotation(
+    record: records.AnnotationRecord, world: World, trajectory: GetTrajectory
+) -> Annotation:
     """An annotation, its references, words and lengths checked."""
     its_command = world.commands.get(record.command)
     if its_command is None:
@@ -168,14 +155,14 @@ def _unknown(field: str, name: str, file: str) -> FormatError:
     )
 
 
-def _prism(record: PrismRecord, field: str) -> Prism:
+def _prism(record: records.PrismRecord, field: str) -> Prism:
     try:
         return Prism(record.xy, record.z_min, record.z_max)  # type: ignore[arg-type]
     except ValueError as error:
         raise FormatError(str(error), where=f"{field}.prism", fix="correct the prism") from error
 
 
-def _object(record: ObjectRecord, field: str, trajectory: GetTrajectory) -> PhysicalObject:
+def _object(record: records.ObjectRecord, field: str, trajectory: GetTrajectory) -> PhysicalObject:
     return PhysicalObject(
         record.id,
         record.labels,
@@ -186,14 +173,14 @@ def _object(record: ObjectRecord, field: str, trajectory: GetTrajectory) -> Phys
     )
 
 
-def _place(record: PlaceRecord, field: str) -> Place:
+def _place(record: records.PlaceRecord, field: str) -> Place:
     return Place(_prism(record.prism, field), record.name)
 
 
 def _grounding(
-    record: GroundingRecord, field: str, here: str, world: World, trajectory: GetTrajectory
+    record: records.GroundingRecord, field: str, here: str, world: World, trajectory: GetTrajectory
 ) -> Grounding:
-    if isinstance(record, ObjectReference):
+    if isinstance(record, records.ObjectReference):
         home = record.context or here
         found = world.objects.get((home, record.object))
         if found is None:
@@ -203,14 +190,14 @@ def _grounding(
                 fix="correct the id, or write the object out with kind 'object'",
             )
         return found
-    if isinstance(record, ObjectGrounding):
+    if isinstance(record, records.ObjectGrounding):
         return _object(record, field, trajectory)
-    if isinstance(record, PlaceGrounding):
+    if isinstance(record, records.PlaceGrounding):
         return _place(record, field)
     return Path(trajectory(record.trajectory, f"{field}.trajectory"))
 
 
-def _words(words: tuple[Word, ...], text: str, field: str) -> tuple[Span, ...]:
+def _words(words: tuple[records.Word, ...], text: str, field: str) -> tuple[Span, ...]:
     for i, (start, word) in enumerate(words):
         if not word or not text.startswith(word, start):
             there = text[start : start + len(word)]
@@ -222,7 +209,7 @@ def _words(words: tuple[Word, ...], text: str, field: str) -> tuple[Span, ...]:
     return tuple(Span(start, word) for start, word in words)
 
 
-def _sdc(record: SDCRecord, field: str, text: str) -> SDC:
+def _sdc(record: records.SDCRecord, field: str, text: str) -> SDC:
     figure, landmark1, landmark2 = (
         tuple(_sdc(child, f"{field}.{name}[{i}]", text) for i, child in enumerate(children))
         for name, children in (

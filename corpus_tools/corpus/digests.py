@@ -34,13 +34,7 @@ def sealed(manifest: Manifest, tables: Tables) -> Manifest:
 
 
 def problems(manifest: Manifest, tables: Tables, folder: str) -> Iterator[FormatError]:
-    """What of a corpus is not as its manifest says.
-
-    Parameters
-    ----------
-    folder
-        The corpus's folder, as errors shall call it.
-    """
+    """What of a corpus is not as its manifest says; errors shall call its folder `folder`."""
     accept = f"accept the change with: ct corpus seal {folder}"
     counted = msgspec.structs.asdict(tables.counts())
     for name, promised in msgspec.structs.asdict(manifest.counts).items():
@@ -69,10 +63,7 @@ def problems(manifest: Manifest, tables: Tables, folder: str) -> Iterator[Format
 def is_as_written(manifest: Manifest, found: Mapping[str, str], arrays: Arrays) -> bool:
     """Whether files are those that a manifest was written with, byte by byte.
 
-    Parameters
-    ----------
-    found
-        For the name of each JSONL file the digest of its bytes.
+    `found` has for the name of each JSONL file the digest of its bytes.
     """
     whole = {MANIFEST: _of_manifest(manifest), TRAJECTORIES: _of_arrays(arrays)}
     digests = {**found, **{name: _digest(parts) for name, parts in whole.items()}}

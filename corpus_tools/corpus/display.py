@@ -1,20 +1,24 @@
-"""Corpora, commands, annotations and contexts as text for people."""
+"""Corpora, commands, annotations and contexts as text for people, and as records for programs."""
 
 from __future__ import annotations
 
 import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from corpus_tools.corpus.corpus_entries import belongs_to
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import PAPER, Statistics
+from corpus_tools.corpus.encoding import encode
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
+from corpus_tools.corpus.trajectory_arrays import as_lists
 from g3.annotation import Annotation, Command, TaskOutcome
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
-from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.sdc.clauses import all_words, breadth_first
 from g3.sdc.sdc_notation import format_brackets
 
 EXAMPLE_WIDTH = 70
@@ -22,13 +26,7 @@ LABELS = {True: "right", False: "wrong", None: "-"}
 
 
 def show(corpus: Corpus, name: str) -> str:
-    """Describe the command, annotation, context or outcome with an id.
-
-    Raises
-    ------
-    CorpusError
-        If there is none.
-    """
+    """Describe the command, annotation, context or outcome with an id; CorpusError for none."""
     found = [
         *(_command(corpus, command) for key, command in corpus.commands.items() if key == name),
         *(_annotation(a) for a in corpus.annotations if a.id == name),
@@ -170,7 +168,8 @@ def _annotation(annotation: Annotation) -> str:
         clauses, annotation.groundings, annotation.correct, strict=True
     ):
         grounded = "; ".join(map(_grounding, groundings)) or "-"
-        rows.append((sdc.type, _clause_words(sdc), grounded, LABELS[label]))
+        words = " ".join(span.text for span in all_words(sdc)) or "(implicit)"
+        rows.append((sdc.type, words, grounded, LABELS[label]))
     return "\n".join(
         [
             f"annotation {annotation.id} ({annotation.source})",
@@ -182,10 +181,6 @@ def _annotation(annotation: Annotation) -> str:
             *columns(rows),
         ]
     )
-
-
-def _clause_words(sdc: SDC) -> str:
-    return " ".join(span.text for span in all_words(sdc)) or "(implicit)"
 
 
 def _outcome(corpus: Corpus, outcome: TaskOutcome) -> str:
@@ -253,3 +248,42 @@ def _motion(trajectory: Trajectory) -> str:
     steps = np.diff(trajectory.xyz, axis=0)
     length_m = float(np.sqrt((steps**2).sum(axis=1)).sum())
     return f"{length_m:.1f} m in {trajectory.t[-1] - trajectory.t[0]:.0f} s"
+
+
+def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
+    """The command, annotation or context with an id, and what belongs to it.
+
+    A command brings its annotations and what was done, an annotation its command and its context.
+    An outcome can be asked for too; it brings its context. ``commands``, ``annotations``,
+    ``contexts`` and ``outcomes`` are lists of records; their numbers point to ``trajectories``:
+    lists of ``t`` in s, ``xyz`` in m and ``yaw`` in rad.
+    """
+    annotations = tuple(a for a in corpus.annotations if name in (a.id, a.command.id))
+    commands = {a.command.id: a.command for a in annotations}
+    contexts = {a.context.id: a.context for a in annotations}
+    outcomes = tuple(
+        outcome
+        for outcome in corpus.outcomes
+        if name in (outcome.id, outcome.context)
+        or (name in corpus.commands and belongs_to(outcome, corpus.commands[name]))
+    )
+    contexts |= {outcome.context: corpus.contexts[outcome.context] for outcome in outcomes}
+    commands |= {key: value for key, value in corpus.commands.items() if key == name}
+    contexts |= {key: value for key, value in corpus.contexts.items() if key == name}
+    tables = encode(
+        replace(
+            corpus,
+            contexts=contexts,
+            commands=commands,
+            annotations=annotations,
+            judgments=(),
+            outcomes=outcomes,
+        )
+    )
+    return {
+        "commands": tables.commands,
+        "annotations": tables.annotations,
+        "contexts": tables.contexts,
+        "outcomes": tables.outcomes,
+        "trajectories": list(as_lists(tables.trajectories)),
+    }

@@ -1,45 +1,27 @@
-"""From a corpus in memory to the records of its files."""
+"""Making corpora, and from a corpus in memory to the records of its files."""
 
 from __future__ import annotations
 
 import hashlib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TypeVar
 
 import msgspec
 
+from corpus_tools.corpus import corpus_records as records
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_records import (
-    ANNOTATIONS,
-    COMMANDS,
-    CONTEXTS,
-    JUDGMENTS,
-    OUTCOMES,
-    AnnotationRecord,
-    CommandRecord,
-    ContextRecord,
-    Counts,
-    GroundingRecord,
-    JudgmentRecord,
-    ObjectGrounding,
-    ObjectRecord,
-    ObjectReference,
-    OutcomeRecord,
-    PathGrounding,
-    PlaceGrounding,
-    PlaceRecord,
-    PrismRecord,
-    SDCRecord,
-)
 from corpus_tools.corpus.trajectory_arrays import Arrays, pack
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome
+from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span
 from g3.short_repr import short_repr
 
-R = TypeVar("R", CommandRecord, JudgmentRecord, OutcomeRecord)
+R = TypeVar("R", records.CommandRecord, records.JudgmentRecord, records.OutcomeRecord)
+Thing = TypeVar("Thing", records.ObjectRecord, records.ObjectGrounding)
 
 
 @short_repr
@@ -47,16 +29,16 @@ R = TypeVar("R", CommandRecord, JudgmentRecord, OutcomeRecord)
 class Tables:
     """The records of a corpus, file by file."""
 
-    contexts: Sequence[ContextRecord]
-    commands: Sequence[CommandRecord]
-    annotations: Sequence[AnnotationRecord]
-    judgments: Sequence[JudgmentRecord]
+    contexts: Sequence[records.ContextRecord]
+    commands: Sequence[records.CommandRecord]
+    annotations: Sequence[records.AnnotationRecord]
+    judgments: Sequence[records.JudgmentRecord]
     trajectories: Arrays
-    outcomes: Sequence[OutcomeRecord] = ()
+    outcomes: Sequence[records.OutcomeRecord] = ()
 
-    def counts(self) -> Counts:
+    def counts(self) -> records.Counts:
         """How many records each file holds."""
-        return Counts(
+        return records.Counts(
             contexts=len(self.contexts),
             commands=len(self.commands),
             annotations=len(self.annotations),
@@ -68,15 +50,15 @@ class Tables:
     def lines(self) -> dict[str, bytes]:
         """The content of each JSONL file by its name; without outcomes there is no file of them."""
         tables: dict[str, Sequence[msgspec.Struct]] = {
-            CONTEXTS: self.contexts,
-            COMMANDS: self.commands,
-            ANNOTATIONS: self.annotations,
-            JUDGMENTS: self.judgments,
+            records.CONTEXTS: self.contexts,
+            records.COMMANDS: self.commands,
+            records.ANNOTATIONS: self.annotations,
+            records.JUDGMENTS: self.judgments,
         }
         if self.outcomes:
-            tables[OUTCOMES] = self.outcomes
+            tables[records.OUTCOMES] = self.outcomes
         encoder = msgspec.json.Encoder()
-        return {name: encoder.encode_lines(records) for name, records in tables.items()}
+        return {name: encoder.encode_lines(rows) for name, rows in tables.items()}
 
 
 def make_corpus(
@@ -155,11 +137,11 @@ def encode(corpus: Corpus) -> Tables:
             homes[item.id][context.id] = item
     return Tables(
         contexts=[_context(context, trajectories) for context in corpus.contexts.values()],
-        commands=_alike(CommandRecord, corpus.commands.values()),
+        commands=_alike(records.CommandRecord, corpus.commands.values()),
         annotations=[_annotation(a, homes, trajectories) for a in corpus.annotations],
-        judgments=_alike(JudgmentRecord, corpus.judgments),
+        judgments=_alike(records.JudgmentRecord, corpus.judgments),
         trajectories=pack(trajectories.unique),
-        outcomes=_alike(OutcomeRecord, corpus.outcomes),
+        outcomes=_alike(records.OutcomeRecord, corpus.outcomes),
     )
 
 
@@ -172,22 +154,14 @@ def _alike(kind: type[R], things: Iterable[object]) -> list[R]:
     return [kind(**row) for row in rows]
 
 
-def _context(context: Context, trajectories: _Trajectories) -> ContextRecord:
-    return ContextRecord(
+def _context(context: Context, trajectories: _Trajectories) -> records.ContextRecord:
+    return records.ContextRecord(
         id=context.id,
         agent_id=context.agent_id,
-        objects=tuple(
-            ObjectRecord(
-                id=o.id,
-                labels=o.labels,
-                prism=_prism(o.prism),
-                trajectory=trajectories.number(o.trajectory),
-                liftable=o.liftable,
-                colours=o.colours,
-            )
-            for o in context.objects
+        objects=tuple(_object(records.ObjectRecord, o, trajectories) for o in context.objects),
+        places=tuple(
+            records.PlaceRecord(_prism(place.prism), place.name) for place in context.places
         ),
-        places=tuple(PlaceRecord(_prism(place.prism), place.name) for place in context.places),
         assumed=context.assumed or (),
     )
 
@@ -196,9 +170,9 @@ def _annotation(
     annotation: Annotation,
     homes: _Homes,
     trajectories: _Trajectories,
-) -> AnnotationRecord:
+) -> records.AnnotationRecord:
     here = annotation.context.id
-    return AnnotationRecord(
+    return records.AnnotationRecord(
         id=annotation.id,
         command=annotation.command.id,
         context=here,
@@ -217,38 +191,36 @@ def _grounding(
     here: str,
     homes: _Homes,
     trajectories: _Trajectories,
-) -> GroundingRecord:
+) -> records.GroundingRecord:
     if isinstance(grounding, Place):
-        return PlaceGrounding(_prism(grounding.prism), grounding.name)
+        return records.PlaceGrounding(_prism(grounding.prism), grounding.name)
     if not isinstance(grounding, PhysicalObject):
-        return PathGrounding(trajectories.number(grounding.trajectory))
+        return records.PathGrounding(trajectories.number(grounding.trajectory))
     known = homes[grounding.id]
     if here in known and (known[here] is grounding or known[here] == grounding):
-        return ObjectReference(grounding.id)
+        return records.ObjectReference(grounding.id)
     for context, item in known.items():
         if item == grounding:
-            return ObjectReference(grounding.id, context)
-    return ObjectGrounding(
-        grounding.id,
-        grounding.labels,
-        _prism(grounding.prism),
-        trajectories.number(grounding.trajectory),
-        grounding.liftable,
-        grounding.colours,
-    )
+            return records.ObjectReference(grounding.id, context)
+    return _object(records.ObjectGrounding, grounding, trajectories)
 
 
-def _prism(prism: Prism) -> PrismRecord:
+def _object(kind: type[Thing], o: PhysicalObject, trajectories: _Trajectories) -> Thing:
+    number = trajectories.number(o.trajectory)
+    return kind(o.id, o.labels, _prism(o.prism), number, o.liftable, o.colours)
+
+
+def _prism(prism: Prism) -> records.PrismRecord:
     corners = tuple((x, y) for x, y in prism.xy.tolist())
-    return PrismRecord(corners, float(prism.z_min), float(prism.z_max))
+    return records.PrismRecord(corners, float(prism.z_min), float(prism.z_max))
 
 
 def _words(spans: Iterable[Span]) -> tuple[tuple[int, str], ...]:
     return tuple((span.start, span.text) for span in spans) or ()
 
 
-def _sdc(sdc: SDC) -> SDCRecord:
-    return SDCRecord(
+def _sdc(sdc: SDC) -> records.SDCRecord:
+    return records.SDCRecord(
         type=sdc.type,
         words=_words(sdc.words),
         relation=_words(sdc.relation),
@@ -258,7 +230,35 @@ def _sdc(sdc: SDC) -> SDCRecord:
     )
 
 
-def _sdcs(sdcs: Sequence[SDC]) -> tuple[SDCRecord, ...]:
+def _sdcs(sdcs: Sequence[SDC]) -> tuple[records.SDCRecord, ...]:
     # The one empty tuple that the default is: Python 3.10 makes others of empty generators, and
     # msgspec leaves out only what is the default itself.
     return tuple(_sdc(child) for child in sdcs) or ()
+
+
+def merged(name: str, corpora: Sequence[Corpus]) -> Corpus:
+    """Put all that corpora hold into one, in their order; CorpusError if two have the same id."""
+    for what, ids in {
+        "context": chain.from_iterable(c.contexts for c in corpora),
+        "command": chain.from_iterable(c.commands for c in corpora),
+        "annotation": (a.id for c in corpora for a in c.annotations),
+        "judgment": (j.id for c in corpora for j in c.judgments),
+        "outcome": (o.id for c in corpora for o in c.outcomes),
+    }.items():
+        twice = next((name for name, count in Counter(ids).items() if count > 1), "")
+        if twice:
+            raise CorpusError(
+                f"two of the corpora have the {what} {twice!r}",
+                where=name,
+                fix="rename it in one of them",
+            )
+    return make_corpus(
+        name,
+        contexts=chain.from_iterable(c.contexts.values() for c in corpora),
+        commands=chain.from_iterable(c.commands.values() for c in corpora),
+        annotations=chain.from_iterable(c.annotations for c in corpora),
+        judgments=chain.from_iterable(c.judgments for c in corpora),
+        outcomes=chain.from_iterable(c.outcomes for c in corpora),
+        source="; ".join(dict.fromkeys(c.source for c in corpora)),
+        licence="; ".join(dict.fromkeys(c.licence for c in corpora)),
+    )

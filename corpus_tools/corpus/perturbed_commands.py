@@ -14,15 +14,8 @@ from g3.sdc.clauses import SDC
 def with_perturbed_commands(corpus: Corpus, kind: str, *, seed: int = 0) -> Corpus:
     """Type all commands of a corpus in another way; annotations keep their groundings.
 
-    Parameters
-    ----------
-    kind
-        A name of :data:`g3.language.parsing.perturbation.PERTURBATIONS`.
-
-    Returns
-    -------
-    Corpus
-        With a hash of its own.
+    `kind` is a name of :data:`g3.language.parsing.perturbation.PERTURBATIONS`. The corpus gets a
+    hash of its own.
     """
     trees: dict[str, list[SDC]] = defaultdict(list)
     for annotation in corpus.annotations:

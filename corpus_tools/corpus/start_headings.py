@@ -28,19 +28,13 @@ LOAD = "pallet"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class HeadingRule:
-    """A direction, and how far the robot is turned from it.
-
-    Parameters
-    ----------
-    toward
-        ``loads``: the middle of all loads, or of all things where there are no loads.
-        ``things``: the middle of all things. ``east``: +x of the map.
-    turned_rad
-        Counter-clockwise.
-    """
+    """A direction, and how far the robot is turned from it."""
 
     toward: Toward = "loads"
+    """``loads``: the middle of all loads, or of all things where there are no loads. ``things``:
+    the middle of all things. ``east``: +x of the map."""
     turned_rad: float = 0.0
+    """Counter-clockwise."""
 
 
 def parse_heading(text: str) -> HeadingRule:

@@ -13,20 +13,9 @@ from typing import Any
 
 import msgspec
 
+from corpus_tools.corpus import corpus_records as records
 from corpus_tools.corpus import digests
 from corpus_tools.corpus.corpus_reading import load_corpus, read_manifest
-from corpus_tools.corpus.corpus_records import (
-    ANNOTATIONS,
-    COMMANDS,
-    CONTEXTS,
-    JUDGMENTS,
-    TRAJECTORIES,
-    AnnotationRecord,
-    CommandRecord,
-    JudgmentRecord,
-    Manifest,
-    SDCRecord,
-)
 from corpus_tools.corpus.corpus_statistics import Statistics, Tally, of_annotations, statistics
 from corpus_tools.corpus.decoding import command
 from corpus_tools.corpus.trajectory_arrays import read_arrays
@@ -36,10 +25,7 @@ from g3.annotation import Command
 def statistics_of_files(folder: Path) -> Statistics:
     """Count what is in a corpus, as :func:`~corpus_tools.corpus.corpus_statistics.statistics` does.
 
-    Raises
-    ------
-    FormatError
-        If something is wrong with the corpus.
+    Raises FormatError if something is wrong with the corpus.
     """
     manifest = read_manifest(folder)
     if not manifest.counts.outcomes:
@@ -52,7 +38,7 @@ def statistics_of_files(folder: Path) -> Statistics:
     return statistics(load_corpus(folder))  # or it tells what is wrong
 
 
-def _counted(folder: Path, manifest: Manifest) -> Statistics | None:
+def _counted(folder: Path, manifest: records.Manifest) -> Statistics | None:
     """None if the files aren't what was written."""
     tally, commands, same = Tally(), list[Command](), 0
 
@@ -66,17 +52,17 @@ def _counted(folder: Path, manifest: Manifest) -> Statistics | None:
         record = judgments.decode(line)
         same += record.command_video == record.shown_video
 
-    annotations = msgspec.json.Decoder(AnnotationRecord)
-    judgments = msgspec.json.Decoder(JudgmentRecord)
-    typed = msgspec.json.Decoder(CommandRecord)
+    annotations = msgspec.json.Decoder(records.AnnotationRecord)
+    judgments = msgspec.json.Decoder(records.JudgmentRecord)
+    typed = msgspec.json.Decoder(records.CommandRecord)
     counting: dict[str, Callable[[bytes], Any]] = {
-        CONTEXTS: lambda _line: None,
-        COMMANDS: lambda line: commands.append(command(typed.decode(line))),
-        ANNOTATIONS: count_annotation,
-        JUDGMENTS: count_judgment,
+        records.CONTEXTS: lambda _line: None,
+        records.COMMANDS: lambda line: commands.append(command(typed.decode(line))),
+        records.ANNOTATIONS: count_annotation,
+        records.JUDGMENTS: count_judgment,
     }
     found = {name: _each_line(folder / name, count) for name, count in counting.items()}
-    if not digests.is_as_written(manifest, found, read_arrays(folder / TRAJECTORIES)):
+    if not digests.is_as_written(manifest, found, read_arrays(folder / records.TRAJECTORIES)):
         return None
     return Statistics(
         name=manifest.name,
@@ -100,7 +86,7 @@ def _each_line(path: Path, count: Callable[[bytes], Any]) -> str:
     return f"sha256:{digest.hexdigest()}"
 
 
-def _all_clauses(record: AnnotationRecord) -> Iterator[SDCRecord]:
+def _all_clauses(record: records.AnnotationRecord) -> Iterator[records.SDCRecord]:
     pending = [*record.sdcs]
     while pending:
         sdc = pending.pop()

@@ -46,13 +46,7 @@ def to_bytes(arrays: Arrays) -> bytes:
 
 
 def read_arrays(path: Path) -> Arrays:
-    """Read the file, checking the arrays' names, types and shapes.
-
-    Raises
-    ------
-    FormatError
-        If the file is missing, cut off or doesn't hold the four arrays.
-    """
+    """Read the file; FormatError if it is missing, cut off or doesn't hold the four arrays."""
     fix = "restore the file, or import the corpus again"
     if not path.is_file():
         raise FormatError("the file is missing", where=str(path), fix=fix)
@@ -78,13 +72,7 @@ def as_lists(arrays: Arrays) -> Iterator[dict[str, Any]]:
 
 
 def unpack_one(arrays: Arrays, index: int) -> Trajectory:
-    """Trajectory number `index`.
-
-    Raises
-    ------
-    FormatError
-        If it isn't a trajectory: without poses, not finite or running backwards.
-    """
+    """Trajectory number `index`; FormatError if it has no poses, isn't finite or runs backwards."""
     start, end = arrays["offsets"][index : index + 2]
     try:
         return Trajectory(

@@ -31,20 +31,14 @@ Check: TypeAlias = Callable[[], str | Remark]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a check came to.
-
-    Parameters
-    ----------
-    ok
-        Whether all that is needed is there.
-    fix
-        How to mend it, or how to get what isn't there and needn't be; else empty.
-    """
+    """What a check came to."""
 
     name: str
     ok: bool
+    """Whether all that is needed is there."""
     found: str
     fix: str = ""
+    """How to mend it, or how to get what isn't there and needn't be; else empty."""
 
 
 def checks() -> dict[str, Check]:

@@ -14,12 +14,7 @@ def conllu_files(corpus: Corpus) -> dict[str, bytes]:
     """A sentence for each command; those that are annotated have their clauses in MISC.
 
     The syntax is spaCy's, converted (:mod:`g3.language.parsing.universal_dependencies`). Commands
-    without a word are left out.
-
-    Raises
-    ------
-    ModelError
-        If the parser of English isn't installed.
+    without a word are left out. Raises ModelError if the parser of English isn't installed.
     """
     clauses: dict[str, tuple[SDC, ...]] = {}
     for annotation in corpus.annotations:

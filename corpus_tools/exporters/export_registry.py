@@ -23,27 +23,18 @@ Files: TypeAlias = Mapping[str, bytes | Path]
 
 @dataclass(frozen=True, slots=True)
 class Exporter:
-    """A format that a corpus can be written in.
-
-    Parameters
-    ----------
-    name
-        What ``--to`` calls it.
-    summary
-        What is written, in one line.
-    target
-        The function: ``package.module:function``. It gives the files of a corpus.
-    marker
-        A file that every folder in this format has. A folder without it isn't replaced.
-    takes_videos
-        Whether the function also takes ``videos``: a folder of ``ct render-videos``, or None.
-    """
+    """A format that a corpus can be written in."""
 
     name: str
+    """What ``--to`` calls it."""
     summary: str
+    """What is written, in one line."""
     target: str
+    """The function: ``package.module:function``. It gives the files of a corpus."""
     marker: str
+    """A file that every folder in this format has. A folder without it isn't replaced."""
     takes_videos: bool = False
+    """Whether the function also takes ``videos``: a folder of ``ct render-videos``, or None."""
 
     def load(self) -> Callable[..., Files]:
         """Import the function."""

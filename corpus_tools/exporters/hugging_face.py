@@ -38,13 +38,7 @@ Row = dict[str, Any]
 
 
 def hugging_face_files(corpus: Corpus) -> dict[str, bytes]:
-    """A Parquet file for each part of the corpus, and the card ``README.md``.
-
-    Raises
-    ------
-    FormatError
-        If pyarrow isn't installed.
-    """
+    """A Parquet file for each part, and the card ``README.md``; FormatError without pyarrow."""
     pa, _ = import_pyarrow()
     schemas = _schemas(pa)
     tables = encode(corpus)

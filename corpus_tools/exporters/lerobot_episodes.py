@@ -19,18 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.lerobot import language_rows
 from corpus_tools.lerobot.episode_reading import INFO, NEW, TASKS_PARQUET
-from corpus_tools.lerobot.language_rows import (
-    EVENTS,
-    FEATURE,
-    PERSISTENT,
-    SUBTASK,
-    TASK_AUG,
-    Language,
-    column_types,
-    plans,
-    sorted_rows,
-)
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
@@ -74,16 +64,9 @@ class _Recorded:
 def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path]:
     """The dataset's files. Videos are taken as they are.
 
-    Parameters
-    ----------
-    videos
-        What ``ct render-videos --corpus`` has made: contexts without a video are left out. None
-        for a dataset without videos.
-
-    Raises
-    ------
-    FormatError
-        If nothing moves in the corpus, a video is missing, or pyarrow isn't installed.
+    `videos` is what ``ct render-videos --corpus`` has made: contexts without a video are left out.
+    It is None for a dataset without videos. Raises FormatError if nothing moves in the corpus, a
+    video is missing, or pyarrow isn't installed.
     """
     films = {} if videos is None else _films(videos)
     recorded = _recorded(corpus, films, videos)
@@ -125,7 +108,7 @@ def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -
                 language[0],
                 _state(path, path.t[0] + np.arange(frames) / fps),
                 timestamps,
-                sorted_rows(item.row(timestamps) for item in language[1]),
+                language_rows.sorted_rows(item.row(timestamps) for item in language[1]),
                 film,
             )
         )
@@ -156,15 +139,18 @@ def _commands_of(
 
 def _language(
     said: Sequence[Command], annotated: Sequence[Annotation], begin_s: float
-) -> tuple[str, list[Language]]:
+) -> tuple[str, list[language_rows.Language]]:
     """The task, and what else is said."""
     task = annotated[0].command if annotated else said[0]
-    found = [Language(TASK_AUG, 0.0, command.text) for command in (task, *said)]
+    found = [
+        language_rows.Language(language_rows.TASK_AUG, 0.0, command.text)
+        for command in (task, *said)
+    ]
     subtasks = _subtasks(annotated[0], begin_s) if annotated else []
-    return task.text, [*found, *subtasks, *plans(subtasks)]
+    return task.text, [*found, *subtasks, *language_rows.plans(subtasks)]
 
 
-def _subtasks(annotation: Annotation, begin_s: float) -> list[Language]:
+def _subtasks(annotation: Annotation, begin_s: float) -> list[language_rows.Language]:
     found = []
     nodes = zip(
         breadth_first(annotation.sdcs), annotation.groundings, annotation.correct, strict=True
@@ -175,7 +161,7 @@ def _subtasks(annotation: Annotation, begin_s: float) -> list[Language]:
         if sdc.type == "EVENT" and words and paths and correct is not False:
             text = annotation.command.text[words[0].start : words[-1].end]
             start_s = max(float(paths[0].t[0]) - begin_s, 0.0)
-            found.append(Language(SUBTASK, start_s, text))
+            found.append(language_rows.Language(language_rows.SUBTASK, start_s, text))
     return found
 
 
@@ -187,7 +173,7 @@ def _state(path: Trajectory, times: npt.NDArray[np.float64]) -> Array:
 
 def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
     pa, _ = import_pyarrow()
-    types = column_types()
+    types = language_rows.column_types()
     vector = pa.list_(pa.float32(), len(NAMES))
     index, tables = 0, []
     for number, item in enumerate(recorded):
@@ -203,8 +189,8 @@ def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
             "episode_index": pa.array([number] * n, whole),
             "index": pa.array(range(index, index + n), whole),
             "task_index": pa.array([tasks.index(item.task)] * n, whole),
-            PERSISTENT: pa.array(every, types[PERSISTENT]),
-            EVENTS: pa.array([[]] * n, types[EVENTS]),
+            language_rows.PERSISTENT: pa.array(every, types[language_rows.PERSISTENT]),
+            language_rows.EVENTS: pa.array([[]] * n, types[language_rows.EVENTS]),
         }
         tables.append(pa.table(columns))
         index += n
@@ -327,7 +313,10 @@ def _info(
     features["timestamp"] = {"dtype": "float32", **one}
     for name in ("frame_index", "episode_index", "index", "task_index"):
         features[name] = {"dtype": "int64", **one}
-    features |= {PERSISTENT: FEATURE, EVENTS: FEATURE}
+    features |= {
+        language_rows.PERSISTENT: language_rows.FEATURE,
+        language_rows.EVENTS: language_rows.FEATURE,
+    }
     return {
         "codebase_version": NEW,
         "robot_type": " ".join(recorded[0].context.agent.labels) or None,

@@ -18,15 +18,7 @@ import msgspec
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.importers.slu_core.slu_files import (
-    ASSIGNMENTS,
-    COMPRESSED,
-    EASY_NEGATIVES,
-    EVALUATIONS,
-    NEGATIVES,
-    POSITIVES,
-    SCENARIOS,
-)
+from corpus_tools.importers.slu_core import slu_files
 from g3.annotation import Annotation, Judgment, Source
 from g3.groundings import (
     Context,
@@ -41,8 +33,12 @@ from g3.sdc.clauses import CHILD_FIELDS, SDC, Span, breadth_first, child_indices
 from g3.sdc.sdc_notation import has_implicit_figure
 
 DATA = "data"
-MARKER = f"{DATA}/{POSITIVES}{COMPRESSED}"
-FILES: dict[Source, str] = {"positive": POSITIVES, "random": NEGATIVES, "easy": EASY_NEGATIVES}
+MARKER = f"{DATA}/{slu_files.POSITIVES}{slu_files.COMPRESSED}"
+FILES: dict[Source, str] = {
+    "positive": slu_files.POSITIVES,
+    "random": slu_files.NEGATIVES,
+    "easy": slu_files.EASY_NEGATIVES,
+}
 MICROSECONDS = 1e6
 NOWHERE = Context("", (), (), "")
 T = TypeVar("T")
@@ -60,7 +56,7 @@ def slu_core_files(corpus: Corpus) -> dict[str, bytes]:
             for annotation in corpus.annotations
             if annotation.source == source
         )
-        files[f"{DATA}/{name}{COMPRESSED}"] = bz2.compress(_yaml(records))
+        files[f"{DATA}/{name}{slu_files.COMPRESSED}"] = bz2.compress(_yaml(records))
     typed: dict[str, list[Any]] = defaultdict(list)
     for command in corpus.commands.values():
         typed[_folder(command.scenario)].append(
@@ -73,9 +69,9 @@ def slu_core_files(corpus: Corpus) -> dict[str, bytes]:
         )
     judged = _judgments(corpus)
     for scenario in sorted({*typed, *judged}):
-        folder = f"{DATA}/{SCENARIOS}/{scenario}"
-        files[f"{folder}/{ASSIGNMENTS}"] = _yaml(typed.get(scenario, []))
-        files[f"{folder}/{EVALUATIONS[0]}"] = _yaml(judged.get(scenario, []))
+        folder = f"{DATA}/{slu_files.SCENARIOS}/{scenario}"
+        files[f"{folder}/{slu_files.ASSIGNMENTS}"] = _yaml(typed.get(scenario, []))
+        files[f"{folder}/{slu_files.EVALUATIONS[0]}"] = _yaml(judged.get(scenario, []))
     return files
 
 

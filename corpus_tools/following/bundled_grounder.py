@@ -13,17 +13,9 @@ from corpus_tools.corpus.corpus_reading import load_corpus, read_manifest
 from corpus_tools.corpus.labelled_corpus import scenario_ids
 from corpus_tools.importers.authored.bundled import resolve
 from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.world.state import robot_script
 from corpus_tools.world.state.dimensions import LOW
 from corpus_tools.world.state.recording import Recording, to_context
-from corpus_tools.world.state.robot_script import (
-    DRIVE_TO,
-    PICK_UP,
-    PUT_DOWN,
-    TURN,
-    Script,
-    ScriptStep,
-    in_script,
-)
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.forklift_actions import FACE, TURN_AWAY
 from g3.actions.grounding_candidates import GROUND_M, ground, square
@@ -88,25 +80,19 @@ def following_model(
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A plan as a script.
+    """A plan as a script."""
 
-    Parameters
-    ----------
-    places
-        Places by the names that the steps use.
-    clause
-        Which top-level clause each step is for.
-    """
-
-    script: Script
+    script: robot_script.Script
     places: dict[str, Place]
+    """Places by the names that the steps use."""
     clause: tuple[int, ...]
+    """Which top-level clause each step is for."""
 
 
 def to_script(start: State, actions: Sequence[Action]) -> Told:
     """Write a plan as a script for the simulated robot."""
     state = start
-    steps: list[ScriptStep] = []
+    steps: list[robot_script.ScriptStep] = []
     places: dict[str, Place] = {}
     clause: list[int] = []
     for number, action in enumerate(actions):
@@ -122,19 +108,19 @@ def to_script(start: State, actions: Sequence[Action]) -> Told:
 
 def _steps(
     action: Action, end: Place, places: dict[str, Place], floor_m: float, turned: float
-) -> list[ScriptStep]:
+) -> list[robot_script.ScriptStep]:
     """The steps of an action that ends in a place, turned by so much; the places get names."""
     kind = action.kind
-    if (told := in_script(kind, "number")) is not None:
-        return [ScriptStep(told.name, _number(action))]
+    if (told := robot_script.in_script(kind, "number")) is not None:
+        return [robot_script.ScriptStep(told.name, _number(action))]
     if not kind.handles:
         return [_drive(action, end, places, turned)]
     steps = []
     if kind.takes:
-        steps.append(ScriptStep(PICK_UP.name, action.object_id))
+        steps.append(robot_script.ScriptStep(robot_script.PICK_UP.name, action.object_id))
     if kind.leaves and action.place is not None:
         place = _within_reach(action.place, floor_m)
-        steps.append(ScriptStep(PUT_DOWN.name, _placed(place, places)))
+        steps.append(robot_script.ScriptStep(robot_script.PUT_DOWN.name, _placed(place, places)))
     return steps
 
 
@@ -154,16 +140,20 @@ def _within_reach(place: Place, floor_m: float) -> Place:
     return Place(Prism(xy, place.prism.z_min, place.prism.z_max), place.name)
 
 
-def _drive(action: Action, end: Place, places: dict[str, Place], turned: float) -> ScriptStep:
+def _drive(
+    action: Action, end: Place, places: dict[str, Place], turned: float
+) -> robot_script.ScriptStep:
     """The step of an action that drives; where scripts can't say it, to where it ends."""
     target = action.target[0] if len(action.target) == 1 else None
-    if isinstance(target, PhysicalObject) and (told := in_script(action.kind, "object")):
-        return ScriptStep(told.name, target.id)
-    if isinstance(target, Place) and (told := in_script(action.kind, "place")):
-        return ScriptStep(told.name, _placed(target, places))
+    if isinstance(target, PhysicalObject) and (
+        told := robot_script.in_script(action.kind, "object")
+    ):
+        return robot_script.ScriptStep(told.name, target.id)
+    if isinstance(target, Place) and (told := robot_script.in_script(action.kind, "place")):
+        return robot_script.ScriptStep(told.name, _placed(target, places))
     if action.kind in (FACE, TURN_AWAY):
-        return ScriptStep(TURN.name, float(np.rad2deg(turned)))
-    return ScriptStep(DRIVE_TO.name, _placed(end, places))
+        return robot_script.ScriptStep(robot_script.TURN.name, float(np.rad2deg(turned)))
+    return robot_script.ScriptStep(robot_script.DRIVE_TO.name, _placed(end, places))
 
 
 def _placed(place: Place, places: dict[str, Place]) -> str:

@@ -8,17 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from corpus_tools.corpus.answer_records import PlaceInScene, PlanStep, SceneShown, ThingInScene
+from g3.actions import grounding_candidates as candidates
 from g3.actions.action_kinds import KINDS, Action, ActionKind, move, result
 from g3.actions.forklift_actions import BACK_UP, DRIVE_BETWEEN, LOWER_FORKS
-from g3.actions.grounding_candidates import (
-    are_free,
-    beneath,
-    carrier,
-    ground,
-    is_surface,
-    spots_about,
-    square,
-)
 from g3.actions.loads import loads_of_context
 from g3.actions.robot_state import State
 from g3.errors import FormatError
@@ -36,27 +28,18 @@ BACKWARDS = frozenset({BACK_UP, LOWER_FORKS})
 @short_repr
 @dataclass(frozen=True, slots=True)
 class ReadPlan:
-    """Steps as actions.
-
-    Parameters
-    ----------
-    actions
-        One after the other; none if not all can be carried out.
-    why_not
-        Why one can't be; empty if all can.
-    """
+    """Steps as actions."""
 
     actions: tuple[Action, ...] = ()
+    """One after the other; none if not all can be carried out."""
     why_not: str = ""
+    """Why one can't be; empty if all can."""
 
 
 def read_steps(steps: Sequence[PlanStep], start: State) -> ReadPlan:
     """Make actions of steps.
 
-    Raises
-    ------
-    FormatError
-        If a step names what there isn't, or lacks what its action needs.
+    FormatError if a step names what there isn't, or lacks what its action needs.
     """
     state, actions = start, list[Action]()
     for number, step in enumerate(steps, start=1):
@@ -124,7 +107,7 @@ def scene_shown(start: State) -> SceneShown:
 def _shown(thing: PhysicalObject, state: State, *, liftable: bool) -> ThingInScene:
     middle, yaw = centre(thing.prism), float(thing.trajectory.yaw[0])
     size = extent(thing.prism, yaw)
-    under = carrier(state, thing.id)
+    under = candidates.carrier(state, thing.id)
     return ThingInScene(
         id=thing.id,
         labels=thing.labels,
@@ -214,15 +197,15 @@ def _place(step: PlanStep, state: State, load: PhysicalObject, where: str) -> Pl
         raise FormatError(
             f"{load.id} can't be put on or near itself", where=where, fix="name another thing"
         )
-    spots = spots_about((named,), state)
+    spots = candidates.spots_about((named,), state)
     if isinstance(named, PhysicalObject):
         spots = [
             spot
             for spot in spots
-            for under in (beneath(spot, state, load.id),)
+            for under in (candidates.beneath(spot, state, load.id),)
             if (under is not None and under.id == named.id) == bool(step.on)
         ]
-    free = are_free(spots, state, load.id) if spots else ()
+    free = candidates.are_free(spots, state, load.id) if spots else ()
     return next((spot for spot, is_free in zip(spots, free, strict=True) if is_free), None)
 
 
@@ -234,16 +217,18 @@ def _spot_at(
         o.prism.z_max
         for o in state.context.objects
         if o.id not in (load.id, state.context.agent_id)
-        and is_surface(o)
+        and candidates.is_surface(o)
         and covers(o.prism, middle)
     ]
-    bottom = height[0] if height else max([ground(state), *tops])
-    return square(middle, float(state.pose[2]), bottom)
+    bottom = height[0] if height else max([candidates.ground(state), *tops])
+    return candidates.square(middle, float(state.pose[2]), bottom)
 
 
 def _target(step: PlanStep, state: State, where: str) -> tuple[PhysicalObject | Place, ...]:
     if step.to is not None:
-        return (square(np.array(step.to), float(state.pose[2]), ground(state)),)
+        return (
+            candidates.square(np.array(step.to), float(state.pose[2]), candidates.ground(state)),
+        )
     found = tuple(_named(name, state, where) for name in step.target)
     own = {state.context.agent_id, state.held}
     if any(isinstance(g, PhysicalObject) and g.id in own for g in found):

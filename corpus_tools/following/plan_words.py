@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from g3.actions.action_kinds import Action
 from g3.actions.action_words import described, grounded
-from g3.groundings import Grounding, object_ids
+from g3.groundings import object_ids
 from g3.inference.grounder import Plan, Result
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked
@@ -24,18 +24,16 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
     for found in plan.groundings:
         action = actions.get(found.node)
         what = described(action) if action else grounded(found.group)
-        other = found.rival
-        rival = f", rather than {_called(other)}" if other is not None else ""
+        rival, other = "", found.rival
+        if other is not None:
+            called = described(other) if isinstance(other, Action) else grounded(other)
+            rival = f", rather than {called}"
         lines.append(f"{found.text!r}: {what} (fits {found.probability:.2f}){rival}")
         why = [aspect.text for aspect in aspects(found.reasons, found.sdc)]
         if rival and not why:
             why = ["nothing in these words tells them apart"]
         lines += [f"    {reason}" for reason in why]
     return lines
-
-
-def _called(rival: Action | Sequence[Grounding]) -> str:
-    return described(rival) if isinstance(rival, Action) else grounded(rival)
 
 
 def sentence(plan: Plan) -> str:
@@ -46,10 +44,7 @@ def sentence(plan: Plan) -> str:
 def as_record(result: Result, asked: str = "") -> dict[str, object]:
     """What came of a command, for programs.
 
-    Parameters
-    ----------
-    asked
-        The question that has to be answered before anything is done; empty if there is none.
+    `asked` is the question that has to be answered before anything is done; empty if there is none.
     """
     return {
         "sdcs": to_json(result.sdcs),

@@ -55,48 +55,33 @@ class ImportFunction(Protocol):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class ImportOption:
-    """An option of an importer's command.
-
-    Parameters
-    ----------
-    name
-        As the function's keyword.
-    choices
-        What it can be; anything if empty.
-    metavar
-        What stands for its value in the help.
-    """
+    """An option of an importer's command."""
 
     name: str
+    """As the function's keyword."""
     default: str
     summary: str
     choices: tuple[str, ...] = ()
+    """What it can be; anything if empty."""
     metavar: str | None = None
+    """What stands for its value in the help."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Importer:
-    """An importer, as the command line shows it.
-
-    Parameters
-    ----------
-    summary
-        What is imported, in one line.
-    description
-        What the path may be, and what else a user should know.
-    target
-        The function: ``package.module:function``, an :class:`ImportFunction`.
-    examples
-        Further examples of the command, without ``ct import NAME``.
-    """
+    """An importer, as the command line shows it."""
 
     name: str
     summary: str
+    """What is imported, in one line."""
     description: str
+    """What the path may be, and what else a user should know."""
     target: str
+    """The function: ``package.module:function``, an :class:`ImportFunction`."""
     options: tuple[ImportOption, ...] = ()
     examples: tuple[str, ...] = ()
+    """Further examples of the command, without ``ct import NAME``."""
 
     def load(self) -> ImportFunction:
         """Import the function."""

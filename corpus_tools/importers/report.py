@@ -87,13 +87,7 @@ class Journal:
         self.notes[what].append(record)
 
     def check(self) -> None:
-        """Raise the first problem, unless the import shall keep going.
-
-        Raises
-        ------
-        FormatError
-            If a record was skipped.
-        """
+        """Raise the first problem, a FormatError, unless the import shall keep going."""
         if self.keep_going or not self.skipped:
             return
         first = self.skipped[0].error()

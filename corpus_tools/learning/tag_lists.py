@@ -10,13 +10,7 @@ from typing import TextIO
 
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import FormatError
-from g3.language.similarity.cooccurrence import (
-    TagTable,
-    count_together,
-    frequent_tags,
-    read_tags,
-    table_to_bytes,
-)
+from g3.language.similarity import cooccurrence
 from g3.storage.atomic_file import write_bytes
 
 LINES_PER_REPORT = 10_000
@@ -24,35 +18,24 @@ LINES_PER_REPORT = 10_000
 
 def build_table(
     source: Path, out: Path, *, limit: int, on_progress: OnProgress = no_progress
-) -> TagTable:
-    """Count a list of tags and write the table.
+) -> cooccurrence.TagTable:
+    """Count a list of tags and write the table, an .npz file.
 
-    The list is read twice, a line at a time: once for its most frequent tags, once for
-    the pairs of these. Memory grows with ``limit``, not with the list.
-
-    Parameters
-    ----------
-    source
-        A text file with the tags of an image on each line, separated by commas, by tabs
-        or by spaces; it may be compressed (.gz, .bz2). What follows a # at the start of a
-        line is a comment.
-    out
-        The table, an .npz file.
-
-    Raises
-    ------
-    FormatError
-        If the list can't be read or has no tags.
+    `source` is a text file with the tags of an image on each line, separated by commas, by tabs or
+    by spaces; it may be compressed (.gz, .bz2). What follows a # at the start of a line is a
+    comment. It is read twice, a line at a time: once for its most frequent tags, once for the pairs
+    of these. Memory grows with ``limit``, not with the list. FormatError if it can't be read or has
+    no tags.
     """
-    tags = frequent_tags(_images(source, "finding tags", on_progress), limit)
+    tags = cooccurrence.frequent_tags(_images(source, "finding tags", on_progress), limit)
     if not tags:
         raise FormatError(
             "there are no tags",
             where=str(source),
             fix="give the tags of an image on each line, with commas, tabs or spaces between",
         )
-    table = count_together(_images(source, "counting pairs", on_progress), tags)
-    write_bytes(out, table_to_bytes(table))
+    table = cooccurrence.count_together(_images(source, "counting pairs", on_progress), tags)
+    write_bytes(out, cooccurrence.table_to_bytes(table))
     return table
 
 
@@ -63,7 +46,7 @@ def _images(path: Path, step: str, on_progress: OnProgress) -> Iterator[frozense
                 if number % LINES_PER_REPORT == 0:
                     on_progress(f"{step}, line {number}", 0, 0)
                 if line.strip() and not line.startswith("#"):
-                    yield read_tags(line)
+                    yield cooccurrence.read_tags(line)
     except (OSError, EOFError) as error:
         raise FormatError(
             f"the list can't be read: {error}", where=str(path), fix="check the file"

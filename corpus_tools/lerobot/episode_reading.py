@@ -50,21 +50,15 @@ class VideoPart:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """An episode.
-
-    Parameters
-    ----------
-    data
-        The file with its frames.
-    videos
-        By camera.
-    """
+    """An episode."""
 
     index: int
     frames: int
     tasks: tuple[str, ...]
     data: Path
+    """The file with its frames."""
     videos: Mapping[str, VideoPart]
+    """By camera."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,22 +82,14 @@ class Dataset:
     def episodes(self) -> Iterator[Episode]:
         """The episodes in the order of the metadata, some at a time.
 
-        Raises
-        ------
-        FormatError
-            If the metadata can't be read, or pyarrow isn't installed for those of version 3.
+        FormatError if the metadata can't be read, or pyarrow isn't installed for those of version
+        3.
         """
         return _old_episodes(self) if self.is_old else _new_episodes(self)
 
 
 def open_dataset(folder: Path) -> Dataset:
-    """A dataset's folder.
-
-    Raises
-    ------
-    FormatError
-        If it is no LeRobot dataset of version 2.0, 2.1 or 3.0.
-    """
+    """A dataset's folder; FormatError if it is no LeRobot dataset of version 2.0, 2.1 or 3.0."""
     file = folder / INFO
     try:
         info = msgspec.json.decode(file.read_bytes(), type=Info)

@@ -30,18 +30,12 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """Something that is said of an episode from a time on.
-
-    Parameters
-    ----------
-    style
-        ``subtask``, ``plan`` or ``task_aug``.
-    start_s
-        From when on, in seconds from the episode's first frame.
-    """
+    """Something that is said of an episode from a time on."""
 
     style: str
+    """``subtask``, ``plan`` or ``task_aug``."""
     start_s: float
+    """From when on, in seconds from the episode's first frame."""
     text: str
 
     def row(self, timestamps: npt.NDArray[np.float32]) -> Row:

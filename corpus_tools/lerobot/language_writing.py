@@ -20,15 +20,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.lerobot.episode_reading import (
-    EPISODES_FOLDER,
-    EPISODES_JSONL,
-    INFO,
-    TASKS_JSONL,
-    TASKS_PARQUET,
-    Dataset,
-    data_files,
-)
+from corpus_tools.lerobot import episode_reading
 from corpus_tools.lerobot.language_rows import (
     EVENTS,
     FEATURE,
@@ -51,25 +43,18 @@ _HUGGING_FACE = b"huggingface"
 
 @dataclass(frozen=True, slots=True)
 class EpisodeLanguage:
-    """What is to be said of an episode.
-
-    Parameters
-    ----------
-    said
-        What is added to its persistent rows.
-    replaces
-        Styles of which the dataset's own rows go.
-    task
-        Its task, if the dataset names none.
-    """
+    """What is to be said of an episode."""
 
     said: tuple[Language, ...]
+    """What is added to its persistent rows."""
     replaces: frozenset[str] = frozenset()
+    """Styles of which the dataset's own rows go."""
     task: str = ""
+    """Its task, if the dataset names none."""
 
 
 def write_language(
-    dataset: Dataset,
+    dataset: episode_reading.Dataset,
     target: Path,
     language: Mapping[int, EpisodeLanguage],
     *,
@@ -78,19 +63,9 @@ def write_language(
 ) -> None:
     """Write a copy of a dataset with language in it: the whole folder or, on any error, nothing.
 
-    Parameters
-    ----------
-    target
-        The copy's folder; its parent must be there.
-    language
-        By the numbers of episodes. The others keep what they have.
-    attachments
-        Further files by name.
-
-    Raises
-    ------
-    FormatError
-        If the copy would lie in the dataset, or a file can't be read or written.
+    The parent of the copy's folder `target` must be there. `language` is by the numbers of
+    episodes; the others keep what they have. `attachments` are further files by name. FormatError
+    if the copy would lie in the dataset, or a file can't be read or written.
     """
     source = dataset.folder.resolve()
     if source == target.resolve() or source in target.resolve().parents:
@@ -108,13 +83,13 @@ def write_language(
                 continue
             is_linked = name.split("/")[0] in LINKED
             files[name] = file if is_linked else _copied(file, Path(scratch) / name)
-        for file in data_files(dataset):
+        for file in episode_reading.data_files(dataset):
             name = file.relative_to(dataset.folder).as_posix()
             new = Path(scratch) / f"{name}.new"
             _rewrite(file, new, language, tasks.numbers)
             files[name] = new
         files |= _metadata(dataset, tasks, Path(scratch)) | dict(attachments)
-        write_folder(target, files, force=force, marker=INFO)
+        write_folder(target, files, force=force, marker=episode_reading.INFO)
 
 
 def _copied(file: Path, target: Path) -> Path:
@@ -133,19 +108,19 @@ class _Tasks:
     added: tuple[str, ...]
 
 
-def _known_tasks(dataset: Dataset) -> dict[str, int]:
-    if (dataset.folder / TASKS_PARQUET).is_file():
+def _known_tasks(dataset: episode_reading.Dataset) -> dict[str, int]:
+    if (dataset.folder / episode_reading.TASKS_PARQUET).is_file():
         _, pq = import_pyarrow()
-        table = pq.read_table(dataset.folder / TASKS_PARQUET)
+        table = pq.read_table(dataset.folder / episode_reading.TASKS_PARQUET)
         (name,) = (n for n in table.column_names if n != "task_index")
         texts, numbers = table.column(name).to_pylist(), table.column("task_index").to_pylist()
         return dict(zip(texts, numbers, strict=True))
-    lines = (dataset.folder / TASKS_JSONL).read_bytes().splitlines()
+    lines = (dataset.folder / episode_reading.TASKS_JSONL).read_bytes().splitlines()
     rows = [msgspec.json.decode(line) for line in lines if line.strip()]
     return {row["task"]: row["task_index"] for row in rows}
 
 
-def _new_tasks(dataset: Dataset, language: Mapping[int, EpisodeLanguage]) -> _Tasks:
+def _new_tasks(dataset: episode_reading.Dataset, language: Mapping[int, EpisodeLanguage]) -> _Tasks:
     """The tasks of episodes that had none."""
     known, texts = _known_tasks(dataset), {}
     before = len(known)
@@ -271,9 +246,11 @@ def _feature(column: str) -> dict[str, Any]:
     return {"feature": row, "_type": "List"}
 
 
-def _metadata(dataset: Dataset, tasks: _Tasks, scratch: Path) -> dict[str, bytes | Path]:
+def _metadata(
+    dataset: episode_reading.Dataset, tasks: _Tasks, scratch: Path
+) -> dict[str, bytes | Path]:
     """The files of ``meta`` that change."""
-    info = json.loads((dataset.folder / INFO).read_text("utf-8"))
+    info = json.loads((dataset.folder / episode_reading.INFO).read_text("utf-8"))
     for name in (PERSISTENT, EVENTS):
         info["features"].setdefault(name, dict(FEATURE))
     files: dict[str, bytes | Path] = {}
@@ -281,32 +258,34 @@ def _metadata(dataset: Dataset, tasks: _Tasks, scratch: Path) -> dict[str, bytes
         info["total_tasks"] = info.get("total_tasks", 0) + len(tasks.added)
     if tasks.texts:
         files |= _old_tasks(dataset, tasks) if dataset.is_old else _tasks(dataset, tasks, scratch)
-    files[INFO] = json.dumps(info, indent=4, ensure_ascii=False).encode()
+    files[episode_reading.INFO] = json.dumps(info, indent=4, ensure_ascii=False).encode()
     return files
 
 
-def _old_tasks(dataset: Dataset, tasks: _Tasks) -> dict[str, bytes | Path]:
+def _old_tasks(dataset: episode_reading.Dataset, tasks: _Tasks) -> dict[str, bytes | Path]:
     known = _known_tasks(dataset)
     first = max(known.values(), default=-1) + 1
-    lines = (dataset.folder / TASKS_JSONL).read_bytes().rstrip(b"\n").splitlines()
+    lines = (dataset.folder / episode_reading.TASKS_JSONL).read_bytes().rstrip(b"\n").splitlines()
     lines += [
         msgspec.json.encode({"task_index": first + n, "task": text})
         for n, text in enumerate(tasks.added)
     ]
     episodes = []
-    for line in (dataset.folder / EPISODES_JSONL).read_bytes().splitlines():
+    for line in (dataset.folder / episode_reading.EPISODES_JSONL).read_bytes().splitlines():
         row = msgspec.json.decode(line) if line.strip() else {}
         task = tasks.texts.get(row.get("episode_index", -1))
         episodes.append(line if task is None else msgspec.json.encode(row | {"tasks": [task]}))
     return {
-        TASKS_JSONL: b"\n".join([*lines, b""]),
-        EPISODES_JSONL: b"\n".join([*episodes, b""]),
+        episode_reading.TASKS_JSONL: b"\n".join([*lines, b""]),
+        episode_reading.EPISODES_JSONL: b"\n".join([*episodes, b""]),
     }
 
 
-def _tasks(dataset: Dataset, tasks: _Tasks, scratch: Path) -> dict[str, bytes | Path]:
+def _tasks(
+    dataset: episode_reading.Dataset, tasks: _Tasks, scratch: Path
+) -> dict[str, bytes | Path]:
     pa, pq = import_pyarrow()
-    table = pq.read_table(dataset.folder / TASKS_PARQUET)
+    table = pq.read_table(dataset.folder / episode_reading.TASKS_PARQUET)
     first = max(_known_tasks(dataset).values(), default=-1) + 1
     added = {
         name: range(first, first + len(tasks.added)) if name == "task_index" else tasks.added
@@ -315,8 +294,8 @@ def _tasks(dataset: Dataset, tasks: _Tasks, scratch: Path) -> dict[str, bytes | 
     rows = pa.table({name: list(values) for name, values in added.items()}, schema=table.schema)
     new = scratch / "new-tasks.parquet"
     pq.write_table(pa.concat_tables([table, rows]), new)
-    files: dict[str, bytes | Path] = {TASKS_PARQUET: new}
-    for file in sorted((dataset.folder / EPISODES_FOLDER).glob("*/*.parquet")):
+    files: dict[str, bytes | Path] = {episode_reading.TASKS_PARQUET: new}
+    for file in sorted((dataset.folder / episode_reading.EPISODES_FOLDER).glob("*/*.parquet")):
         name = file.relative_to(dataset.folder).as_posix()
         files[name] = _with_episode_tasks(file, scratch / f"{name}.new", tasks)
     return files

@@ -16,6 +16,7 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from corpus_tools.lerobot.episode_reading import Dataset, Episode, VideoPart
@@ -42,24 +43,14 @@ def episode_name(index: int) -> str:
 def study_input(
     dataset: Dataset, folder: Path, *, camera: str | None = None, first: int | None = None
 ) -> StudyInput:
-    """The tables for a study of a dataset.
+    """The tables for a study of a dataset, with paths that begin in `folder`, where they will be.
 
-    Parameters
-    ----------
-    folder
-        Where they will be: paths in them begin there.
-    camera
-        Which video to show; the first camera's if it isn't given.
-    first
-        How many episodes to take; all if it isn't given.
-
-    Raises
-    ------
-    FormatError
-        If the dataset has no such camera, a video is missing, or metadata can't be read.
+    `camera` is the video to show, by default the first camera's; `first` how many episodes to take,
+    by default all. FormatError if the dataset has no such camera, a video is missing, or metadata
+    can't be read.
     """
     shown = _camera(dataset, camera)
-    episodes = list(_taken(dataset.episodes(), first))
+    episodes = list(islice(dataset.episodes(), first))
     _check_files(episodes, shown)
     names = _Names(dataset, folder, shown, episodes)
     tables: dict[str, tuple[Sequence[str], list[Sequence[object]]]] = {
@@ -106,13 +97,6 @@ def _camera(dataset: Dataset, camera: str | None) -> str:
             fix=f"the cameras are: {', '.join(cameras)}",
         )
     return camera or cameras[0]
-
-
-def _taken(episodes: Iterable[Episode], first: int | None) -> Iterator[Episode]:
-    for number, episode in enumerate(episodes):
-        if first is not None and number >= first:
-            return
-        yield episode
 
 
 def _check_files(episodes: Sequence[Episode], camera: str) -> None:

@@ -31,16 +31,11 @@ CONTEXT, STEPS, TF, SCENE, ROBOT, ACTIONS = (
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """What is on a topic.
-
-    Parameters
-    ----------
-    schema
-        Name of their schema; viewers know those that begin with ``foxglove.``.
-    """
+    """What is on a topic."""
 
     message: type[msgspec.Struct]
     schema: str
+    """Name of their schema; viewers know those that begin with ``foxglove.``."""
 
 
 CHANNELS: Mapping[str, Channel] = MappingProxyType(

@@ -15,24 +15,8 @@ import numpy.typing as npt
 from mcap.records import Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 
-from corpus_tools.logs.channels import (
-    CHANNELS,
-    CONTEXT,
-    LIBRARY,
-    METADATA,
-    ROBOT,
-    STEPS,
-    TF,
-    VERSION,
-)
+from corpus_tools.logs import channels, log_records
 from corpus_tools.logs.foxglove import FrameTransforms
-from corpus_tools.logs.log_records import (
-    ContextRecord,
-    RobotRecord,
-    StepsRecord,
-    context_of,
-    steps_of,
-)
 from corpus_tools.world.state.recording import NS_PER_S, Recording
 from g3.errors import FormatError
 from g3.groundings import Context, FloatArray
@@ -47,19 +31,13 @@ _NOT_A_LOG = "give a file that `ct render-videos` or write_log made"
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """What a log's file holds.
-
-    Parameters
-    ----------
-    name
-        Of the scenario.
-    metadata
-        What the writer kept with it.
-    """
+    """What a log's file holds."""
 
     recording: Recording
     name: str
+    """Of the scenario."""
     metadata: Mapping[str, str]
+    """What the writer kept with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,12 +68,13 @@ def read_log(path: Path) -> Log:
             f"the file can't be read: {error.strerror}", where=str(path), fix="give a log's file"
         ) from error
     file = _read_mcap(content, path)
-    about = file.metadata.get(LIBRARY)
+    about = file.metadata.get(channels.LIBRARY)
     if about is None:
         raise FormatError("this is no log of a world", where=str(path), fix=_NOT_A_LOG)
-    if about.get("version") != str(VERSION):
+    if about.get("version") != str(channels.VERSION):
         raise FormatError(
-            f"the format's version is {about.get('version')}, this program reads {VERSION}",
+            f"the format's version is {about.get('version')}, this program reads "
+            f"{channels.VERSION}",
             where=str(path),
             fix="render the scenario again, or use the program's version that wrote it",
         )
@@ -103,11 +82,11 @@ def read_log(path: Path) -> Log:
         recording = _recording(file, path)
     except ValueError as error:
         raise FormatError(str(error), where=str(path), fix=_FIX) from error
-    return Log(recording, about.get("name", ""), file.metadata.get(METADATA, {}))
+    return Log(recording, about.get("name", ""), file.metadata.get(channels.METADATA, {}))
 
 
 def _read_mcap(content: bytes, path: Path) -> _File:
-    file = _File({}, {topic: [] for topic in CHANNELS})
+    file = _File({}, {topic: [] for topic in channels.CHANNELS})
     topics: dict[int, str] = {}
     stream = io.BytesIO(content)
     reader = StreamReader(stream, validate_crcs=True, record_size_limit=len(content))
@@ -132,11 +111,11 @@ def _read_mcap(content: bytes, path: Path) -> _File:
 
 
 def _recording(file: _File, path: Path) -> Recording:
-    start = context_of(_only(file, CONTEXT, ContextRecord, path))
-    steps = steps_of(_only(file, STEPS, StepsRecord, path))
-    robots = _decoded(file, ROBOT, RobotRecord, path)
+    start = log_records.context_of(_only(file, channels.CONTEXT, log_records.ContextRecord, path))
+    steps = log_records.steps_of(_only(file, channels.STEPS, log_records.StepsRecord, path))
+    robots = _decoded(file, channels.ROBOT, log_records.RobotRecord, path)
     t_ns = np.array([t for t, _ in robots], dtype=np.int64)
-    position, orientation = _poses(_decoded(file, TF, FrameTransforms, path), start, t_ns)
+    position, orientation = _poses(_decoded(file, channels.TF, FrameTransforms, path), start, t_ns)
     return Recording(
         start=start,
         t_ns=t_ns,
@@ -159,7 +138,9 @@ def _poses(
     for t, message in messages:
         k = moment.get(t)
         if k is None:
-            raise ValueError(f"{TF} has poses at {t / NS_PER_S:g} s, where {ROBOT} has none")
+            raise ValueError(
+                f"{channels.TF} has poses at {t / NS_PER_S:g} s, where {channels.ROBOT} has none"
+            )
         for transform in message.transforms:
             i = index.get(transform.child_frame_id)
             if i is not None:
@@ -168,7 +149,7 @@ def _poses(
                 values.append((at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z))
     latest = np.maximum.accumulate(latest, axis=0)
     if (latest < 0).any():
-        raise ValueError(f"{TF} doesn't begin with the poses of all objects")
+        raise ValueError(f"{channels.TF} doesn't begin with the poses of all objects")
     poses = np.array(values).reshape(-1, 7)[latest]
     return poses[..., :3].copy(), poses[..., 3:].copy()
 

@@ -145,13 +145,7 @@ def _known_colours(texts: tuple[str, ...]) -> tuple[Colour, ...]:
 
 
 def context_of(record: ContextRecord) -> Context:
-    """The context that a message holds.
-
-    Raises
-    ------
-    ValueError
-        If it holds none: a prism without corners, a missing agent.
-    """
+    """The context of a message; ValueError for a prism without corners or a missing agent."""
     context = Context(
         record.id,
         tuple(

@@ -10,19 +10,8 @@ import msgspec
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from corpus_tools.logs.channels import (
-    ACTIONS,
-    CHANNELS,
-    CONTEXT,
-    LIBRARY,
-    METADATA,
-    ROBOT,
-    SCENE,
-    STEPS,
-    TF,
-    VERSION,
-    json_schema,
-)
+from corpus_tools.logs import channels
+from corpus_tools.logs.channels import VERSION
 from corpus_tools.logs.foxglove import (
     INFO,
     FrameTransform,
@@ -78,11 +67,11 @@ def to_bytes(recording: Recording, *, name: str, metadata: Mapping[str, str]) ->
     writer = Writer(
         stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
     )
-    writer.start(library=LIBRARY)
-    writer.add_metadata(LIBRARY, {"version": str(VERSION), "name": name})
-    writer.add_metadata(METADATA, dict(sorted(metadata.items())))
-    channel = {topic: _register(writer, topic) for topic in CHANNELS}
-    sequence = dict.fromkeys(CHANNELS, 0)
+    writer.start(library=channels.LIBRARY)
+    writer.add_metadata(channels.LIBRARY, {"version": str(VERSION), "name": name})
+    writer.add_metadata(channels.METADATA, dict(sorted(metadata.items())))
+    channel = {topic: _register(writer, topic) for topic in channels.CHANNELS}
+    sequence = dict.fromkeys(channels.CHANNELS, 0)
     encoder = msgspec.json.Encoder()
     for t_ns, topic, message in _messages(recording):
         data = encoder.encode(message)
@@ -93,8 +82,8 @@ def to_bytes(recording: Recording, *, name: str, metadata: Mapping[str, str]) ->
 
 
 def _register(writer: Writer, topic: str) -> int:
-    channel = CHANNELS[topic]
-    schema = msgspec.json.encode(json_schema(channel.message, channel.schema))
+    channel = channels.CHANNELS[topic]
+    schema = msgspec.json.encode(channels.json_schema(channel.message, channel.schema))
     number = writer.register_schema(channel.schema, "jsonschema", schema)
     return int(writer.register_channel(topic, "json", number))
 
@@ -103,8 +92,8 @@ def _messages(recording: Recording) -> Iterator[_Message]:
     """Everything that happened, in order."""
     begin_ns = int(recording.t_ns[0])
     begin = time_of(begin_ns)
-    yield begin_ns, CONTEXT, context_record(recording.start, begin)
-    yield begin_ns, STEPS, steps_record(recording.steps, begin)
+    yield begin_ns, channels.CONTEXT, context_record(recording.start, begin)
+    yield begin_ns, channels.STEPS, steps_record(recording.steps, begin)
     said = _said(recording.steps, begin_ns)
     next_said = next(said, None)
     carries = [
@@ -119,12 +108,12 @@ def _messages(recording: Recording) -> Iterator[_Message]:
             next_said = next(said, None)
         moved, robot = next(transforms), next(robots)
         if moved:
-            yield t_ns, TF, FrameTransforms(moved)
+            yield t_ns, channels.TF, FrameTransforms(moved)
         if on_forks != shown:
             drawn = entities(recording.start, on_forks, robot.timestamp)
-            yield t_ns, SCENE, SceneUpdate((), drawn)
+            yield t_ns, channels.SCENE, SceneUpdate((), drawn)
             shown = on_forks
-        yield t_ns, ROBOT, robot
+        yield t_ns, channels.ROBOT, robot
     if next_said is not None:
         yield next_said
         yield from said
@@ -205,4 +194,4 @@ def _said(steps: tuple[Step, ...], begin_ns: int) -> Iterator[_Message]:
         for seconds, what in ((step.start_s, "begins"), (step.end_s, "is done")):
             lines.append((max(round(seconds * NS_PER_S), begin_ns), f"{told}: {what}"))
     for t_ns, line in sorted(lines, key=lambda item: item[0]):
-        yield t_ns, ACTIONS, Log(time_of(t_ns), INFO, line, "robot", "", 0)
+        yield t_ns, channels.ACTIONS, Log(time_of(t_ns), INFO, line, "robot", "", 0)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import msgspec
 import numpy as np
 
 from corpus_tools.logs.foxglove import (
@@ -55,6 +58,7 @@ OUTLINE_M = 0.04
 _UNTURNED = Quaternion(0.0, 0.0, 0.0, 1.0)
 _HERE = Pose(Vector3(0.0, 0.0, 0.0), _UNTURNED)
 _FOREVER = Time(0, 0)
+_EMPTY = SceneEntity(_FOREVER, "", "", _FOREVER, True, (), (), (), (), (), (), (), (), ())
 
 
 def frames(context: Context) -> tuple[str, str]:
@@ -68,13 +72,7 @@ def frames(context: Context) -> tuple[str, str]:
 
 
 def entities(context: Context, carries: str, timestamp: Time) -> tuple[SceneEntity, ...]:
-    """Everything to draw.
-
-    Parameters
-    ----------
-    carries
-        Id of the object on the forks, whose outline is lit up.
-    """
+    """Everything to draw; the outline of what is on the forks, whose id is `carries`, is lit up."""
     site, forks = frames(context)
     return (
         *(_place(place, i, site, timestamp) for i, place in enumerate(context.places)),
@@ -128,33 +126,9 @@ def _forks(frame: str, timestamp: Time) -> SceneEntity:
     )
 
 
-def _entity(
-    frame: str,
-    name: str,
-    timestamp: Time,
-    *,
-    metadata: tuple[KeyValuePair, ...] = (),
-    cubes: tuple[CubePrimitive, ...] = (),
-    lines: tuple[LinePrimitive, ...] = (),
-    texts: tuple[TextPrimitive, ...] = (),
-) -> SceneEntity:
+def _entity(frame: str, name: str, timestamp: Time, **drawn: Any) -> SceneEntity:
     """What stays in its frame until it is replaced, with all that the schema requires."""
-    return SceneEntity(
-        timestamp,
-        frame_id=frame,
-        id=name,
-        lifetime=_FOREVER,
-        frame_locked=True,
-        metadata=metadata,
-        arrows=(),
-        cubes=cubes,
-        spheres=(),
-        cylinders=(),
-        lines=lines,
-        triangles=(),
-        texts=texts,
-        models=(),
-    )
+    return msgspec.structs.replace(_EMPTY, timestamp=timestamp, frame_id=frame, id=name, **drawn)
 
 
 def _cube(middle: FloatArray, size: FloatArray, colour: Color) -> CubePrimitive:

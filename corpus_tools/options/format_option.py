@@ -32,17 +32,21 @@ class _Form(click.Choice[str]):
         return super().convert(PLAIN if value == "table" else value, param, ctx)
 
 
+PATH = click.Path(path_type=Path)
+"""A file or a folder, whether or not it is there."""
+
+
+def with_default(*names: str, **about: Any) -> Callable[[Command], Command]:
+    """An option whose help shows its default."""
+    return click.option(*names, show_default=True, **about)
+
+
 def format_option(
     *others: str, about: str = "For people or for programs."
 ) -> Callable[[Command], Command]:
     """Add ``--format`` and ``--json``; the command gets the format as ``form``.
 
-    Parameters
-    ----------
-    others
-        Formats besides ``text`` and ``json``.
-    about
-        What each format is.
+    `others` are formats besides ``text`` and ``json``; `about` says what each format is.
     """
     long = click.option(
         "--format",
@@ -74,9 +78,8 @@ def in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> 
 
 def out_file(about: str, metavar: str | None = None) -> Callable[[Command], Command]:
     """Add ``--out`` for what is written as a whole, in a folder that is there."""
-    kind = click.Path(path_type=Path)
     return click.option(
-        "--out", required=True, metavar=metavar, type=kind, callback=in_a_folder, help=about
+        "--out", required=True, metavar=metavar, type=PATH, callback=in_a_folder, help=about
     )
 
 
@@ -89,10 +92,7 @@ def out_folder(about: str, metavar: str | None = None) -> Callable[[Command], Co
 def tell(form: str, record: object, *lines: str) -> None:
     """Print a record as JSON if that is wanted, else the lines for people.
 
-    Parameters
-    ----------
-    record
-        Built of what msgspec writes: dataclasses, structs, mappings, sequences, and paths.
+    It is built of what msgspec writes: dataclasses, structs, mappings, sequences, and paths.
     """
     if form != "json":
         say(*lines)
@@ -126,8 +126,4 @@ def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:
 FORMAT = format_option()
 JSON = click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON.")
 """For a command whose ``--format`` is that of the files it makes."""
-OUT = click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    help="Write to a file instead of the standard output.",
-)
+OUT = click.option("--out", type=PATH, help="Write to a file instead of the standard output.")

@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from corpus_tools.options.format_option import with_default
+
 Command = Callable[..., Any]
 
 
@@ -22,18 +24,13 @@ def selection_options(command: Command) -> Command:
     return command
 
 
-NEGATIVES_SEED = click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="Random seed of hard negatives.",
+NEGATIVES_SEED = with_default(
+    "--seed", type=click.IntRange(min=0), default=0, help="Random seed of hard negatives."
 )
-NEGATIVES = click.option(
+NEGATIVES = with_default(
     "--negatives",
     type=click.Choice(["random", "hard"]),
     default="random",
-    show_default=True,
     help="The corpus's own, or other plausible groundings in the same scene.",
 )
 L2 = click.option(

@@ -8,15 +8,16 @@ from typing import Any
 
 import click
 
+from corpus_tools.options.format_option import with_default
+
 
 def WORKERS(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N802 - as options are
     """Add ``--jobs`` and ``--scheduler``; the command gets both as ``workers``."""
 
-    @click.option(
+    @with_default(
         "--jobs",
         type=click.IntRange(1),
         default=1,
-        show_default=True,
         help="How many processes work at the same time.",
     )
     @click.option(

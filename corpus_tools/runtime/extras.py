@@ -38,13 +38,7 @@ def _is_installed(name: str) -> bool:
 
 
 def extra_of(module: str) -> str | None:
-    """The extra that brings a module; None if none does.
-
-    Parameters
-    ----------
-    module
-        As in an import, such as ``flask.views``.
-    """
+    """The extra that brings a module, as an import has it (``flask.views``); None if none does."""
     top = module.partition(".")[0]
     wanted = _MODULES.get(top, top)
     brings = (e for e, names in extras().items() if _normal(wanted) in map(_normal, names))

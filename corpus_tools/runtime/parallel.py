@@ -40,14 +40,6 @@ WITHOUT_WORKERS_S = 60.0
 class Workers:
     """Where work is done.
 
-    Parameters
-    ----------
-    jobs
-        How many processes there are on this machine; with 1, none is started.
-    scheduler
-        Address of a Dask scheduler, whose workers do it instead; they must have the same
-        packages, and see the same files under the same names.
-
     Raises
     ------
     CorpusError
@@ -55,7 +47,10 @@ class Workers:
     """
 
     jobs: int = 1
+    """How many processes there are on this machine; with 1, none is started."""
     scheduler: str = ""
+    """Address of a Dask scheduler, whose workers do it instead; they must have the same packages,
+    and see the same files under the same names."""
 
     def __post_init__(self) -> None:
         if self.jobs < 1:

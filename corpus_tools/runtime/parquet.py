@@ -9,13 +9,7 @@ from g3.errors import FormatError
 
 
 def import_pyarrow() -> tuple[Any, Any]:
-    """The modules ``pyarrow`` and ``pyarrow.parquet``.
-
-    Raises
-    ------
-    FormatError
-        If pyarrow isn't installed.
-    """
+    """The modules ``pyarrow`` and ``pyarrow.parquet``; FormatError if pyarrow isn't installed."""
     try:
         import pyarrow as pa  # noqa: PLC0415 - as the module says
         import pyarrow.parquet as pq  # noqa: PLC0415 - as above

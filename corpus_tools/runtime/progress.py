@@ -17,10 +17,7 @@ def no_progress(step: str, done: int, total: int) -> None:
 def progress_bar(first_step: str) -> Iterator[OnProgress]:
     """A progress bar on the terminal; nothing where standard error is none.
 
-    Parameters
-    ----------
-    first_step
-        What is done until the first report.
+    `first_step` is what is done until the first report.
     """
     from rich.console import Console  # noqa: PLC0415 - `ct --help` does without
     from rich.progress import Progress  # noqa: PLC0415

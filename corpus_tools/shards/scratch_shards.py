@@ -33,15 +33,7 @@ _FIELDS = {
 def write_scratch_shards(
     corpus: Corpus, items: Sequence[Example], out: Path, options: Options, *, size: int
 ) -> Manifest:
-    """Write the features of a corpus that is in memory into an empty folder.
-
-    Parameters
-    ----------
-    items
-        The corpus's examples.
-    size
-        How many examples a shard has at most.
-    """
+    """Write the features of a corpus's examples, at most `size` a shard, to an empty folder."""
     shards = []
     for first in range(0, len(items), size):
         part = items[first : first + size]
@@ -55,13 +47,7 @@ def write_scratch_shards(
 
 
 def read_scratch_shard(path: Path, digest: str = "") -> Shard:
-    """Read one of these shards, which have no digest.
-
-    Raises
-    ------
-    FormatError
-        If it isn't there or is damaged.
-    """
+    """Read one of these shards, which have no digest; FormatError if it is missing or damaged."""
     found = read_arrays(path, _FIELDS, where=str(path), fix="train again", error=FormatError)
     bases, words = (tuple(found.pop(name).tolist()) for name in ("bases", "words"))
     return Shard(bases, words, **found)

@@ -31,29 +31,20 @@ AGAIN = "make the shards again with: ct shards"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Shard:
-    """Examples with equal features are one row, with how many of them there are.
-
-    Parameters
-    ----------
-    bases, words
-        Names of base features and words (:class:`g3.features.matrix.FeatureSpace`).
-    keys
-        The features, sorted: base index times the number of words plus word index, shape (k,).
-    features
-        Those of each row, one row after the other, as indices into the keys.
-    offsets
-        Row i has ``features[offsets[i]:offsets[i + 1]]``, shape (n + 1,).
-    right, wrong
-        How many examples of a row have φ true, and false, shape (n,).
-    """
+    """Examples with equal features are one row, with how many of them there are."""
 
     bases: tuple[str, ...]
     words: tuple[str, ...]
+    """Names of base features and words (:class:`g3.features.matrix.FeatureSpace`)."""
     keys: npt.NDArray[np.int64]
+    """The features, sorted: base index times the number of words plus word index, shape (k,)."""
     features: npt.NDArray[np.int32]
+    """Those of each row, one row after the other, as indices into the keys."""
     offsets: npt.NDArray[np.int32]
+    """Row i has ``features[offsets[i]:offsets[i + 1]]``, shape (n + 1,)."""
     right: npt.NDArray[np.int32]
     wrong: npt.NDArray[np.int32]
+    """How many examples of a row have φ true, and false, shape (n,)."""
 
     @property
     def space(self) -> FeatureSpace:
@@ -68,27 +59,19 @@ class _Names(msgspec.Struct, frozen=True):
 
 
 class Origin(msgspec.Struct, frozen=True):
-    """What a shard was made of and how; two shards of the same origin are the same.
-
-    Parameters
-    ----------
-    corpus
-        The corpus's hash.
-    first, examples
-        Which of the corpus's examples: the first one's number, and how many.
-    catalogue_version, sets
-        The features.
-    negatives, seed
-        As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them.
-    """
+    """What a shard was made of and how; two shards of the same origin are the same."""
 
     corpus: str
+    """The corpus's hash."""
     first: int
     examples: int
+    """Which of the corpus's examples: the first one's number, and how many."""
     catalogue_version: int
     sets: tuple[str, ...]
+    """The features."""
     negatives: str
     seed: int
+    """As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them."""
 
 
 class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -101,38 +84,27 @@ class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a folder of shards holds.
-
-    Parameters
-    ----------
-    catalogue_version
-        :data:`g3.features.feature_registry.CATALOGUE_VERSION`.
-    ablated, added
-        What was left out of the default sets and added to them.
-    negatives, seed
-        As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them.
-    corpora
-        Hashes of the corpora by the names that they were given with.
-    sources
-        How many examples there are of each source.
-    scenarios
-        :func:`corpus_tools.corpus.labelled_corpus.scenario_ids`.
-    digest
-        Of all other fields.
-    """
+    """What a folder of shards holds."""
 
     format_version: int
     catalogue_version: int
+    """:data:`g3.features.feature_registry.CATALOGUE_VERSION`."""
     sets: tuple[str, ...]
     ablated: tuple[str, ...]
     added: tuple[str, ...]
+    """What was left out of the default sets and added to them."""
     negatives: str
     seed: int
+    """As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them."""
     corpora: dict[str, str]
+    """Hashes of the corpora by the names that they were given with."""
     sources: dict[str, int]
+    """How many examples there are of each source."""
     scenarios: tuple[str, ...]
+    """:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`."""
     shards: tuple[ShardRecord, ...]
     digest: str = ""
+    """Of all other fields."""
 
     @property
     def examples(self) -> int:
@@ -180,17 +152,9 @@ def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
 
 
 def read_shard(path: Path, digest: str = "") -> Shard:
-    """Read a shard.
+    """Read a shard, which must have the digest that is given, if that is known.
 
-    Parameters
-    ----------
-    digest
-        The one that it must have, if that is known.
-
-    Raises
-    ------
-    FormatError
-        If it isn't there, isn't one, is damaged or is another one.
+    FormatError if it isn't there, isn't one, is damaged or is another one.
     """
     shard, _, found = _read(path)
     if digest and found != digest:
@@ -241,10 +205,7 @@ def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
 def read_manifest(folder: Path) -> Manifest:
     """Read what a folder of shards holds.
 
-    Raises
-    ------
-    FormatError
-        If it isn't one, or was made by another version of the program.
+    FormatError if it isn't one, or was made by another version of the program.
     """
     path = folder / MANIFEST
     try:

@@ -17,19 +17,9 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers, work
 from corpus_tools.runtime.parquet import import_pyarrow
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from corpus_tools.shards.shard_files import (
-    FORMAT_VERSION,
-    Manifest,
-    Origin,
-    Shard,
-    ShardRecord,
-    known_shard,
-    write_manifest,
-    write_shard,
-)
+from corpus_tools.shards import shard_files
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
-from g3.groundings import Grounding
 from g3.learning.examples import Example
 from g3.learning.factor_matrix import features_of_examples
 from g3.storage.only_writer import only_writer
@@ -57,7 +47,7 @@ class _Made:
     hash: str
     sources: Counter[str]
     scenarios: set[str]
-    shards: list[ShardRecord]
+    shards: list[shard_files.ShardRecord]
 
 
 def write_shards(
@@ -68,97 +58,62 @@ def write_shards(
     workers: Workers,
     size: int = EXAMPLES,
     on_progress: OnProgress = no_progress,
-) -> tuple[Manifest, list[str]]:
+) -> tuple[shard_files.Manifest, list[str]]:
     """Write the features of corpora into a folder; each worker holds one corpus at a time.
 
-    Parameters
-    ----------
-    corpora
-        Names or folders.
-    out
-        A new folder, an empty one, or one that was left unfinished: its shards are kept if they
-        are what would be made.
-    size
-        How many examples a shard has at most.
-
-    Returns
-    -------
-    tuple
-        What the folder holds, and why corpora were left out, a line each.
-
-    Raises
-    ------
-    CorpusError
-        If nothing could be read, the folder has other things in it, or another program is
-        writing to it.
+    `corpora` are names or folders. `out` is a new folder, an empty one, or one that was left
+    unfinished: its shards are kept if they are what would be made. A shard has at most `size`
+    examples. Returns what the folder holds, and why corpora were left out, a line each. CorpusError
+    if nothing could be read, the folder has other things in it, or another program is writing to
+    it.
     """
     import_pyarrow()
     out.mkdir(parents=True, exist_ok=True)
     with only_writer(out.absolute()):
-        return _write_shards(
-            corpora, out, options, workers=workers, size=size, on_progress=on_progress
-        )
-
-
-def _write_shards(
-    corpora: Sequence[str],
-    out: Path,
-    options: Options,
-    *,
-    workers: Workers,
-    size: int,
-    on_progress: OnProgress,
-) -> tuple[Manifest, list[str]]:
-    _names_of_sets(options)  # an unknown name is an error before anything is read
-    if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
-        raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
-    wanted = PORTIONS if workers.scheduler else workers.jobs
-    of = -(-wanted // len(corpora))
-    portions = [Portion(name, i, k, of) for i, name in enumerate(corpora) for k in range(of)]
-    make = partial(_write_portion, out=out.absolute(), options=options, size=size)
-    made: dict[Portion, _Made] = {}
-    failures: dict[str, Exception] = {}
-    for done in work(make, portions, workers):
-        if done.result is not None:
-            made[done.item] = done.result
-        elif done.error is not None:
-            failures[done.item.corpus] = done.error
-        on_progress("making shards", len(made) + len(failures), len(portions))
-    whole = [made[p] for p in portions if p in made and p.corpus not in failures]
-    if not whole:
-        raise next(iter(failures.values()))
-    hashes = {p.corpus: made[p].hash for p in portions if p.corpus not in failures}
-    sources = sum((m.sources for m in whole), Counter())
-    scenarios = set().union(*(m.scenarios for m in whole))
-    shards = [shard for m in whole for shard in m.shards]
-    manifest = manifest_of(hashes, sources, scenarios, shards, options)
-    for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
-        path.unlink()
-    return write_manifest(out, manifest), [_line(name, error) for name, error in failures.items()]
+        _names_of_sets(options)  # an unknown name is an error before anything is read
+        if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
+            raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
+        wanted = PORTIONS if workers.scheduler else workers.jobs
+        of = -(-wanted // len(corpora))
+        portions = [Portion(name, i, k, of) for i, name in enumerate(corpora) for k in range(of)]
+        make = partial(_write_portion, out=out.absolute(), options=options, size=size)
+        made: dict[Portion, _Made] = {}
+        failures: dict[str, Exception] = {}
+        for done in work(make, portions, workers):
+            if done.result is not None:
+                made[done.item] = done.result
+            elif done.error is not None:
+                failures[done.item.corpus] = done.error
+            on_progress("making shards", len(made) + len(failures), len(portions))
+        whole = [made[p] for p in portions if p in made and p.corpus not in failures]
+        if not whole:
+            raise next(iter(failures.values()))
+        hashes = {p.corpus: made[p].hash for p in portions if p.corpus not in failures}
+        sources = sum((m.sources for m in whole), Counter())
+        scenarios = set().union(*(m.scenarios for m in whole))
+        shards = [shard for m in whole for shard in m.shards]
+        manifest = manifest_of(hashes, sources, scenarios, shards, options)
+        for path in {*out.iterdir()} - {out / shard.file for shard in manifest.shards}:
+            path.unlink()
+        return shard_files.write_manifest(out, manifest), [
+            _line(name, error) for name, error in failures.items()
+        ]
 
 
 def manifest_of(
     hashes: dict[str, str],
     sources: Counter[str],
     scenarios: Iterable[str],
-    shards: Iterable[ShardRecord],
+    shards: Iterable[shard_files.ShardRecord],
     options: Options,
-) -> Manifest:
-    """What a folder holds.
+) -> shard_files.Manifest:
+    """What a folder of these shards holds.
 
-    Parameters
-    ----------
-    hashes
-        Hashes of the corpora by their names.
-    sources
-        How many examples there are of each source.
-    scenarios
-        Those of all examples.
-    shards
-        The files.
+    `hashes` are those of the corpora by their names; `sources` counts the examples of each source;
+    `scenarios` are those of all examples.
     """
-    return Manifest(
-        format_version=FORMAT_VERSION,
+    return shard_files.Manifest(
+        format_version=shard_files.FORMAT_VERSION,
         catalogue_version=CATALOGUE_VERSION,
         sets=_names_of_sets(options),
         ablated=options.ablated,
@@ -183,18 +138,7 @@ def _line(corpus: str, error: Exception) -> str:
 
 
 def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
-    opened = _examples(portion.corpus, options.negatives, options.seed)
-    return _write_examples(opened, portion, out, options, size)
-
-
-def _write_examples(
-    hash_and_items: tuple[str, Sequence[Example]],
-    portion: Portion,
-    out: Path,
-    options: Options,
-    size: int,
-) -> _Made:
-    digest, items = hash_and_items
+    digest, items = _examples(portion.corpus, options.negatives, options.seed)
     made = _Made(digest, Counter(), set(), [])
     sets = _names_of_sets(options)
     for first in range(portion.number * size, len(items), portion.of * size):
@@ -203,12 +147,12 @@ def _write_examples(
         made.scenarios.update(scenario_ids(part))
         file = f"{portion.order:05}-{first // size:05}.parquet"
         features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
-        origin = Origin(digest, first, len(part), *features)
-        known = known_shard(out / file, origin)
+        origin = shard_files.Origin(digest, first, len(part), *features)
+        known = shard_files.known_shard(out / file, origin)
         if known is None:
             shard = to_shard(part, options)
-            known = len(shard.right), write_shard(out / file, shard, origin)
-        made.shards.append(ShardRecord(file, len(part), *known))
+            known = len(shard.right), shard_files.write_shard(out / file, shard, origin)
+        made.shards.append(shard_files.ShardRecord(file, len(part), *known))
     return made
 
 
@@ -218,7 +162,7 @@ def _examples(corpus: str, negatives: Negatives, seed: int) -> tuple[str, list[E
     return opened.hash, labelled_examples(opened, negatives=negatives, seed=seed)
 
 
-def to_shard(items: Sequence[Example], options: Options) -> Shard:
+def to_shard(items: Sequence[Example], options: Options) -> shard_files.Shard:
     """The features of examples.
 
     Examples with the same words and groundings are merged before their features are computed,
@@ -245,7 +189,7 @@ def to_shard(items: Sequence[Example], options: Options) -> Shard:
         np.bincount(row[place][chosen], minlength=len(number)).astype(np.int32)
         for chosen in (correct, ~correct)
     )
-    return Shard(
+    return shard_files.Shard(
         space.bases,
         space.words,
         space.keys,
@@ -261,10 +205,6 @@ def _inputs(example: Example) -> tuple[object, ...]:
     return (
         example.sdc.type,
         id(example.annotation.context),
-        *(_ids(g) for g in (example.figure, example.landmark, example.theme, example.goal)),
+        *(tuple(map(id, getattr(example, r))) for r in ("figure", "landmark", "theme", "goal")),
         tuple(example.words.values()),
     )
-
-
-def _ids(groundings: Iterable[Grounding]) -> tuple[int, ...]:
-    return tuple(id(g) for g in groundings)

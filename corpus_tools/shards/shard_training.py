@@ -59,18 +59,10 @@ def fit_on_shards(
 ) -> GroundingModel:
     """Fit a model to all shards of a folder; the optimum is that of the same examples in memory.
 
-    Parameters
-    ----------
-    model
-        The model; its `tolerance` isn't used.
-    workers
-        Who reads the shards. The scratch folder is made in `folder`, so that those of a
-        cluster see it.
-    tolerance
-        Stop when no component of the gradient exceeds it. By default 1e-4 up to ten thousand
-        examples, as in memory, and as much more as there are more examples.
-    read
-        Reads a shard; scratch shards have another form.
+    `workers` read the shards; the scratch folder is made in `folder`, so that those of a cluster
+    see it. `tolerance`, and not the model's, is when to stop: when no component of the gradient
+    exceeds it. By default it is 1e-4 up to ten thousand examples, as in memory, and as much more as
+    there are more examples. `read` reads a shard; scratch shards have another form.
     """
     if tolerance is None:
         tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)

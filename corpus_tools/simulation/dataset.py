@@ -18,14 +18,13 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.runtime.shipped import DATASET
 from corpus_tools.simulation.grammar import Told, tell
 from corpus_tools.simulation.seen_scenes import see
-from corpus_tools.simulation.simulated_workers import Worker, draw_workers
+from corpus_tools.simulation.wording import Worker, draw_workers
 from corpus_tools.world.scenarios.execution import log_scenario
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate
 from corpus_tools.world.scenarios.scenario import Layout, Scenario
-from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS
+from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS, format_scenario
 from corpus_tools.world.scenarios.scenario_logs import is_logged
-from corpus_tools.world.scenarios.scenario_writing import format_scenario
 from g3.errors import CorpusError, FormatError
 from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import format_brackets
@@ -36,18 +35,12 @@ SOURCE = "Simulated: written by a grammar for random scenarios, by nobody. See d
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What shall be simulated; the same plan gives the same files.
-
-    Parameters
-    ----------
-    scenarios
-        How many, and that many videos.
-    commands
-        For each, by different workers.
-    """
+    """What shall be simulated; the same plan gives the same files."""
 
     scenarios: int
+    """How many, and that many videos."""
     commands: int
+    """For each, by different workers."""
     workers: int
     seed: int
 
@@ -60,28 +53,13 @@ def write_dataset(
     workers: Workers | None = None,
     on_progress: OnProgress = no_progress,
 ) -> list[CorpusError]:
-    """Simulate workers, and write their commands with scenarios and logs.
+    """Simulate workers, and write their commands with scenarios and logs; why some were left out.
 
-    What is there already is kept, so that an interrupted run goes on where it stopped.
-
-    Parameters
-    ----------
-    out
-        Folder of the dataset; it is made if it isn't there.
-    basis
-        The dataset whose layouts and words are taken.
-    workers
-        Who executes the scenarios; whoever it is writes the same files.
-
-    Returns
-    -------
-    list of CorpusError
-        Why scenarios were left out: the robot couldn't do what they say.
-
-    Raises
-    ------
-    FormatError
-        If the folder holds something else, or the layouts have no room.
+    The folder `out` of the dataset is made if it isn't there. What is there already is kept, so
+    that an interrupted run goes on where it stopped. Layouts and words are those of the dataset
+    `basis`. Whoever `workers` are that execute the scenarios, the files are the same. A scenario is
+    left out if the robot can't do what it says. FormatError if the folder holds something else, or
+    the layouts have no room.
     """
     if plan.commands > plan.workers:
         raise FormatError(
@@ -161,7 +139,8 @@ def _begin(plan: Plan, out: Path, basis: Path, layouts: Mapping[str, Layout]) ->
     }
     content = json.dumps(head, indent=1).encode()
     file = out / DATASET
-    if out.exists() and any(out.iterdir()) and not _is_ours(file, content):
+    is_ours = file.is_file() and file.read_bytes() == content
+    if out.exists() and any(out.iterdir()) and not is_ours:
         raise FormatError(
             "this folder holds something else", where=str(out), fix="name a new folder"
         )
@@ -171,7 +150,3 @@ def _begin(plan: Plan, out: Path, basis: Path, layouts: Mapping[str, Layout]) ->
         path = Path(LAYOUTS) / f"{name}.yaml"
         write_bytes(out / path, (basis / path).read_bytes())
     write_bytes(file, content)
-
-
-def _is_ours(file: Path, content: bytes) -> bool:
-    return file.is_file() and file.read_bytes() == content

@@ -16,8 +16,7 @@ import numpy as np
 
 from corpus_tools.simulation.referring import name_place, refer
 from corpus_tools.simulation.seen_scenes import Scene, Seen, distance
-from corpus_tools.simulation.simulated_workers import POLITE, Worker, misspell
-from corpus_tools.simulation.wording import Wording, clause
+from corpus_tools.simulation.wording import POLITE, Wording, Worker, clause, misspell
 from corpus_tools.world.state.robot_script import DRIVE_TO
 from g3.actions.forklift_actions import DRIVE_PAST, PICK_UP, PUT_DOWN
 from g3.errors import CorpusError
@@ -38,27 +37,16 @@ Sayer: TypeAlias = Callable[["_Speaker"], SDC]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A command.
-
-    Parameters
-    ----------
-    wording
-        Its text, and what clauses are grounded in. Those of which it knows nothing are grounded
-        by the log, or by their figure.
-    """
+    """A command."""
 
     sdcs: tuple[SDC, ...]
     wording: Wording
+    """Its text, and what clauses are grounded in. Those of which it knows nothing are grounded by
+    the log, or by their figure."""
 
 
 def tell(scene: Scene, worker: Worker, rng: np.random.Generator) -> Told:
-    """What a worker types for what happens in a scene.
-
-    Raises
-    ------
-    CorpusError
-        If the script has an action that the grammar doesn't know.
-    """
+    """What a worker types for what happens in a scene; CorpusError for an action without words."""
 
     def spell(word: str) -> str:
         return misspell(word, rng) if rng.random() < worker.misspelling else word

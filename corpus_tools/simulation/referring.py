@@ -28,21 +28,14 @@ BY_M = 4.0
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Noun:
-    """A way to name a kind of thing.
-
-    Parameters
-    ----------
-    labels
-        What a thing must be for the noun to fit.
-    head
-        The noun, without an article.
-    of
-        What it is made up of, as in "pallet of tires"; empty if that isn't said.
-    """
+    """A way to name a kind of thing."""
 
     labels: frozenset[str]
+    """What a thing must be for the noun to fit."""
     head: str
+    """The noun, without an article."""
     of: str = ""
+    """What it is made up of, as in "pallet of tires"; empty if that isn't said."""
 
 
 def _nouns(labels: Sequence[str], *names: str) -> tuple[Noun, ...]:
@@ -81,10 +74,7 @@ def refer(
 ) -> SDC:
     """Type a phrase for a thing, and return its OBJECT clause.
 
-    Parameters
-    ----------
-    vague
-        Whether the worker doesn't care if the phrase fits other things too.
+    A `vague` worker doesn't care if the phrase fits other things too.
     """
     nouns = NOUNS[thing.kind]
     noun = nouns[int(rng.integers(len(nouns)))]

@@ -18,46 +18,32 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A thing or a place as the robot's driver sees it at the start.
-
-    Parameters
-    ----------
-    kind
-        Of a thing; empty for a place.
-    name
-        What the map calls a place.
-    deck
-        Id of what it stands on; empty for the ground.
-    at
-        Metres ahead of the robot and to its left.
-    colours
-        What it is painted; none for what its kind looks like.
-    """
+    """A thing or a place as the robot's driver sees it at the start."""
 
     id: str
     kind: str
+    """Of a thing; empty for a place."""
     labels: frozenset[str]
     name: str
+    """What the map calls a place."""
     deck: str
+    """Id of what it stands on; empty for the ground."""
     at: tuple[float, float]
+    """Metres ahead of the robot and to its left."""
     height: float
     colours: tuple[Colour, ...] = ()
+    """What it is painted; none for what its kind looks like."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """All that can be seen, by id.
-
-    Parameters
-    ----------
-    things, places
-        What there is; what the robot carries is not among the things that it sees.
-    """
+    """All that can be seen, by id."""
 
     scenario: Scenario
     things: Mapping[str, Seen]
     places: Mapping[str, Seen]
+    """What there is; what the robot carries is not among the things that it sees."""
 
 
 def see(scenario: Scenario) -> Scene:

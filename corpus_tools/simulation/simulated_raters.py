@@ -24,28 +24,19 @@ THRESHOLDS = (-1.5, -0.5, 0.5, 1.5)
 
 @dataclass(frozen=True, slots=True)
 class RaterModel:
-    """How people rate.
-
-    Parameters
-    ----------
-    own, other
-        Mean quality of a command with its own video, and with another scenario's.
-    spread
-        Standard deviation of the quality among pairs.
-    bias
-        Standard deviation of raters' biases.
-    noise
-        Standard deviation of one rating.
-    careless
-        Part of the raters who rate at random.
-    """
+    """How people rate."""
 
     own: float = 1.9
     other: float = -1.2
+    """Mean quality of a command with its own video, and with another scenario's."""
     spread: float = 0.6
+    """Standard deviation of the quality among pairs."""
     bias: float = 0.4
+    """Standard deviation of raters' biases."""
     noise: float = 0.7
+    """Standard deviation of one rating."""
     careless: float = 0.03
+    """Part of the raters who rate at random."""
 
 
 def rate(
@@ -58,15 +49,8 @@ def rate(
 ) -> tuple[Judgment, ...]:
     """Rate each command with its own video and with one of another scenario.
 
-    Parameters
-    ----------
-    judgments
-        For each pair, by different raters.
-
-    Raises
-    ------
-    FormatError
-        If there are too few raters or scenarios.
+    Each pair gets so many judgments, by different raters. FormatError if there are too few raters
+    or scenarios.
     """
     model = model or RaterModel()
     commands = list(corpus.commands.values())

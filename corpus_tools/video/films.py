@@ -17,10 +17,7 @@ def film(
 ) -> None:
     """Draw a recording into an MP4 file, as :class:`Settings` has it by default.
 
-    Parameters
-    ----------
-    site
-        What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
+    `site` is what is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
     """
     how = how or Settings()
     shown = sampled(recording, how.fps, speed=how.speed, skip_idle=how.skip_idle)

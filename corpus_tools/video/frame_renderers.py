@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import CAMERAS, Camera
-from corpus_tools.video.drawing.canvas import Canvas, Image, open_canvas, sun_of
+from corpus_tools.video.drawing.canvas import Canvas, Image, sun_of
 from corpus_tools.video.drawing.composite import FINER, Composite
 from corpus_tools.video.drawing.drawn_moments import moving_objects
 from corpus_tools.video.drawing.pasted import Pasted
@@ -30,46 +30,35 @@ SHADOW_SIZE = 4096
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """What a video needs of a recording.
-
-    Parameters
-    ----------
-    cameras
-        One for each frame, or a single one.
-    frame
-        The k-th frame, shape (height, width, 3), rows from the top down.
-    objects
-        Index of the object that each pixel of the first frame shows, -1 for none, (h, w).
-    """
+    """What a video needs of a recording."""
 
     cameras: list[Camera]
+    """One for each frame, or a single one."""
     frame: Callable[[int], Image]
+    """The k-th frame, shape (height, width, 3), rows from the top down."""
     objects: npt.NDArray[np.int64]
+    """Index of the object that each pixel of the first frame shows, -1 for none, (h, w)."""
 
 
 @contextmanager
 def open_frames(
     world: World, recording: Recording, camera: str, size: tuple[int, int], quality: Quality
 ) -> Iterator[Frames]:
-    """Prepare to draw a recording's frames.
+    """Prepare to draw the frames of a recording that is sampled at the video's frames.
 
-    Parameters
-    ----------
-    recording
-        Sampled at the video's frames.
-    camera
-        One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
+    `camera` is one of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
     """
     cameras = CAMERAS[camera](recording, size)
     shaded = quality == "standard" and sun_of(world.model) is not None
     best = quality == "high"
-    with open_canvas(
+    canvas = Canvas(
         world,
         canvas_size(size) if shaded else size,
         samples=SAMPLES if best else 0,
         shadow_size=SHADOW_SIZE if best else 1,
         moving=moving_objects(recording),
-    ) as canvas:
+    )
+    with closing(canvas):
         canvas.show(recording, 0)
         objects = canvas.objects(cameras[0], size)[::-1]
         if quality == "draft" and len(cameras) == 1:

@@ -10,8 +10,8 @@ from typing import TypeAlias
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.execution import recorded
-from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
+from corpus_tools.world.scenarios.scenario_logs import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from corpus_tools.world.state.recording import Recording
 from corpus_tools.world.state.replay import replay
@@ -43,30 +43,20 @@ class ContextItem:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Story:
-    """What happens in a video.
-
-    Parameters
-    ----------
-    id
-        Of the scenario or the context.
-    title
-        What happens, in a sentence; empty if nobody has said.
-    fingerprint
-        Digest of all that determines what happens.
-    metadata
-        What the log keeps.
-    record
-        Makes it happen, and gives the recording.
-    site
-        What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
-    """
+    """What happens in a video."""
 
     id: str
+    """Of the scenario or the context."""
     title: str
+    """What happens, in a sentence; empty if nobody has said."""
     fingerprint: str
+    """Digest of all that determines what happens."""
     metadata: Mapping[str, str]
+    """What the log keeps."""
     record: Callable[[], Recording]
+    """Makes it happen, and gives the recording."""
     site: str = "yard"
+    """What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`."""
 
 
 Item: TypeAlias = ScenarioItem | ContextItem
@@ -75,10 +65,7 @@ Item: TypeAlias = ScenarioItem | ContextItem
 def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
     """Scenarios by their names or files; all of a dataset if none are given.
 
-    Raises
-    ------
-    FormatError
-        If one isn't there, or two have the same name.
+    FormatError if one isn't there, or two have the same name.
     """
     folder = dataset_folder(dataset)
     paths = [scenario_file(name, folder) for name in names] or scenario_files(folder).values()
@@ -93,13 +80,7 @@ def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
 
 
 def context_items(corpus: str) -> list[Item]:
-    """The contexts of a corpus.
-
-    Raises
-    ------
-    FormatError
-        If the corpus can't be read.
-    """
+    """The contexts of a corpus; FormatError if it can't be read."""
     return [
         ContextItem(key.replace("/", "-"), corpus, key)
         for key in sorted(open_corpus(corpus).contexts)
@@ -107,13 +88,7 @@ def context_items(corpus: str) -> list[Item]:
 
 
 def story_of(item: Item) -> Story:
-    """Read what an item stands for.
-
-    Raises
-    ------
-    FormatError
-        If something in it is wrong.
-    """
+    """Read what an item stands for; FormatError if something in it is wrong."""
     if isinstance(item, ContextItem):
         return _replayed(open_corpus(item.corpus).contexts[item.context_id], item.corpus)
     scenario = read_scenario(item.path)

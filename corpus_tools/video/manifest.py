@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 
 from corpus_tools import __version__
+from corpus_tools.runtime.shipped import program_digest
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.drawn_moments import clock
 from corpus_tools.video.encode import Quality
@@ -25,7 +26,6 @@ SCHEMA_VERSION = 1
 MANIFEST = "manifest.json"
 PROGRAM = "corpus-tools-g3"
 
-_PACKAGE = Path(__file__).resolve().parent.parent
 _MAKERS = ("video", "world", "logs")
 """Folders with the modules that determine what is rendered."""
 _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy")
@@ -35,31 +35,21 @@ _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How videos are made.
-
-    Parameters
-    ----------
-    camera
-        One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`.
-    size
-        Width and height, pixels, both even.
-    quality
-        How well they are drawn and encoded.
-    speed
-        Seconds of what happens that a second of video shows.
-    skip_idle
-        Whether long stretches in which nothing moves are cut short.
-    names
-        Whether the names of places are painted on the ground.
-    """
+    """How videos are made."""
 
     camera: str = "overview"
+    """One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`."""
     size: tuple[int, int] = (1280, 720)
+    """Width and height, pixels, both even."""
     fps: int = 25
     quality: Quality = "standard"
+    """How well they are drawn and encoded."""
     speed: float = 1.0
+    """Seconds of what happens that a second of video shows."""
     skip_idle: bool = False
+    """Whether long stretches in which nothing moves are cut short."""
     names: bool = False
+    """Whether the names of places are painted on the ground."""
 
 
 def input_hash(story: Story, settings: Settings) -> str:
@@ -75,14 +65,9 @@ def manifest(
     cameras: list[Camera],
     files: Mapping[str, bytes],
 ) -> bytes:
-    """The manifest's content.
+    """The manifest's content, of a recording sampled at the video's frames.
 
-    Parameters
-    ----------
-    recording
-        Sampled at the video's frames.
-    files
-        The other files of the folder by name.
+    `files` are the other files of the folder by name.
     """
     first, times = cameras[0], clock(recording, settings.fps)
     video_s, log_s = zip(*times, strict=True)
@@ -138,10 +123,8 @@ def is_finished(folder: Path, wanted_hash: str) -> bool:
 
 @functools.cache
 def _program() -> str:
-    """Digest of the program, which changes in a checkout without its version, and libraries."""
-    digest = hashlib.sha256(__version__.encode())
-    for path in sorted(path for name in _MAKERS for path in (_PACKAGE / name).rglob("*.py")):
-        digest.update(path.read_bytes())
+    """Digest of the program and its libraries."""
+    digest = hashlib.sha256(program_digest(*_MAKERS).encode())
     for name in _LIBRARIES:
         try:
             digest.update(f"{name} {importlib.metadata.version(name)}\n".encode())

@@ -49,20 +49,14 @@ _FPS, _SECONDS = 5, 2
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Crop:
-    """A kind of thing as a camera sees it.
-
-    Parameters
-    ----------
-    picture
-        Of the size :data:`CROP`; red, green and blue.
-    pixels
-        Width and height of the thing in the whole frame.
-    """
+    """A kind of thing as a camera sees it."""
 
     kind: str
     camera: str
     picture: Image
+    """Of the size :data:`CROP`; red, green and blue."""
     pixels: tuple[int, int]
+    """Width and height of the thing in the whole frame."""
 
 
 def crops(kinds: tuple[str, ...] = ()) -> Iterator[Crop]:
@@ -79,12 +73,8 @@ def crops(kinds: tuple[str, ...] = ()) -> Iterator[Crop]:
 def write_sheet(found: list[Crop], out: Path, *, force: bool = False) -> None:
     """Write the sheet, a clip of each crop, a table of what they show, and a study.
 
-    Parameters
-    ----------
-    out
-        A folder, which appears when all is in it.
-    force
-        Whether to replace one that was written before.
+    The folder `out` appears when all is in it; with `force` it replaces one that was written
+    before.
     """
     # Their order tells nothing of what they show.
     mixed = sorted(found, key=lambda crop: zlib.crc32(f"{crop.kind} {crop.camera}".encode()))

@@ -21,22 +21,15 @@ THREADS = "LP_NUM_THREADS"
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of an item.
-
-    Parameters
-    ----------
-    made
-        Whether its files were made; else they were there, or it failed.
-    problem
-        Why it failed; empty if it didn't.
-    is_bug
-        Whether that is not the input's fault.
-    """
+    """What became of an item."""
 
     name: str
     made: bool
+    """Whether its files were made; else they were there, or it failed."""
     problem: str = ""
+    """Why it failed; empty if it didn't."""
     is_bug: bool = False
+    """Whether that is not the input's fault."""
 
 
 def produce_all(
@@ -50,12 +43,8 @@ def produce_all(
 ) -> Iterator[Outcome]:
     """Make all items' folders; one that fails doesn't stop the others.
 
-    Parameters
-    ----------
-    workers
-        Where; each process makes the same files as this one would.
-    on_frame
-        Given an item's name, what to call with its frames; only with one job.
+    Each process of the workers makes the same files as this one would. `on_frame` gives for an
+    item's name what to call with its frames; only with one job.
     """
     if workers == Workers():
         for item in items:

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus_tools.corpus.answer_lines import read_lines, write_lines
-from corpus_tools.corpus.answer_records import PredictionLine
+from corpus_tools.corpus.answer_records import PredictionLine, read_lines, write_lines
 from eval.statistics.comparison import Comparison
 from eval.statistics.estimates import FloatArray
 from eval.table_1.correspondence import ROW_TYPES, Predictions, RowType, predicted_true

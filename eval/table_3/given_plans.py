@@ -10,8 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from corpus_tools.corpus.answer_lines import read_lines, write_lines
-from corpus_tools.corpus.answer_records import PlanLine
+from corpus_tools.corpus.answer_records import PlanLine, read_lines, write_lines
 from corpus_tools.following.plan_steps import read_steps, scene_shown
 from corpus_tools.runtime.progress import OnProgress
 from eval.table_3.grounder_registry import PlanTask, Proposal

@@ -1,4 +1,4 @@
-"""Trees of commands, and the groundings of their clauses."""
+"""Trees of commands, the groundings of their clauses, and whether they fit what the log shows."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from corpus_tools.importers.authored.authored_files import Dataset
-from corpus_tools.importers.authored.authored_worlds import World
-from corpus_tools.world.scenarios.scenario_files import Utterance
+import numpy as np
+
+from corpus_tools.importers.authored.authored_files import Dataset, World, ends
+from corpus_tools.world.scenarios.scenario_files import SCENARIOS, Utterance
 from g3.errors import FormatError, SDCError
-from g3.groundings import Grounding, Path, PhysicalObject
-from g3.sdc.clauses import SDC, breadth_first
+from g3.geometry.plane import convex_hull, point_gap
+from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place
+from g3.sdc.clauses import SDC, breadth_first, child_indices
 from g3.sdc.sdc_notation import format_brackets, has_implicit_figure, parse_brackets
 from g3.short_repr import short_repr
 
@@ -24,20 +26,14 @@ _WORD = re.compile(r"[\w']+")
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Clauses:
-    """A command's clauses, breadth first, with their right groundings.
-
-    Parameters
-    ----------
-    names
-        For each clause its name in the notation, such as OBJ_2; empty for the unnamed
-        robot of an imperative.
-    groundings
-        For each clause what it is grounded in.
-    """
+    """A command's clauses, breadth first, with their right groundings."""
 
     sdcs: tuple[SDC, ...]
     names: tuple[str, ...]
+    """For each clause its name in the notation, such as OBJ_2; empty for the unnamed robot of an
+    imperative."""
     groundings: tuple[Groundings, ...]
+    """For each clause what it is grounded in."""
 
 
 def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clauses:
@@ -45,12 +41,8 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
 
     An EVENT is grounded in the robot with its log, and a PATH in the robot's path (section 4.1 of
     the paper). The author may say that it has no grounding. An OBJECT with a figure is grounded in
-    what its figure is, unless the author says otherwise.
-
-    Raises
-    ------
-    FormatError
-        If something is not right; ``where`` is the field.
+    what its figure is, unless the author says otherwise. What is not right is a FormatError whose
+    ``where`` is the field.
     """
     try:
         sdcs = parse_brackets(utterance.sdcs, command=utterance.text)
@@ -60,7 +52,7 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
     nodes = list(breadth_first(sdcs))
     names = clause_names(sdcs, nodes)
     given = tuple(_HEAD.findall(utterance.sdcs))
-    printed = sorted(filter(None, names), key=_number)
+    printed = sorted(filter(None, names), key=lambda name: int(name.partition("_")[2]))
     if list(given) != printed:
         raise FormatError(
             "the clauses are not numbered as in the paper",
@@ -86,10 +78,6 @@ def fits_words(item: PhysicalObject, words: Sequence[str], dataset: Dataset) -> 
         for word in words
         if word in dataset.words
     )
-
-
-def _number(name: str) -> int:
-    return int(name.partition("_")[2])
 
 
 def clause_names(sdcs: Sequence[SDC], nodes: Sequence[SDC]) -> tuple[str, ...]:
@@ -161,3 +149,76 @@ def _check_words(leaf: SDC, groundings: Groundings, dataset: Dataset, where: str
                 where=where,
                 fix="correct the id, or the words in dataset.yaml",
             )
+
+
+GOAL_TOLERANCE_M = 0.5
+
+
+def check_log(world: World) -> None:
+    """Check that the log shows what the script says.
+
+    FormatError if the robot, or what it moves, doesn't move or doesn't end in the place it should.
+    """
+    where = f"{SCENARIOS}/{world.scenario.id}.yaml: script"
+    for thing in filter(None, (world.context.agent, world.moved)):
+        if np.ptp(thing.trajectory.xyz, axis=0).max() == 0:
+            raise FormatError(
+                f"{thing.id} doesn't move in the log", where=where, fix="correct the scenario"
+            )
+    for name, place in ends(world.scenario).items():
+        if _distance(world.objects[name], world.places[place]) > 0:
+            raise FormatError(
+                f"{name} doesn't end in {place} in the log", where=where, fix="make the way free"
+            )
+
+
+def check_clauses(clauses: Clauses, world: World) -> None:
+    """Check that a command's groundings fit the log.
+
+    A command that names loads names the one that moves. A PLACE of an EVENT is where what moves
+    ends, or the robot. If they don't, the FormatError's ``where`` is the field.
+    """
+    nodes = list(breadth_first(clauses.sdcs))
+    named = [
+        item
+        for sdc, groundings in zip(nodes, clauses.groundings, strict=True)
+        for item in groundings
+        if sdc.type == "OBJECT" and isinstance(item, PhysicalObject)
+    ]
+    loads = any("pallet" in item.labels for item in named)
+    if world.moved is not None and loads and world.moved.id not in {item.id for item in named}:
+        raise FormatError(
+            f"{world.moved.id}, which moves in the log, is no clause's grounding",
+            where="groundings",
+            fix="correct the ids",
+        )
+    for sdc, below in zip(nodes, child_indices(clauses.sdcs), strict=True):
+        if sdc.type != "EVENT":
+            continue
+        for child in (*below.get("l", ()), *below.get("l2", ())):
+            if nodes[child].type == "PLACE":
+                _check_goal(clauses, child, world)
+
+
+def _check_goal(clauses: Clauses, node: int, world: World) -> None:
+    ends = [item for item in (world.moved, world.context.agent) if item is not None]
+    for place in clauses.groundings[node]:
+        if not isinstance(place, Place):
+            raise FormatError(
+                f"{clauses.names[node]} is grounded in an object",
+                where=f"groundings.{clauses.names[node]}",
+                fix="give a place",
+            )
+        if min(_distance(item, place) for item in ends) > GOAL_TOLERANCE_M:
+            raise FormatError(
+                f"neither {' nor '.join(item.id for item in ends)} ends in the place of "
+                f"{clauses.names[node]}",
+                where=f"groundings.{clauses.names[node]}",
+                fix="correct the place",
+            )
+
+
+def _distance(item: PhysicalObject, place: Place) -> float:
+    """Metres from where an object ends to a place's footprint."""
+    end: FloatArray = item.trajectory.xyz[None, -1:, :2]
+    return float(point_gap(end, convex_hull(place.prism.xy)[None])[0, 0])

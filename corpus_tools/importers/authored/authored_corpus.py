@@ -9,24 +9,23 @@ from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
-from corpus_tools.importers.authored.authored_clauses import Clauses, read_clauses
-from corpus_tools.importers.authored.authored_files import (
-    Dataset,
-    commands_of,
-    note_file,
-    read_dataset,
-    read_utterance,
+from corpus_tools.importers.authored import authored_files
+from corpus_tools.importers.authored.authored_clauses import (
+    Clauses,
+    Groundings,
+    check_clauses,
+    check_log,
+    read_clauses,
 )
+from corpus_tools.importers.authored.authored_files import World, read_world
 from corpus_tools.importers.authored.authored_negatives import generator, random_groundings, relabel
-from corpus_tools.importers.authored.authored_worlds import World, read_world
-from corpus_tools.importers.authored.consistency import check_clauses, check_log
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.scenarios.documents import Document, read_document
 from corpus_tools.world.scenarios.library import scenario_files
 from corpus_tools.world.scenarios.scenario_files import SCENARIOS
 from corpus_tools.world.scenarios.scenario_reading import first_error, scenario_of
-from g3.annotation import Annotation, Command
+from g3.annotation import Annotation, Command, Source
 from g3.errors import FormatError
 from g3.sdc.clauses import SDC_TYPES, breadth_first
 
@@ -51,22 +50,13 @@ def import_authored(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read an authored corpus.
+    """Read an authored corpus: a folder with dataset.yaml, scenarios, layouts and logs.
 
-    See :class:`corpus_tools.importers.importer_registry.ImportFunction`.
-
-    Parameters
-    ----------
-    path
-        A folder with dataset.yaml, scenarios, layouts and logs, such as datasets/warehouse.
-
-    Raises
-    ------
-    FormatError
-        If the corpus isn't there, or something in it can't be read.
+    See :class:`corpus_tools.importers.importer_registry.ImportFunction`; datasets/warehouse is such
+    a folder. FormatError if the corpus isn't there, or something in it can't be read.
     """
     journal = Journal(keep_going)
-    dataset = read_dataset(path, journal)
+    dataset = authored_files.read_dataset(path, journal)
     files = list(scenario_files(path).values())
     grounded: list[_Grounded] = []
     worlds: list[World] = []
@@ -75,8 +65,8 @@ def import_authored(
         name = f"{SCENARIOS}/{file.name}"
         try:
             document = read_document(file, name)
-            commands = commands_of(document)
-            note_file(name, document.content, len(commands), journal)
+            commands = authored_files.commands_of(document)
+            authored_files.note_file(name, document.content, len(commands), journal)
             scenario = first_error(*scenario_of(document, file))
             world = read_world(path, scenario, number * LOG_INTERVAL_S, journal)
             check_log(world)
@@ -107,13 +97,13 @@ def import_authored(
 
 
 def _read_commands(
-    document: Document, count: int, world: World, dataset: Dataset, journal: Journal
+    document: Document, count: int, world: World, dataset: authored_files.Dataset, journal: Journal
 ) -> list[_Grounded]:
     scenario = world.scenario
     found: list[_Grounded] = []
     for i in range(count):
         try:
-            utterance = read_utterance(document, i)
+            utterance = authored_files.read_utterance(document, i)
             clauses = read_clauses(utterance, world, dataset)
             check_clauses(clauses, world)
         except FormatError as error:
@@ -138,31 +128,22 @@ def _title(document: Document, i: int) -> str:
 
 
 def _annotations(
-    item: _Grounded, worlds: Sequence[World], dataset: Dataset
+    item: _Grounded, worlds: Sequence[World], dataset: authored_files.Dataset
 ) -> tuple[Annotation, Annotation]:
     """The positive and the random negative."""
     clauses = item.clauses
     drawn = random_groundings(clauses, item.world, worlds, generator(dataset.seed, item.command.id))
-    context = item.world.context
+    right = tuple(True if groundings else None for groundings in clauses.groundings)
+
+    def annotation(
+        source: Source, groundings: tuple[Groundings, ...], correct: tuple[bool | None, ...]
+    ) -> Annotation:
+        name, context = f"{item.command.id}/{source}", item.world.context
+        return Annotation(name, item.command, context, clauses.sdcs, groundings, correct, source)
+
     return (
-        Annotation(
-            id=f"{item.command.id}/positive",
-            command=item.command,
-            context=context,
-            sdcs=clauses.sdcs,
-            groundings=clauses.groundings,
-            correct=tuple(True if groundings else None for groundings in clauses.groundings),
-            source="positive",
-        ),
-        Annotation(
-            id=f"{item.command.id}/random",
-            command=item.command,
-            context=context,
-            sdcs=clauses.sdcs,
-            groundings=drawn,
-            correct=relabel(clauses, drawn, dataset),
-            source="random",
-        ),
+        annotation("positive", clauses.groundings, right),
+        annotation("random", drawn, relabel(clauses, drawn, dataset)),
     )
 
 

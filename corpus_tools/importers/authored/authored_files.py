@@ -1,4 +1,4 @@
-"""What the files of an authored corpus hold, and reading them.
+"""What the files of an authored corpus hold, the logs of its scenarios, and reading them.
 
 Scenarios are read by :mod:`corpus_tools.world.scenarios`.
 """
@@ -15,16 +15,16 @@ import msgspec
 
 from corpus_tools.importers.report import Journal, SourceFile
 from corpus_tools.runtime.shipped import DATASET
-from corpus_tools.world.scenarios.documents import (
-    Document,
-    Field,
-    Problem,
-    convert,
-    field_name,
-    read_document,
-)
+from corpus_tools.world.scenarios import documents
+from corpus_tools.world.scenarios.contexts import scenario_places
+from corpus_tools.world.scenarios.scenario import ROBOT, Scenario
 from corpus_tools.world.scenarios.scenario_files import Utterance
+from corpus_tools.world.scenarios.scenario_logs import log_file, scenario_log
+from corpus_tools.world.state.recording import to_context
+from corpus_tools.world.state.robot_script import DRIVE_TO
+from g3.actions.forklift_actions import PICK_UP, PUT_DOWN, WAIT
 from g3.errors import FormatError
+from g3.groundings import Context, PhysicalObject, Place
 from g3.short_repr import short_repr
 
 MANUAL = "docs/authored-corpora.md"
@@ -43,32 +43,20 @@ class _DatasetFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """The file dataset.yaml: what all scenarios share.
-
-    Parameters
-    ----------
-    seed
-        Of the random negatives.
-    words
-        For each word of leaf OBJECTs the labels of which an object must have at least
-        one; no labels mean that any object fits.
-    """
+    """The file dataset.yaml: what all scenarios share."""
 
     name: str
     source: str
     licence: str
     seed: int
+    """Of the random negatives."""
     words: Mapping[str, tuple[str, ...]]
+    """For each word of leaf OBJECTs the labels of which an object must have at least one; no labels
+    mean that any object fits."""
 
 
 def read_dataset(folder: Path, journal: Journal) -> Dataset:
-    """Read dataset.yaml.
-
-    Raises
-    ------
-    FormatError
-        If it isn't there or can't be read.
-    """
+    """Read dataset.yaml; FormatError if it isn't there or can't be read."""
     path = folder / DATASET
     if not path.is_file():
         raise FormatError(
@@ -76,7 +64,7 @@ def read_dataset(folder: Path, journal: Journal) -> Dataset:
             where=str(folder),
             fix="docs/authored-corpora.md says what the folder holds",
         )
-    document = read_document(path)
+    document = documents.read_document(path)
     note_file(DATASET, document.content, 0, journal)
     shared = _part(document, (), _DatasetFile)
     words = {word: _part(document, ("words", word), tuple[str, ...]) for word in shared.words}
@@ -88,40 +76,101 @@ def note_file(name: str, content: bytes, records: int, journal: Journal) -> None
     journal.files.append(SourceFile(name, hashlib.sha256(content).hexdigest(), records))
 
 
-def commands_of(document: Document) -> list[Any]:
-    """The commands of a scenario's file, as they stand there.
-
-    Raises
-    ------
-    FormatError
-        If they are no list.
-    """
+def commands_of(document: documents.Document) -> list[Any]:
+    """The commands of a scenario's file, as they stand there; FormatError if they are no list."""
     if not isinstance(document.value, dict) or "commands" not in document.value:
         return []
     return _part(document, ("commands",), list[Any])
 
 
-def read_utterance(document: Document, number: int) -> Utterance:
+def read_utterance(document: documents.Document, number: int) -> Utterance:
     """The command with an index in a scenario's file.
 
-    Raises
-    ------
-    FormatError
-        If it has another form; ``where`` is the field in it.
+    One of another form is a FormatError whose ``where`` is the field in it.
     """
     field = ("commands", number)
-    found = convert(document.value["commands"][number], Utterance, field, MANUAL)
-    if isinstance(found, Problem):
-        raise FormatError(found.what, where=field_name(found.field[len(field) :]), fix=found.fix)
+    found = documents.convert(document.value["commands"][number], Utterance, field, MANUAL)
+    if isinstance(found, documents.Problem):
+        raise FormatError(
+            found.what, where=documents.field_name(found.field[len(field) :]), fix=found.fix
+        )
     return found
 
 
-def _part(document: Document, field: Field, record_type: type[T]) -> T:
+def _part(document: documents.Document, field: documents.Field, record_type: type[T]) -> T:
     """A part of a document as a record; raises a FormatError that tells its line."""
     value = document.value
     for key in field:
         value = value[key]
-    found = convert(value, record_type, field, MANUAL)
-    if isinstance(found, Problem):
+    found = documents.convert(value, record_type, field, MANUAL)
+    if isinstance(found, documents.Problem):
         raise document.error(found)
     return found
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class World:
+    """A scenario's context with its log."""
+
+    scenario: Scenario
+    context: Context
+    """Agent and objects have their trajectories in the log."""
+    places: dict[str, Place]
+    moved: PhysicalObject | None
+    """The object that the robot last picks up or puts down, if any."""
+
+    @property
+    def objects(self) -> dict[str, PhysicalObject]:
+        """The context's objects by id, the robot among them."""
+        return {item.id: item for item in self.context.objects}
+
+
+def read_world(folder: Path, scenario: Scenario, start_s: float, journal: Journal) -> World:
+    """Read a scenario's log, which starts at `start_s` on the corpus's clock.
+
+    Logs of different scenarios must not overlap in time: whether two things moved together is seen
+    from their clocks. FormatError if there is no log, or it shows what the scenario said before it
+    was changed.
+    """
+    log = scenario_log(scenario, folder)
+    path = log_file(scenario, folder)
+    name = path.relative_to(folder).as_posix()
+    note_file(name, path.read_bytes(), len(log.recording.t_ns), journal)
+    context = to_context(log.recording, start_s)
+    moved = _moved(scenario)
+    return World(
+        scenario,
+        context,
+        scenario_places(scenario),
+        next((item for item in context.objects if item.id == moved), None),
+    )
+
+
+def ends(scenario: Scenario) -> dict[str, str]:
+    """In which place each thing that the script brings to one shall be at the end."""
+    held = scenario.robot.carries
+    found: dict[str, str] = {}
+    for step in scenario.script:
+        argument = str(step.argument)
+        if step.kind is PICK_UP:
+            held = argument
+            found.pop(held, None)
+        elif step.kind is PUT_DOWN and held is not None:
+            found[held] = argument
+            held = None
+        if step.action == DRIVE_TO.name:
+            found[ROBOT] = argument
+        elif step.kind is not WAIT:
+            found.pop(ROBOT, None)
+    return found
+
+
+def _moved(scenario: Scenario) -> str | None:
+    held, moved = scenario.robot.carries, None
+    for step in scenario.script:
+        if step.kind is PICK_UP:
+            held = moved = str(step.argument)
+        elif step.kind is PUT_DOWN:
+            moved = held
+    return moved

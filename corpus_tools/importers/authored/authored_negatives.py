@@ -13,8 +13,7 @@ from corpus_tools.importers.authored.authored_clauses import (
     fits_words,
     leaf_words,
 )
-from corpus_tools.importers.authored.authored_files import Dataset
-from corpus_tools.importers.authored.authored_worlds import World
+from corpus_tools.importers.authored.authored_files import Dataset, World
 from corpus_tools.world.scenarios.scenario import ROBOT
 from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.sdc.clauses import SDC, breadth_first, child_indices
@@ -30,14 +29,9 @@ def random_groundings(
 ) -> tuple[Groundings, ...]:
     """As many random groundings for each clause as it has right ones.
 
-    As in section 4.1 of the paper, they come from all scenarios. An EVENT or a PATH gets
-    the log of another scenario than the command's; it stays without a grounding if there
-    is none. The groundings of a plural come from one scenario.
-
-    Parameters
-    ----------
-    world
-        Where the command was given.
+    As in section 4.1 of the paper, they come from all scenarios. An EVENT or a PATH gets the log of
+    another scenario than `world`, where the command was given; it stays without a grounding if
+    there is none. The groundings of a plural come from one scenario.
     """
     others = [w for w in worlds if w is not world]
     drawn: list[Groundings] = []
@@ -88,16 +82,13 @@ def _denotes(leaf: SDC, groundings: Groundings, dataset: Dataset) -> bool:
     words = leaf_words(leaf)
     if not all(word in dataset.words for word in words):
         return False
+    named = {label for word in words for label in dataset.words[word]}
     return all(
         isinstance(item, PhysicalObject)
         and fits_words(item, words, dataset)
-        and (item.id != ROBOT or _names_robot(words, item, dataset))
+        and (item.id != ROBOT or not named.isdisjoint(item.labels))
         for item in groundings
     )
-
-
-def _names_robot(words: Sequence[str], robot: PhysicalObject, dataset: Dataset) -> bool:
-    return any(not set(dataset.words[word]).isdisjoint(robot.labels) for word in words)
 
 
 def _same(a: Groundings, b: Groundings) -> bool:

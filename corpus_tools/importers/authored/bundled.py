@@ -8,14 +8,12 @@ it is asked for, and again after its files or the program have changed.
 from __future__ import annotations
 
 import contextlib
-import functools
 import hashlib
 import secrets
 import shutil
 import time
 from pathlib import Path
 
-from corpus_tools import __version__
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_records import (
@@ -28,7 +26,7 @@ from corpus_tools.corpus.corpus_records import (
 )
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.report import REPORT
-from corpus_tools.runtime.shipped import DATASET, bundled
+from corpus_tools.runtime.shipped import DATASET, bundled, program_digest
 from g3.errors import FormatError
 from g3.storage.cache_folder import cache_folder
 
@@ -40,7 +38,6 @@ DIGITS = 16
 
 _FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
 
-_PACKAGE = Path(__file__).resolve().parents[2]
 _BUILDERS = ("corpus", "importers/authored", "logs", "world", "../g3")
 """Folders with the modules that determine what is built, from this package."""
 
@@ -129,18 +126,8 @@ def forget_old(pattern: str, *, but: Path | None = None) -> None:
 
 def _digest(source: Path) -> str:
     """Digest of a dataset's files and of the program that builds it."""
-    digest = hashlib.sha256(_program().encode())
+    digest = hashlib.sha256(program_digest(*_BUILDERS).encode())
     for path in sorted(p for kind in ("yaml", "mcap") for p in source.rglob(f"*.{kind}")):
         digest.update(f"{path.relative_to(source).as_posix()}\n".encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:DIGITS]
-
-
-@functools.cache
-def _program() -> str:
-    """Version and digest of the program; in a checkout it changes without its version."""
-    digest = hashlib.sha256(__version__.encode())
-    for folder in _BUILDERS:
-        for path in sorted((_PACKAGE / folder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()

@@ -17,20 +17,13 @@ from corpus_tools.corpus.corpus_statistics import statistics
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.start_headings import HeadingRule, turn_robot
 from corpus_tools.importers.report import ImportReport, Journal
+from corpus_tools.importers.slu_core import slu_files
 from corpus_tools.importers.slu_core.automatic_tasks import (
     SupervisorLog,
     outcomes_of_log,
     read_log,
 )
 from corpus_tools.importers.slu_core.automatic_worlds import Things, place_robot, read_things
-from corpus_tools.importers.slu_core.slu_files import (
-    ASSIGNMENTS,
-    IMPORTER,
-    LICENCE,
-    SOURCE,
-    parse_yaml,
-    read_text,
-)
 from corpus_tools.importers.slu_core.slu_tables import hash_subject
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Command, TaskOutcome
@@ -42,7 +35,7 @@ NAME = "forklift-automatic"
 OBJECTS = "objects.xml"
 PROPERTIES = "properties.yaml"
 STATUS = "simSupervisorStatus.txt"
-READ = (ASSIGNMENTS, OBJECTS, PROPERTIES, STATUS)
+READ = (slu_files.ASSIGNMENTS, OBJECTS, PROPERTIES, STATUS)
 
 
 @short_repr
@@ -62,20 +55,11 @@ def import_automatic(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read the random tasks.
+    """Read the random tasks, with robots that face as `heading` says, which isn't recorded.
 
     A context, a scenario and the folder have the same name, such as
     ``forklift.automatic.v1/2011-07-18-21-04-08_1_manip_0_dest``; a command adds its number.
-
-    Parameters
-    ----------
-    heading
-        Which way the robot faces, which isn't recorded.
-
-    Raises
-    ------
-    FormatError
-        If a file is no YAML or no XML.
+    FormatError if a file is no YAML or no XML.
     """
     journal = Journal(keep_going)
     contexts: list[Context] = []
@@ -100,10 +84,11 @@ def import_automatic(
         commands=commands,
         annotations=(),
         outcomes=outcomes,
-        source=f"{SOURCE}; robots' headings and sizes of things that it doesn't tell are assumed",
-        licence=LICENCE,
+        source=f"{slu_files.SOURCE}; robots' headings and sizes of things that it doesn't tell "
+        "are assumed",
+        licence=slu_files.LICENCE,
     )
-    return corpus, journal.report(IMPORTER, _counts(corpus), dict(sorted(others.items())))
+    return corpus, journal.report(slu_files.IMPORTER, _counts(corpus), dict(sorted(others.items())))
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +125,7 @@ class _World:
         return read_log(self._text(STATUS) or "")
 
     def commands(self, salt: str, its_video: str) -> Iterator[Command]:
-        records = self._yaml(ASSIGNMENTS)
+        records = self._yaml(slu_files.ASSIGNMENTS)
         if not isinstance(records, list):
             if records is not None:
                 self._skip_record("", f"the file holds a {type(records).__name__}, not a list")
@@ -182,17 +167,19 @@ class _World:
         if text is None:
             return None
         try:
-            return parse_yaml(text)
+            return slu_files.parse_yaml(text)
         except FormatError as error:
             self.journal.skip(f"{self.folder}/{name}", "", error)
             return None
 
     def _text(self, name: str) -> str | None:
-        return read_text(self.data, f"{self.folder}/{name}", self.journal)
+        return slu_files.read_text(self.data, f"{self.folder}/{name}", self.journal)
 
     def _skip_record(self, record: str, what: str) -> None:
         fix = "write a list of mappings with command, workerId and youtubeId"
-        self.journal.skip(f"{self.folder}/{ASSIGNMENTS}", record, FormatError(what, fix=fix))
+        self.journal.skip(
+            f"{self.folder}/{slu_files.ASSIGNMENTS}", record, FormatError(what, fix=fix)
+        )
 
 
 def _scalar(value: object) -> str:

@@ -33,24 +33,16 @@ SAYS_NOTHING = re.compile(
 @short_repr
 @dataclass(frozen=True, slots=True)
 class SupervisorLog:
-    """What a log says.
-
-    Parameters
-    ----------
-    start
-        Where the robot starts, in m.
-    tasks
-        The lines about tasks, in order.
-    strange
-        Lines of a form that this module doesn't know, those of `tasks` not among them.
-    is_complete
-        Whether it ends as logs do.
-    """
+    """What a log says."""
 
     start: tuple[float, float] | None = None
+    """Where the robot starts, in m."""
     tasks: tuple[str, ...] = ()
+    """The lines about tasks, in order."""
     strange: tuple[str, ...] = ()
+    """Lines of a form that this module doesn't know, those of `tasks` not among them."""
     is_complete: bool = False
+    """Whether it ends as logs do."""
 
 
 def read_log(text: str) -> SupervisorLog:
@@ -75,14 +67,8 @@ def outcomes_of_log(
 ) -> tuple[TaskOutcome, ...]:
     """What was done, a record for each task; one of which nothing is known if the log has none.
 
-    Parameters
-    ----------
-    context
-        The world, named as the scenario.
-    video
-        The only video of the scenario's that shows it; empty if it is every one.
-    remark
-        Told of all that isn't understood.
+    The scenario is named as `context`, its world. `video` is its only video that shows it; empty if
+    it is every one. `remark` is told of all that isn't understood.
     """
     for line in log.strange:
         remark("a line of the log isn't understood", line)

@@ -32,25 +32,17 @@ START_AWAY_M = 10.0
 
 @dataclass(frozen=True, slots=True)
 class _Model:
-    """What things of a number are called, and their sizes in metres.
-
-    Parameters
-    ----------
-    size
-        Along and across the heading.
-    heights
-        Bottom and top.
-    is_measured
-        Whether the sizes are those of the paper's contexts; else they are assumed.
-    is_corner
-        Whether the position is the corner behind and to the right, not the middle.
-    """
+    """What things of a number are called, and their sizes in metres."""
 
     labels: tuple[str, ...]
     size: tuple[float, float]
+    """Along and across the heading."""
     heights: tuple[float, float]
+    """Bottom and top."""
     is_measured: bool = False
+    """Whether the sizes are those of the paper's contexts; else they are assumed."""
     is_corner: bool = False
+    """Whether the position is the corner behind and to the right, not the middle."""
 
 
 def _pallet(*words: str, height: float, is_measured: bool = False) -> _Model:
@@ -100,17 +92,9 @@ class Things:
 
 
 def read_things(text: str, remark: Remark) -> Things:
-    """Read the content of ``objects.xml``.
+    """Read the content of ``objects.xml``; FormatError if it isn't XML.
 
-    Parameters
-    ----------
-    remark
-        Told of all that is unusual: unknown numbers, things without a position, and so on.
-
-    Raises
-    ------
-    FormatError
-        If it isn't XML.
+    `remark` is told of all that is unusual: unknown numbers, things without a position, and so on.
     """
     objects: dict[str, PhysicalObject] = {}
     assumed: list[tuple[str, Aspect]] = []
@@ -141,12 +125,7 @@ def place_robot(
 ) -> Context:
     """Put the robot into a world. Its heading is 0 and marked as assumed.
 
-    Parameters
-    ----------
-    name
-        The context's id.
-    start
-        Where the log puts it, in m; None if it doesn't say.
+    `name` is the context's id, `start` where the log puts the robot, in m; None if it doesn't say.
     """
     assumed: list[tuple[str, Aspect]] = [*things.assumed, (ROBOT, "heading")]
     if start is None:

@@ -12,23 +12,9 @@ from typing import Any
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
-from corpus_tools.importers.slu_core.slu_alignment import read_groundings, read_labels
-from corpus_tools.importers.slu_core.slu_files import (
-    EASY_NEGATIVES,
-    IMPORTER,
-    LICENCE,
-    NEGATIVES,
-    NOT_IMPORTED,
-    POSITIVES,
-    SCENARIOS,
-    SOURCE,
-    Layout,
-    find_layout,
-    load_records,
-    read_records,
-)
+from corpus_tools.importers.slu_core import slu_files
 from corpus_tools.importers.slu_core.slu_tables import read_assignments, read_judgments
-from corpus_tools.importers.slu_core.slu_trees import read_trees
+from corpus_tools.importers.slu_core.slu_trees import read_groundings, read_labels, read_trees
 from corpus_tools.importers.slu_core.slu_worlds import Instances
 from corpus_tools.runtime.collector_pause import collector_paused
 from corpus_tools.runtime.progress import OnProgress, no_progress
@@ -38,7 +24,11 @@ from g3.groundings import Context
 
 NAME = "aaai11"
 
-FILES: dict[Source, str] = {"positive": POSITIVES, "random": NEGATIVES, "easy": EASY_NEGATIVES}
+FILES: dict[Source, str] = {
+    "positive": slu_files.POSITIVES,
+    "random": slu_files.NEGATIVES,
+    "easy": slu_files.EASY_NEGATIVES,
+}
 READERS = 2
 """How many files are read at a time."""
 UNSAID: dict[Source, bool | None] = {"positive": True, "random": False, "easy": None}
@@ -53,21 +43,12 @@ def import_slu_core(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read the AAAI-11 corpus.
+    """Read the AAAI-11 corpus from a clone of h2r/slu_core, or its data folder.
 
-    See :class:`corpus_tools.importers.importer_registry.ImportFunction`.
-
-    Parameters
-    ----------
-    path
-        A clone of h2r/slu_core, or its data folder.
-
-    Raises
-    ------
-    FormatError
-        If the corpus isn't there, or something in it can't be read.
+    See :class:`corpus_tools.importers.importer_registry.ImportFunction`. FormatError if the corpus
+    isn't there, or something in it can't be read.
     """
-    layout = find_layout(path)
+    layout = slu_files.find_layout(path)
     journal = Journal(keep_going)
     progress = _progress(on_progress, len(layout.scenarios) + len(FILES))
     desk = _Desk(journal)
@@ -75,14 +56,16 @@ def import_slu_core(
     annotations: list[Annotation] = []
     with ThreadPoolExecutor(READERS) as pool:
         # Unpacking, and most of parsing, need no lock of Python's.
-        ahead = {name: pool.submit(load_records, layout.data, name) for name in FILES.values()}
+        ahead = {
+            name: pool.submit(slu_files.load_records, layout.data, name) for name in FILES.values()
+        }
         for scenario in layout.scenarios:
             next(progress)
             desk.typed.update(read_assignments(layout, scenario, salt, journal))
             judgments += read_judgments(layout, scenario, salt, journal)
         for source, name in FILES.items():
             next(progress)
-            file, records = read_records(layout, name, journal, ahead.pop(name))
+            file, records = slu_files.read_records(layout, name, journal, ahead.pop(name))
             annotations += desk.read_annotations(records, source, file)
     next(progress, None)
     journal.check()
@@ -99,10 +82,10 @@ def import_slu_core(
         commands=desk.all_commands(),
         annotations=annotations,
         judgments=judgments,
-        source=SOURCE,
-        licence=LICENCE,
+        source=slu_files.SOURCE,
+        licence=slu_files.LICENCE,
     )
-    return corpus, journal.report(IMPORTER, _counts(corpus), _not_imported(layout))
+    return corpus, journal.report(slu_files.IMPORTER, _counts(corpus), _not_imported(layout))
 
 
 def _progress(on_progress: OnProgress, total: int) -> Iterator[None]:
@@ -204,7 +187,7 @@ class _Desk:
             raise FormatError(
                 "no positive record, whose context is needed, has this assignment",
                 where="assignmentId",
-                fix=f"restore the record in {POSITIVES}",
+                fix=f"restore the record in {slu_files.POSITIVES}",
             )
         return positive.context
 
@@ -250,6 +233,9 @@ def _counts(corpus: Corpus) -> dict[str, int]:
     }
 
 
-def _not_imported(layout: Layout) -> dict[str, int]:
-    folders = [layout.data / SCENARIOS / scenario for scenario in layout.scenarios]
-    return {name: sum((folder / name).is_file() for folder in folders) for name in NOT_IMPORTED}
+def _not_imported(layout: slu_files.Layout) -> dict[str, int]:
+    folders = [layout.data / slu_files.SCENARIOS / scenario for scenario in layout.scenarios]
+    return {
+        name: sum((folder / name).is_file() for folder in folders)
+        for name in slu_files.NOT_IMPORTED
+    }

@@ -41,13 +41,7 @@ class Layout:
 
 
 def find_layout(path: Path) -> Layout:
-    """Find the data folder at `path` or in it.
-
-    Raises
-    ------
-    FormatError
-        If the corpus is not there, saying what was looked for.
-    """
+    """Find the data folder at `path` or in it; else a FormatError says what was looked for."""
     if not path.is_dir():
         raise FormatError(
             "there is no such folder",
@@ -104,12 +98,7 @@ Loaded = tuple[str, list[Any]]
 def load_records(data: Path, name: str) -> Loaded:
     """Read a file that holds a list, compressed or not. An empty file is an empty list.
 
-    Raises
-    ------
-    FormatError
-        If it is damaged, or holds no list.
-    OSError
-        If it isn't there or can't be read.
+    FormatError if it is damaged, or holds no list; OSError if it isn't there or can't be read.
     """
     file = _existing(data, name) or name
     content = (data / file).read_bytes()
@@ -130,18 +119,9 @@ def read_records(
 ) -> tuple[str, list[Any]]:
     """Read a file that holds a list, and note in the journal what came of it.
 
-    Parameters
-    ----------
-    ahead
-        What :func:`load_records` makes of it, where another thread does that meanwhile.
-
-    Returns
-    -------
-    file
-        Its name as found.
-    records
-        The list; empty if the file is missing, empty or can't be read, which the
-        journal notes.
+    `ahead` is what :func:`load_records` makes of it, where another thread does that meanwhile.
+    Returns the file's name as found, and the list: empty if the file is missing, empty or can't be
+    read, which the journal notes.
     """
     file = _existing(layout.data, name)
     if file is None:
@@ -175,13 +155,7 @@ def _parse(content: bytes) -> list[Any]:
 
 
 def parse_yaml(text: str) -> Any:
-    """Parse YAML.
-
-    Raises
-    ------
-    FormatError
-        If it isn't YAML.
-    """
+    """Parse YAML; FormatError if it isn't YAML."""
     try:
         return yaml_rs.loads(text)
     except yaml_rs.YAMLDecodeError as error:

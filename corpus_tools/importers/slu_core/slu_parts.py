@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias, get_args
 import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.merging import merged
+from corpus_tools.corpus.encoding import merged
 from corpus_tools.corpus.start_headings import parse_heading
 from corpus_tools.importers.report import ImportReport
 from corpus_tools.importers.slu_core.automatic_corpus import (
@@ -50,22 +50,11 @@ def import_parts(
 ) -> tuple[Corpus, ImportReport]:
     """Import a part of the release, or all of it that is there as one corpus.
 
-    See :class:`corpus_tools.importers.importer_registry.ImportFunction`.
-
-    Parameters
-    ----------
-    path
-        A clone of h2r/slu_core, its data folder, or a folder with some of the parts.
-    part
-        One of `PARTS`, or `ALL`.
-    heading
-        Which way the robot of random tasks faces
-        (:func:`corpus_tools.corpus.start_headings.parse_heading`).
-
-    Raises
-    ------
-    FormatError
-        If the part isn't there, or something in it can't be read.
+    See :class:`corpus_tools.importers.importer_registry.ImportFunction`. `path` is a clone of
+    h2r/slu_core, its data folder, or a folder with some of the parts; `part` one of `PARTS`, or
+    `ALL`; `heading` which way the robot of random tasks faces
+    (:func:`corpus_tools.corpus.start_headings.parse_heading`). FormatError if the part isn't there,
+    or something in it can't be read.
     """
     rule = parse_heading(heading)
     worlds, relations = find_automatic(path), find_relations(path)

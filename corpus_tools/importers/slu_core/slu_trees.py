@@ -1,8 +1,8 @@
-"""SDC trees as slu_core writes them, read into :class:`g3.sdc.clauses.SDC`.
+"""SDC trees as slu_core writes them, and what records say of their clauses.
 
-An SDC is ``{TYPE: {f: ..., r: ..., l: ..., l2: ...}}``. A field holds an SDC, a list of
-SDCs, or words: one string that occurs exactly once in the command, or a list of
-``[token, [start, end]]``. The published groundings follow the clauses only after three
+An SDC (:class:`g3.sdc.clauses.SDC`) is ``{TYPE: {f: ..., r: ..., l: ..., l2: ...}}``. A field
+holds an SDC, a list of SDCs, or words: one string that occurs exactly once in the command, or a
+list of ``[token, [start, end]]``. The published groundings follow the clauses only after three
 normalisations, in this order:
 
 1. words in ``l`` or ``l2`` become OBJECT clauses;
@@ -14,27 +14,21 @@ normalisations, in this order:
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
 from g3.errors import FormatError
-from g3.sdc.clauses import SDC, SDC_TYPES, SDCType, Span
+from g3.groundings import Grounding
+from g3.sdc.clauses import SDC, SDC_TYPES, SDCType, Span, breadth_first
 
 FIELDS = ("f", "r", "l", "l2")
 
 
 def read_trees(value: Any, text: str) -> tuple[SDC, ...]:
-    """The clauses of a command, normalised.
+    """The clauses of a command, normalised, from a list of SDCs as parsed.
 
-    Parameters
-    ----------
-    value
-        A list of SDCs as parsed.
-
-    Raises
-    ------
-    FormatError
-        If it isn't a list of SDCs, or their words are not in the text.
+    FormatError if it isn't a list of SDCs, or their words are not in the text.
     """
     if not isinstance(value, list):
         raise _bad("the clauses are not a list", "command[1]", "write a list of SDCs")
@@ -135,3 +129,58 @@ def _split(words: str, start: int) -> tuple[Span, ...]:
 
 def _bad(what: str, where: str, fix: str) -> FormatError:
     return FormatError(what, where=where, fix=fix)
+
+
+Groundings = tuple[tuple[Grounding, ...], ...]
+
+
+def read_groundings(
+    record: Any, sdcs: Sequence[SDC], read: Callable[[Any, str], Grounding]
+) -> Groundings:
+    """Read a record's groundings; FormatError if they don't follow the clauses.
+
+    `read` reads one of them; its second argument says where it stands.
+    """
+    lists = _aligned(record, "objectGroundings", sum(1 for _ in breadth_first(sdcs)))
+    for i, values in enumerate(lists):
+        if not isinstance(values, list | None):
+            raise FormatError(
+                "this is not a list of groundings", where=f"objectGroundings[{i}]", fix="[]"
+            )
+    return tuple(
+        tuple(read(value, f"objectGroundings[{i}][{k}]") for k, value in enumerate(values or []))
+        for i, values in enumerate(lists)
+    )
+
+
+def read_labels(
+    record: Any, groundings: Groundings, unsaid: bool | None
+) -> tuple[bool | None, ...]:
+    """Read a record's labels; where nothing is said, `unsaid` if the clause is grounded at all.
+
+    Raises FormatError if they don't follow the clauses.
+    """
+    labels = _aligned(record, "groundingIsCorrect", len(groundings))
+    for i, label in enumerate(labels):
+        if not isinstance(label, bool | None):
+            raise FormatError(
+                f"{label!r} is not a label",
+                where=f"groundingIsCorrect[{i}]",
+                fix="use true, false or null",
+            )
+    return tuple(
+        unsaid if label is None and grounded else label
+        for label, grounded in zip(labels, groundings, strict=True)
+    )
+
+
+def _aligned(record: Any, name: str, clauses: int) -> list[Any]:
+    values = record.get(name)
+    if not isinstance(values, list) or len(values) != clauses:
+        found = f"{len(values)} entries" if isinstance(values, list) else "no list"
+        raise FormatError(
+            f"{found} for {clauses} clauses",
+            where=name,
+            fix="one entry for each clause, breadth first",
+        )
+    return values

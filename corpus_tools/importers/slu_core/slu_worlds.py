@@ -64,15 +64,10 @@ class Instances:
         )
 
     def read_context(self, value: Any, agent: Any, scenario: str) -> Context:
-        """The context of a record, the agent in it.
+        """The context of a record, the agent in it; FormatError if one of them can't be read.
 
-        It is named after the scenario; should a scenario have several contexts, the
-        others are numbered.
-
-        Raises
-        ------
-        FormatError
-            If the context or the agent can't be read.
+        It is named after the scenario; should a scenario have several contexts, the others are
+        numbered.
         """
         robot = self.read_object(agent, "agent")
         objects = [
@@ -103,10 +98,7 @@ class Instances:
     def read_grounding(self, value: Any, context: Context, where: str) -> Grounding:
         """A grounding: the instance in `context`, or in another one, where it is that.
 
-        Raises
-        ------
-        FormatError
-            If it can't be read.
+        Raises FormatError if it can't be read.
         """
         match value:
             case ["PhysicalObject", inner]:
@@ -138,13 +130,7 @@ class Instances:
         return self._trajectories.setdefault(_trajectory_key(trajectory), trajectory)
 
     def read_object(self, value: Any, where: str) -> PhysicalObject:
-        """An object, its labels unified.
-
-        Raises
-        ------
-        FormatError
-            If it can't be read.
-        """
+        """An object, its labels unified; FormatError if it can't be read."""
         match value:
             case {"lcmId": int() | str() as number, "tag": [*tags], "path": path}:
                 pass

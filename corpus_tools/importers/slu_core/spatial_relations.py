@@ -18,15 +18,8 @@ import numpy as np
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
-from corpus_tools.importers.slu_core.slu_alignment import read_groundings, read_labels
-from corpus_tools.importers.slu_core.slu_files import (
-    IMPORTER,
-    LICENCE,
-    SOURCE,
-    Layout,
-    read_records,
-)
-from corpus_tools.importers.slu_core.slu_trees import read_trees
+from corpus_tools.importers.slu_core import slu_files
+from corpus_tools.importers.slu_core.slu_trees import read_groundings, read_labels, read_trees
 from corpus_tools.importers.slu_core.slu_worlds import MICROSECONDS, Instances
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.annotation import Annotation, Command
@@ -58,23 +51,18 @@ def import_relations(
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[Corpus, ImportReport]:
-    """Read the examples.
+    """Read the examples; FormatError if something can't be read.
 
     A scenario is a landmark's name, such as ``spatial-relations/desk``, so that divisions by
-    scenarios test on landmarks that were not trained on. A phrase that fits its path is a
-    positive annotation, another one a random negative.
-
-    Raises
-    ------
-    FormatError
-        If something can't be read.
+    scenarios test on landmarks that were not trained on. A phrase that fits its path is a positive
+    annotation, another one a random negative.
     """
     journal = Journal(keep_going)
     shelf = _Shelf()
     annotations: list[Annotation] = []
     for done, name in enumerate(found.names):
         on_progress("reading", done, len(found.names))
-        file, records = read_records(Layout(found.data, ()), name, journal)
+        file, records = slu_files.read_records(slu_files.Layout(found.data, ()), name, journal)
         for number, record in enumerate(records, start=1):
             try:
                 annotations.append(shelf.read(record))
@@ -92,10 +80,11 @@ def import_relations(
         contexts=shelf.contexts.values(),
         commands=sorted(shelf.commands.values(), key=lambda command: command.id),
         annotations=annotations,
-        source=f"{SOURCE}; times of paths, and sizes of landmarks that are points, are assumed",
-        licence=LICENCE,
+        source=f"{slu_files.SOURCE}; times of paths, and sizes of landmarks that are points, are "
+        "assumed",
+        licence=slu_files.LICENCE,
     )
-    return corpus, journal.report(IMPORTER, _counts(corpus), {})
+    return corpus, journal.report(slu_files.IMPORTER, _counts(corpus), {})
 
 
 def _counts(corpus: Corpus) -> dict[str, int]:

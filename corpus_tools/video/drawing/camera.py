@@ -20,21 +20,14 @@ UP = np.array([0.0, 0.0, 1.0])
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
-    """A pinhole camera that is not rolled.
-
-    Parameters
-    ----------
-    position
-        Shape (3,), metres.
-    target
-        A point in the middle of the picture, shape (3,).
-    fovy
-        Angle from the bottom to the top of the picture, radians.
-    """
+    """A pinhole camera that is not rolled."""
 
     position: FloatArray
+    """Shape (3,), metres."""
     target: FloatArray
+    """A point in the middle of the picture, shape (3,)."""
     fovy: float
+    """Angle from the bottom to the top of the picture, radians."""
 
     @property
     def axes(self) -> FloatArray:
@@ -216,14 +209,9 @@ def _is_cut(camera: Camera, corners: FloatArray, size: tuple[int, int]) -> bool:
 
 
 def _extent(recording: Recording) -> FloatArray:
-    """Corners of all that moves, at any moment, of what steps name, and of what is near that.
+    """Corners (n, 3) of all that moves, at any moment, of what steps name, and what is near that.
 
     Where nothing moves and there are no steps, of everything.
-
-    Returns
-    -------
-    FloatArray
-        Shape (n, 3).
     """
     start = recording.start
     named = {start.agent_id, *(value for step in recording.steps for _, value in step.arguments)}

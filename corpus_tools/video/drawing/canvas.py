@@ -5,8 +5,7 @@ Rows of all arrays run from the bottom up, as OpenGL has them, and so do rectang
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -74,20 +73,10 @@ class Rectangle:
 class Canvas:
     """A world's geometry in an OpenGL context, to draw pictures of it.
 
-    One canvas at a time can be open in a process; :func:`open_canvas` makes and frees it.
-
-    Parameters
-    ----------
-    world
-        What is drawn. Its model's visual settings are changed.
-    size
-        Width and height of the largest picture, pixels.
-    samples
-        Samples per pixel; 0 for one.
-    shadow_size
-        Width of the shadow map, pixels.
-    moving
-        Indices of the objects that move.
+    One canvas at a time can be open in a process; :meth:`close` frees it. It changes the visual
+    settings of the world's model. `size` is the width and height of the largest picture in pixels,
+    `samples` how many a pixel has (0 for one), `shadow_size` the width of the shadow map in pixels,
+    `moving` has the indices of the objects that move.
     """
 
     def __init__(
@@ -145,20 +134,10 @@ class Canvas:
     ) -> None:
         """Draw what :meth:`pixels` and :meth:`depth` then read.
 
-        Parameters
-        ----------
-        size
-            Width and height of the whole picture.
-        rows
-            How many rows are drawn for each of the picture's.
-        sun
-            Whether the sun shines.
-        other_light
-            Whether anything else does: light from everywhere, lamps.
-        shadows
-            Whether MuJoCo draws its own shadows.
-        sky
-            Whether the sky is drawn, and the haze before it.
+        `size` is the width and height of the whole picture, `rows` how many rows are drawn for each
+        of the picture's. `sun` says whether the sun shines, `other_light` whether anything else
+        does: light from everywhere, lamps. `shadows` are MuJoCo's own. `sky` is the sky, and the
+        haze before it.
         """
         part = part or Rectangle(0, 0, *size)
         self.model.vis.global_.fovy = np.degrees(camera.fovy)
@@ -177,12 +156,8 @@ class Canvas:
     ) -> None:
         """Draw without perspective along the third of the axes, to read :meth:`depth`.
 
-        Parameters
-        ----------
-        axes
-            Unit vectors to the right, up and ahead, shape (3, 3).
-        low, high
-            Corners of the box that is seen, shape (3,), along these axes.
+        `axes` are unit vectors to the right, up and ahead, shape (3, 3); `low` and `high` the
+        corners of the box that is seen, shape (3,), along these axes.
         """
         self._update((group,), sun=False)
         middle = (low + high) / 2
@@ -296,23 +271,6 @@ class Canvas:
         self.model.geom_group[:] = np.select(
             [~seen, shadowless, moves], [HIDDEN, BACKDROP, MOVING], STILL
         )
-
-
-@contextlib.contextmanager
-def open_canvas(
-    world: World,
-    size: tuple[int, int],
-    *,
-    samples: int = 0,
-    shadow_size: int = 1024,
-    moving: Iterable[int] = (),
-) -> Iterator[Canvas]:
-    """A :class:`Canvas` that is freed at the end."""
-    canvas = Canvas(world, size, samples=samples, shadow_size=shadow_size, moving=moving)
-    try:
-        yield canvas
-    finally:
-        canvas.close()
 
 
 def sun_of(model: mujoco.MjModel) -> int | None:

@@ -26,19 +26,10 @@ def sampled(
 ) -> Recording:
     """The recording at the times of a video's frames, by its own clock.
 
-    Between moments positions and heights are interpolated, and orientations along the
-    shorter arc. Where a recording was made at the video's rate, its moments come through
-    unchanged.
-
-    Parameters
-    ----------
-    fps
-        Frames per second of the video.
-    speed
-        How many seconds of the recording a second of the video shows.
-    skip_idle
-        Whether to leave out the middle of stretches longer than :data:`STILL_S` in which
-        nothing moves.
+    Between moments positions and heights are interpolated, and orientations along the shorter arc.
+    Where a recording was made at the video's rate, its moments come through unchanged. A second of
+    the video, with `fps` frames, shows `speed` seconds of the recording. With `skip_idle` the
+    middle of stretches longer than :data:`STILL_S` in which nothing moves is left out.
     """
     t_ns = _frame_times(int(recording.t_ns[-1]), fps, speed)
     if skip_idle:
@@ -93,18 +84,10 @@ def _idle(recording: Recording, t_ns: npt.NDArray[np.int64]) -> BoolArray:
 
 
 def clock(recording: Recording, fps: int) -> list[tuple[float, float]]:
-    """Which time of a log each moment of its video shows.
+    """Which time of a log each moment of its video shows, for a recording sampled at its frames.
 
-    Parameters
-    ----------
-    recording
-        Sampled at the video's frames.
-
-    Returns
-    -------
-    list
-        Seconds of the video and of the log at the beginning, where the pace changes, and at the
-        end, when the last frame has been shown. Between two of them both grow evenly.
+    Seconds of the video and of the log at the beginning, where the pace changes, and at the end,
+    when the last frame has been shown. Between two of them both grow evenly.
     """
     t_ns = recording.t_ns
     pace = np.diff(t_ns) if len(t_ns) > 1 else np.array([NS_PER_S // fps])

@@ -58,13 +58,7 @@ def choose_back_end() -> str:
 
 
 def check_packages() -> None:
-    """Raise an error if a package is missing that rendering needs.
-
-    Raises
-    ------
-    CorpusError
-        With what to install.
-    """
+    """Raise a CorpusError with what to install, if a package is missing that rendering needs."""
     missing = [name for name in PACKAGES if find_spec(name) is None]
     if missing:
         raise CorpusError(

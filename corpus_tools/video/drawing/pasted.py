@@ -8,7 +8,7 @@ import numpy as np
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.canvas import BACKDROP, MOVING, STILL, Canvas, Image, Rectangle
 from corpus_tools.video.drawing.drawn_moments import same_state
-from corpus_tools.video.drawing.moving_parts import moving_parts
+from corpus_tools.video.drawing.shadows import moving_parts
 from corpus_tools.world.physics.build import ground_of
 from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
@@ -19,14 +19,8 @@ DOWN = np.array([0.0, 0.0, -1.0])
 class Pasted:
     """Frames of a recording, seen by a fixed camera.
 
-    Parameters
-    ----------
-    canvas
-        With the recording's world and its moving objects.
-    recording
-        Sampled at the video's frames.
-    size
-        Width and height of a frame.
+    The canvas has the recording's world and its moving objects, and the recording is sampled at the
+    video's frames. `size` is the width and height of a frame.
     """
 
     def __init__(

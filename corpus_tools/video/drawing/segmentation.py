@@ -27,14 +27,9 @@ def describe(objects: npt.NDArray[np.int64], context: Context, camera: Camera) -
     """What the map shows, as it is saved beside it.
 
     Coordinates are pixels to the right and down from the upper left corner of the picture.
-
-    Parameters
-    ----------
-    objects
-        Index of the object that each pixel shows, -1 for none, shape (height, width), rows
-        from the top down.
-    context
-        The objects, and the places, whose outlines are where nothing hides them.
+    `objects` has the index of the object that each pixel shows, -1 for none, shape (height, width),
+    rows from the top down. `context` has the objects, and the places, whose outlines are where
+    nothing hides them.
     """
     height, width = objects.shape
     return {

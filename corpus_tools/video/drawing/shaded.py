@@ -16,9 +16,15 @@ import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import Camera
 from corpus_tools.video.drawing.canvas import MOVING, Canvas, Depth, Image
-from corpus_tools.video.drawing.moving_parts import covering, with_shadow
-from corpus_tools.video.drawing.shadows import Float32Array, ShadowMap, Shadows, places, shade
-from corpus_tools.video.drawing.smoothing import smoothed
+from corpus_tools.video.drawing.shadows import (
+    Float32Array,
+    ShadowMap,
+    Shadows,
+    covering,
+    places,
+    shade,
+    with_shadow,
+)
 from corpus_tools.world.physics.build import ground_of
 from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
@@ -38,16 +44,8 @@ TURNED, RAISED_M = 0.0015, 0.004
 class Shaded:
     """Frames of a recording, each with its own camera.
 
-    Parameters
-    ----------
-    canvas
-        With the recording's world and its moving objects, and a sun.
-    recording
-        Sampled at the video's frames.
-    cameras
-        One for each frame.
-    size
-        Width and height of a frame.
+    The canvas has the recording's world and its moving objects, and a sun; the recording is sampled
+    at the video's frames. `size` is the width and height of a frame.
     """
 
     def __init__(
@@ -161,17 +159,9 @@ def _share_of_sun(
 ) -> Image:
     """Which part of a pixel's light is the sun's, of 255, in a part of the picture, (h, w, 3).
 
-    Where a surface is flat, one over the distance ahead is linear in the picture's
-    coordinates: its slopes are the surface's normal. Rows run from the bottom up.
-
-    Parameters
-    ----------
-    light
-        Where the sunlight goes, shape (3,).
-    share
-        As :func:`_sunshine` gives it.
-    part
-        Rows and columns.
+    Where a surface is flat, one over the distance ahead is linear in the picture's coordinates: its
+    slopes are the surface's normal. Rows run from the bottom up. `light` is where the sunlight
+    goes, shape (3,), `share` as :func:`_sunshine` gives it, `part` rows and columns.
     """
     height, width = nearness.shape
     focal = np.float32(height / 2 / np.tan(camera.fovy / 2))
@@ -209,3 +199,54 @@ def _slope(values: Float32Array, step: tuple[int, int]) -> Float32Array:
     back = cv2.filter2D(values, -1, kernel, anchor=(x, y))
     nearer: Float32Array = np.where(np.abs(forth) < np.abs(back), forth, back)
     return nearer
+
+
+LEAST_CONTRAST = 20
+"""Of 255: weaker edges are left alone."""
+LONGEST_PX = 8.0
+"""How far along an edge colours are averaged, both ways together; stairs can be longer."""
+ALONG = (-0.5, -1 / 6, 1 / 6, 0.5)
+"""Where colours are taken on that way."""
+ROW = 256
+"""OpenCV looks up colours in tables whose rows are not too long, nor too many."""
+BORDER = cv2.BORDER_REPLICATE
+
+
+def smoothed(picture: Image) -> Image:
+    """A picture (h, w, 3) whose pixels at edges have the mean colour along their edge.
+
+    An edge that is nearly level or upright has long stairs, and is averaged farther. Where that
+    leads past the edge's end only the nearer half counts.
+    """
+    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    block = np.ones((3, 3), np.uint8)
+    high, low = cv2.dilate(grey, block), cv2.erode(grey, block)
+    edge = np.flatnonzero(cv2.subtract(high, low) > LEAST_CONTRAST).astype(np.int32)
+    if not len(edge):
+        return picture
+    # The last row is filled with pixels of the first, which get the same colour twice.
+    edge = np.resize(edge, (-(-len(edge) // ROW), ROW))
+    x, y = (n.astype(np.float32) for n in (edge % grey.shape[1], edge // grey.shape[1]))
+    across = cv2.Sobel(grey, cv2.CV_32F, 1, 0).reshape(-1)[edge]
+    up = cv2.Sobel(grey, cv2.CV_32F, 0, 1).reshape(-1)[edge]
+    # The edge runs square to the gradient; the shorter component becomes a pixel long.
+    slowest = np.maximum(np.minimum(np.abs(across), np.abs(up)), 1)
+    limit = LONGEST_PX / np.maximum(cv2.magnitude(across, up), 1)
+    length = np.minimum(2 / slowest, limit)
+    way_x, way_y = -up * length, across * length
+    colours = [
+        cv2.remap(picture, x + s * way_x, y + s * way_y, cv2.INTER_LINEAR, borderMode=BORDER)
+        for s in ALONG
+    ]
+    near = _mean(colours[1], colours[2])
+    mean = _mean(near, _mean(colours[0], colours[3]))
+    grey_mean = cv2.cvtColor(mean, cv2.COLOR_RGB2GRAY)
+    beyond = (grey_mean < low.reshape(-1)[edge]) | (grey_mean > high.reshape(-1)[edge])
+    mean[beyond] = near[beyond]
+    result: Image = picture.copy()
+    result.reshape(-1, 3)[edge] = mean
+    return result
+
+
+def _mean(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> Image:
+    return np.asarray(cv2.addWeighted(one, 0.5, other, 0.5, 0), np.uint8)

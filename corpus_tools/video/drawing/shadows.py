@@ -1,4 +1,6 @@
-"""Shadows of the sun, looked up in depths that are drawn as the sun sees them.
+"""Shadows of the sun, and which parts of a picture what moves takes up with its own.
+
+Shadows are looked up in depths that are drawn as the sun sees them.
 
 Coordinates u and v lie across the sunlight, d along it, all in metres.
 """
@@ -12,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import Camera
-from corpus_tools.video.drawing.canvas import MOVING, STILL, Canvas, Depth, Image
+from corpus_tools.video.drawing.canvas import MOVING, STILL, Canvas, Depth, Image, Rectangle
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
@@ -28,21 +30,14 @@ NOTHING = np.float32(1e6)
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class ShadowMap:
-    """How far along the sunlight the first thing is.
-
-    Parameters
-    ----------
-    first
-        Column and row of the map's corner, in texels from u = v = 0.
-    texel
-        Length of a texel's edge.
-    depth
-        The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w).
-    """
+    """How far along the sunlight the first thing is."""
 
     first: tuple[float, float]
+    """Column and row of the map's corner, in texels from u = v = 0."""
     texel: float
+    """Length of a texel's edge."""
     depth: Depth
+    """The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w)."""
 
     @property
     def bias(self) -> float:
@@ -60,21 +55,10 @@ def sunlight(direction: FloatArray) -> FloatArray:
 
 
 class Shadows:
-    """What casts shadows in a canvas's world; at the start as the canvas's data are.
+    """What casts shadows in a canvas's world with a sun; at the start as the canvas's data are.
 
-    Parameters
-    ----------
-    canvas
-        With a sun.
-    wanted
-        Edge of the maps' texels in metres; longer where the world is large.
-
-    Attributes
-    ----------
-    axes
-        As :func:`sunlight` gives them.
-    still
-        The map of what never moves; None if nothing does.
+    `wanted` is the edge of the maps' texels in metres; longer where the world is large. `axes` are
+    as :func:`sunlight` gives them; `still` is the map of what never moves, None if nothing does.
     """
 
     def __init__(self, canvas: Canvas, wanted: float) -> None:
@@ -132,14 +116,8 @@ def merged(ours: ShadowMap, other: ShadowMap) -> ShadowMap:
 def shade(map_: ShadowMap, place: Float32Array, bias: float, soft: int) -> Image:
     """How much sun comes to places, from 0, none, to 255, all of it; shape (h, w).
 
-    Parameters
-    ----------
-    place
-        u, v and d of each pixel, shape (3, h, w).
-    bias
-        How far behind another thing a place must be to be in its shadow.
-    soft
-        Width of shadows' edges in pixels.
+    `place` has u, v and d of each pixel, shape (3, h, w). `bias` is how far behind another thing a
+    place must be to be in its shadow, `soft` the width of shadows' edges in pixels.
     """
     u, v, d = place
     scale = np.float32(1 / map_.texel)
@@ -185,3 +163,60 @@ def ahead_of(depth: Depth, clip: tuple[float, float]) -> Float32Array:
         np.float32(far) - depth * np.float32(far - near)
     )
     return metres
+
+
+PAD = 4
+"""Pixels of frames around what moves that are drawn anew: shadows' edges are soft."""
+
+
+def moving_parts(
+    canvas: Canvas,
+    geoms: npt.NDArray[np.int64],
+    camera: Camera,
+    size: tuple[int, int],
+    *,
+    light: FloatArray,
+    ground_m: float,
+) -> list[tuple[Rectangle, FloatArray]]:
+    """Parts of the frame where something moves, and corners around what it is.
+
+    Something was drawn on the canvas already. `geoms` are those of all that moves; `light` is where
+    the sunlight goes, shape (3,).
+    """
+    found: list[tuple[Rectangle, FloatArray]] = []
+    of = canvas.object_of_geom[geoms]
+    for item in np.unique(of):
+        corners = canvas.corners(geoms[of == item])
+        rectangle = covering(
+            with_shadow(corners, light, ground_m), camera, size, near_m=canvas.clip()[0]
+        )
+        if rectangle is None:
+            continue
+        # Parts that overlap become one, which may overlap others.
+        while other := next((o for o in found if o[0].overlaps(rectangle)), None):
+            found = [o for o in found if o is not other]
+            rectangle = other[0].union(rectangle)
+            corners = np.concatenate((other[1], corners))
+        found.append((rectangle, corners))
+    return found
+
+
+def with_shadow(corners: FloatArray, light: FloatArray, ground_m: float) -> FloatArray:
+    """Corners (n, 3), and where their shadows are on the ground (2 n, 3)."""
+    height = np.maximum(corners[:, 2:] - ground_m, 0)
+    return np.concatenate((corners, corners + height / max(1e-3, -light[2]) * light))
+
+
+def covering(
+    corners: FloatArray, camera: Camera, size: tuple[int, int], *, near_m: float
+) -> Rectangle | None:
+    """The part of the frame with what is inside corners (n, 3); None if there is none."""
+    pixels, depth = camera.project(corners, size)
+    if (depth < near_m).any():
+        return Rectangle(0, 0, *size)
+    pixels[:, 1] = size[1] - pixels[:, 1]
+    low = np.clip(np.floor(pixels.min(axis=0)).astype(int) - PAD, 0, size)
+    high = np.clip(np.ceil(pixels.max(axis=0)).astype(int) + PAD, 0, size)
+    if (low >= high).any():
+        return None
+    return Rectangle(*low.tolist(), *(high - low).tolist())

@@ -45,20 +45,14 @@ _DARKEST, _BRIGHTEST = 0.35, 1.1
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Finish:
-    """How a surface is coloured: a rectangle of the atlas.
-
-    Parameters
-    ----------
-    low, high
-        Opposite corners in the atlas, from 0 to 1.
-    shaded
-        Whether the place in the rectangle says how much light there is, instead of where
-        on the surface it is.
-    """
+    """How a surface is coloured: a rectangle of the atlas."""
 
     low: tuple[float, float]
     high: tuple[float, float]
+    """Opposite corners in the atlas, from 0 to 1."""
     shaded: bool = False
+    """Whether the place in the rectangle says how much light there is, instead of where on the
+    surface it is."""
 
     def uv(self, st: FloatArray, up: FloatArray) -> FloatArray:
         """Places in the atlas of points (n, 2) of a surface, from 0 to 1, with light (n,)."""

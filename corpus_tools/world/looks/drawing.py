@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.world.looks.atlas import PICTURE
-from corpus_tools.world.looks.parts import Part, join
+from corpus_tools.world.looks.parts import Part, Point, join
+from corpus_tools.world.state.recording import upright
 
 VISUAL_GROUP = 2
 """Group of geoms that are seen and don't collide."""
@@ -57,6 +58,21 @@ def add_material(
     material = spec.add_material(name=name, specular=specular, shininess=shininess)
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = texture
     return material
+
+
+def add_plane(spec: mujoco.MjSpec, middle: Point, yaw: float, half: Point, material: str) -> None:
+    """Add a level rectangle of a material that is seen and does nothing else."""
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=middle,
+        quat=upright(np.array(yaw)),
+        size=[*half, 1],
+        material=material,
+        castshadow=False,
+        group=VISUAL_GROUP,
+        contype=0,
+        conaffinity=0,
+    )
 
 
 def _add_mesh_geom(

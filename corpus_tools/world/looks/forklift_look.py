@@ -9,17 +9,8 @@ from corpus_tools.world.looks.atlas import colour, patch
 from corpus_tools.world.looks.drawing import draw
 from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.parts import Part, box, disc, extruded, rod, tapered, turned
-from corpus_tools.world.looks.wheels import wheel
-from corpus_tools.world.state.dimensions import (
-    BACKREST,
-    CHASSIS,
-    FORK_LENGTH,
-    FORK_THICKNESS,
-    FORK_WIDTH,
-    FORK_Y,
-    HEEL_X,
-    LOW,
-)
+from corpus_tools.world.looks.vehicles import wheel
+from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.forklift_parts import FORKS
 from corpus_tools.world.state.shapes import Shape
 
@@ -33,7 +24,7 @@ _FENDER = (
     [(0.3, 0.3), (0.36, 0.3), (0.24, 0.63), (0.2, 0.56)],
 )
 """Outlines of a front fender, x and z."""
-(_REAR, _FRONT), (_RIGHT, _LEFT), (_BOTTOM, _TOP) = CHASSIS
+(_REAR, _FRONT), (_RIGHT, _LEFT), (_BOTTOM, _TOP) = sizes.CHASSIS
 
 
 @look("forklift")
@@ -115,7 +106,7 @@ def _rails() -> list[Part]:
     parts = []
     for side in (-1, 1):
         inner, outer = side * 0.31, side * 0.38
-        parts.append(box((_FRONT + 0.01, inner, 0.08), (HEEL_X - 0.05, outer, _TOP), _DARK))
+        parts.append(box((_FRONT + 0.01, inner, 0.08), (sizes.HEEL_X - 0.05, outer, _TOP), _DARK))
         lift = [(0.035, 0.15), (0.035, 1.1), (0.0, 1.1)]
         parts.append(turned(lift, _STEEL, centre=(_FRONT + 0.03, side * 0.2, 0), segments=8))
         parts.append(
@@ -127,13 +118,13 @@ def _rails() -> list[Part]:
 
 
 def _wheels() -> list[Part]:
-    sizes = ((0.0, 0.43, 0.27, 0.22), (-0.86, 0.44, 0.22, 0.18))
-    return [wheel((x, s * y, r), r, width, s) for s in (-1, 1) for x, y, r, width in sizes]
+    axles = ((0.0, 0.43, 0.27, 0.22), (-0.86, 0.44, 0.22, 0.18))
+    return [wheel((x, s * y, r), r, width, s) for s in (-1, 1) for x, y, r, width in axles]
 
 
 def _carriage() -> list[Part]:
     """What goes up with the forks: the inner stage of the mast, the carriage and its rest."""
-    floor, rest = -LOW + 0.06, BACKREST[2][1]
+    floor, rest = -sizes.LOW + 0.06, sizes.BACKREST[2][1]
     parts = [box((-0.13, -0.3, 1.82), (-0.06, 0.3, 1.9), _STEEL)]
     for side in (-1, 1):
         parts.append(box((-0.13, side * 0.235, floor), (-0.06, side * 0.3, 1.9), _STEEL))
@@ -147,12 +138,11 @@ def _carriage() -> list[Part]:
 
 def _tines() -> list[Part]:
     """Two forks, thin at their tips."""
-    steel = colour("steel", 0.55, 0.85)
+    steel, half = colour("steel", 0.55, 0.85), sizes.FORK_WIDTH / 2
+    long, thick = sizes.FORK_LENGTH, sizes.FORK_THICKNESS
+    tine = [(0.0, -thick), (0.7 * long, -thick), (long, -0.3 * thick), (long, 0.0), (0.0, 0.0)]
     parts = []
-    for y in (-FORK_Y, FORK_Y):
-        half = FORK_WIDTH / 2
-        tine = [(0.0, -FORK_THICKNESS), (0.7 * FORK_LENGTH, -FORK_THICKNESS)]
-        tine += [(FORK_LENGTH, -0.3 * FORK_THICKNESS), (FORK_LENGTH, 0.0), (0.0, 0.0)]
+    for y in (-sizes.FORK_Y, sizes.FORK_Y):
         parts.append(extruded(tine, (y - half, y + half), steel))
-        parts.append(box((-0.045, y - half, -FORK_THICKNESS), (0.0, y + half, 0.52), steel))
+        parts.append(box((-0.045, y - half, -thick), (0.0, y + half, 0.52), steel))
     return parts

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.atlas import board, colour, patch
-from corpus_tools.world.looks.drawing import draw, variation
-from corpus_tools.world.looks.look_registry import look
+from corpus_tools.world.looks.look_registry import drawn
 from corpus_tools.world.looks.pallets import cartons
 from corpus_tools.world.looks.parts import Part, box, disc, inside, rod, turned
 from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
 
-@look("shelf")
-def shelf(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("shelf")
+def shelf(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A rack with three floors of goods: cartons and plastic bins."""
-    rng = variation(body)
     low, part = shape.low, inside(shape.low, shape.high)
     post = np.minimum(0.09 / shape.size[:2], 0.1)
     beam = min(0.11 / float(shape.size[2]), 0.04)
@@ -43,7 +40,7 @@ def shelf(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: flo
         parts.append(part(span, (0.0, 1.0), planks, board(i), along=True, without="-x +x -y +y"))
         corner = low + shape.size * (span[0], 0, floor)
         parts += _goods(corner, low + shape.size * (span[1], 1, above - beam), i, rng)
-    draw(spec, body, parts)
+    return parts
 
 
 def _goods(low: FloatArray, high: FloatArray, floor: int, rng: np.random.Generator) -> list[Part]:
@@ -65,8 +62,8 @@ def _goods(low: FloatArray, high: FloatArray, floor: int, rng: np.random.Generat
     return parts
 
 
-@look("barrel")
-def barrel(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("barrel", gloss=True)
+def barrel(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A blue steel drum."""
     x, y, z = shape.middle[0], shape.middle[1], shape.low[2]
     radius, height = float(shape.size[:2].min()) / 2, float(shape.size[2])
@@ -86,33 +83,31 @@ def barrel(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: fl
         rim = [(size, 0), (size, 0.018 * height)]
         parts.append(turned(rim, colour("steel"), centre=(*bung, lid), segments=8))
         parts.append(disc((*bung, lid + 0.018 * height), size, colour("light"), segments=8))
-    draw(spec, body, parts, gloss=True)
+    return parts
 
 
-@look("cone")
-def cone(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("cone")
+def cone(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A traffic cone."""
     (x, y, _), (low, high) = shape.middle, (shape.low, shape.high)
     radius, height = 0.4 * float(shape.size[:2].min()), float(shape.size[2])
     foot = 0.06 * height
     profile = [(radius, 0.0), (0.16 * radius, height - foot)]
     top = (x, y, high[2])
-    parts = [
+    return [
         box(low, (high[0], high[1], low[2] + foot), colour("orange", 0.7, 0.9)),
         turned(profile, patch("cone"), centre=(x, y, low[2] + foot), segments=16),
         disc(top, 0.16 * radius, colour("dark"), segments=16),
     ]
-    draw(spec, body, parts)
 
 
-@look("other")
-def other(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("other")
+def other(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A steel case with a darker rim."""
     low, high = shape.low, shape.high
     rim = 0.06 * shape.size * (0, 0, 1)
-    parts = [
+    return [
         box(low, (*high[:2], low[2] + rim[2]), colour("dark")),
         box(low + rim, high - rim, patch("plate"), without="-z +z"),
         box((*low[:2], high[2] - rim[2]), high, colour("dark", 0.8, 1.0), tops=patch("plate")),
     ]
-    draw(spec, body, parts)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.atlas import colour, patch
-from corpus_tools.world.looks.drawing import draw, variation
-from corpus_tools.world.looks.look_registry import look
-from corpus_tools.world.looks.parts import inside, quads
+from corpus_tools.world.looks.look_registry import drawn
+from corpus_tools.world.looks.parts import Part, inside, quads
 from corpus_tools.world.state.shapes import Shape
 
 _PANEL_M = 1.2
@@ -19,8 +17,8 @@ _CELLS = 12, 8
 """Of a heap's surface, along and across."""
 
 
-@look("container")
-def container(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("container")
+def container(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A container for ships: corrugated steel, with doors at its ends."""
     part, size = inside(shape.low, shape.high), shape.size
     rust, wall = colour("brown", 0.6, 0.9), patch("corrugated")
@@ -30,19 +28,16 @@ def container(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m:
         part((a, b), (0.01, 0.99), (0.0, 0.99), wall, tops=wall, without="-x +x -z")
         for a, b in pairwise(panels)
     ]
-    parts.append(
-        part(
-            (0.004, 0.996), (post_y, 1 - post_y), (0.0, 0.99), patch("doors"), without="-y +y -z +z"
-        )
-    )
+    doors, ends = patch("doors"), (post_y, 1 - post_y)
+    parts.append(part((0.004, 0.996), ends, (0.0, 0.99), doors, without="-y +y -z +z"))
     for y in ((0.0, post_y), (1 - post_y, 1.0)):
         parts += [part(x, y, (0.0, 1.0), rust) for x in ((0.0, post_x), (1 - post_x, 1.0))]
         parts += [part((0.0, 1.0), y, z, rust) for z in ((0.0, 0.05), (0.96, 1.0))]
-    draw(spec, body, parts)
+    return parts
 
 
-@look("sign")
-def sign(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("sign")
+def sign(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A board with an arrow and lines of writing on a steel post with a foot."""
     part, size = inside(shape.low, shape.high), shape.size
     post = [min(0.5, 0.04 / length) for length in size[:2].tolist()]
@@ -52,16 +47,12 @@ def sign(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: floa
     x, y, sides = (0.0, 1.0), (0.5 - thick[1], 0.5 + thick[1]), "-x +x"
     if size[1] >= size[0]:
         x, y, sides = (0.5 - thick[0], 0.5 + thick[0]), (0.0, 1.0), "-y +y"
-    draw(
-        spec,
-        body,
-        [
-            part((0.0, 1.0), (0.0, 1.0), (0.0, 0.04), colour("concrete")),
-            part(*upright, (0.0, 1 - board), colour("steel", 0.7, 1.0)),
-            part(x, y, (1 - board, 1.0), colour("steel")),
-            part(_wider(x), _wider(y), (1 - board, 1.0), patch("sign"), without=f"{sides} -z +z"),
-        ],
-    )
+    return [
+        part((0.0, 1.0), (0.0, 1.0), (0.0, 0.04), colour("concrete")),
+        part(*upright, (0.0, 1 - board), colour("steel", 0.7, 1.0)),
+        part(x, y, (1 - board, 1.0), colour("steel")),
+        part(_wider(x), _wider(y), (1 - board, 1.0), patch("sign"), without=f"{sides} -z +z"),
+    ]
 
 
 def _wider(span: tuple[float, float]) -> tuple[float, float]:
@@ -69,10 +60,9 @@ def _wider(span: tuple[float, float]) -> tuple[float, float]:
     return max(0.0, span[0] - 0.01), min(1.0, span[1] + 0.01)
 
 
-@look("berm")
-def berm(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("berm")
+def berm(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A long heap of earth."""
-    rng = variation(body)
     u, v = (np.linspace(0, 1, n + 1) for n in _CELLS)
     u, v = np.meshgrid(u, v, indexing="ij")
     height = np.minimum(1, 3 * np.minimum(u, 1 - u)) * np.sin(np.pi * v) ** 0.8
@@ -80,4 +70,4 @@ def berm(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: floa
     height /= height.max()
     at = shape.low + shape.size * np.stack((u, v, height), axis=2)
     cells = np.stack((at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]), axis=2)
-    draw(spec, body, [quads(cells.reshape(-1, 4, 3), patch("earth"))])
+    return [quads(cells.reshape(-1, 4, 3), patch("earth"))]

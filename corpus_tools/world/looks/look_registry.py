@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
 import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.atlas import colour
-from corpus_tools.world.looks.drawing import draw
-from corpus_tools.world.looks.parts import box
+from corpus_tools.world.looks.drawing import draw, variation
+from corpus_tools.world.looks.parts import Part, box
 from corpus_tools.world.state.shapes import Shape
 from g3.registry import Registry
 
 Look: TypeAlias = Callable[[mujoco.MjSpec, mujoco.MjsBody, Shape, float], None]
 """Adds geoms to a body of a world so that they fill the box. The number is the height of the
 ground in the body's frame."""
+PartsOf: TypeAlias = Callable[[Shape, np.random.Generator], Iterable[Part]]
+"""Gives the parts that fill a box; the generator is the same for the same name."""
 
 LOOKS: Registry[Look] = Registry("look", "ct.looks")
 
@@ -33,13 +35,21 @@ def look(kind: str) -> Callable[[Look], Look]:
     """
 
     def register(function: Look) -> Look:
-        def fitted(
-            spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float
-        ) -> None:
-            function(spec, body, _thickened(shape), ground_m)
-
-        LOOKS.add(fitted, kind)
+        LOOKS.add(lambda spec, body, shape, z: function(spec, body, _thickened(shape), z), kind)
         return function
+
+    return register
+
+
+def drawn(kind: str, *, gloss: bool = False) -> Callable[[PartsOf], PartsOf]:
+    """Register what a kind of object looks like that is one mesh, by its parts alone."""
+
+    def register(parts: PartsOf) -> PartsOf:
+        @look(kind)
+        def whole(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+            draw(spec, body, parts(shape, variation(body)), gloss=gloss)
+
+        return parts
 
     return register
 

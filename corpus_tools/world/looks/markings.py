@@ -32,21 +32,14 @@ _PIECE, _MOST_PIECES = 4.0, 40
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Yard:
-    """A rectangle of ground.
-
-    Parameters
-    ----------
-    middle
-        Shape (2,).
-    half
-        Half its length and half its width, shape (2,).
-    yaw
-        Where its length points to.
-    """
+    """A rectangle of ground."""
 
     middle: FloatArray
+    """Shape (2,)."""
     half: FloatArray
+    """Half its length and half its width, shape (2,)."""
     yaw: float
+    """Where its length points to."""
 
 
 def yard_of(context: Context) -> Yard:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
+from typing import TypeAlias
 
-import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.atlas import board, colour, patch
-from corpus_tools.world.looks.drawing import draw, variation
-from corpus_tools.world.looks.look_registry import look
+from corpus_tools.world.looks.look_registry import drawn
 from corpus_tools.world.looks.parts import Part, box, inside, join, quad
-from corpus_tools.world.looks.wheels import tyre
+from corpus_tools.world.looks.vehicles import tyre
 from corpus_tools.world.state.dimensions import BLOCK, ENTRY_HEIGHT, PALLET_HEIGHT
 from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
@@ -24,11 +24,27 @@ _SLIT = 0.005
 """Half of what is between two cartons."""
 
 
-@look("tire-pallet")
-def tire_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+LoadOf: TypeAlias = Callable[[FloatArray, FloatArray, np.random.Generator], list[Part]]
+"""Gives the parts of a load in the room between two opposite corners, shape (3,)."""
+
+
+def on_pallet(kind: str) -> Callable[[LoadOf], LoadOf]:
+    """Register the load of a kind of pallet."""
+
+    def register(load: LoadOf) -> LoadOf:
+        @drawn(kind)
+        def whole(shape: Shape, rng: np.random.Generator) -> list[Part]:
+            base, low, high = _pallet(shape, rng)
+            return [base, *load(low, high, rng)]
+
+        return load
+
+    return register
+
+
+@on_pallet("tire-pallet")
+def tire_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
     """Four stacks of tyres on a pallet."""
-    rng = variation(body)
-    base, low, high = pallet_of(shape, rng)
     size = high - low
     columns = [max(1, min(4, round(length / 0.55))) for length in size[:2]]
     pitch = size[:2] / columns
@@ -37,7 +53,7 @@ def tire_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_
     width = float(size[2]) / levels
     stacks = [(x, y) for x in range(columns[0]) for y in range(columns[1])]
     lower = int(rng.integers(2 * len(stacks))) if levels > 1 and len(stacks) > 1 else len(stacks)
-    parts = [base]
+    parts = []
     for i, (x, y) in enumerate(stacks):
         top = levels - (i == lower)
         for level in range(top):
@@ -45,22 +61,20 @@ def tire_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_
             middle = low[:2] + (np.array([x, y]) + 0.5) * pitch + rng.uniform(-slack, slack, 2)
             bottom = (*middle, low[2] + level * width)
             parts.append(tyre(bottom, radius, width, open_top=level == top - 1))
-    draw(spec, body, parts)
+    return parts
 
 
-@look("box-pallet")
-def box_pallet(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@on_pallet("box-pallet")
+def box_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
     """Cartons of several sizes on a pallet, held by straps."""
-    rng = variation(body)
-    base, low, high = pallet_of(shape, rng)
-    full = bool(rng.random() < 0.6)
-    strap = np.array([0.006, 0.006, 0.003])
-    load = cartons(low, high - strap, rng) if full else cartons(low, high, rng, missing=1)
-    draw(spec, body, [base, *load, *(_straps(low, high) if full else ())])
+    if rng.random() < 0.6:
+        strap = np.array([0.006, 0.006, 0.003])
+        return [*cartons(low, high - strap, rng), *_straps(low, high)]
+    return cartons(low, high, rng, missing=1)
 
 
-@look("crate")
-def crate(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("crate")
+def crate(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A wooden crate on feet: slats with gaps between them, posts at the corners, a brace."""
     base, low, high = _feet(shape)
     part = inside(low, high)
@@ -78,8 +92,7 @@ def crate(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: flo
     for x in corners:
         parts.append(part(x, (0.0, 1.0), (0.985, 1.0), board(5), along=True))
         parts += [part(x, y, (0.0, 1.0), board(3), along=True, without="-z") for y in corners]
-    parts.append(_braces(low, high))
-    draw(spec, body, parts)
+    return [*parts, _braces(low, high)]
 
 
 def _braces(low: FloatArray, high: FloatArray) -> Part:
@@ -97,14 +110,10 @@ def _braces(low: FloatArray, high: FloatArray) -> Part:
 def cartons(
     low: FloatArray, high: FloatArray, rng: np.random.Generator, *, missing: int = 0
 ) -> list[Part]:
-    """Cartons that fill a box, layer by layer.
+    """Cartons that fill a box between opposite corners, shape (3,), layer by layer.
 
-    Parameters
-    ----------
-    low, high
-        Opposite corners of the box, shape (3,).
-    missing
-        How many of the highest layer are missing, where it has several and lies on another.
+    `missing` says how many of the highest layer are missing, where it has several and lies on
+    another.
     """
     size = high - low
     layers = max(1, min(4, round(float(size[2]) / 0.4)))
@@ -149,7 +158,7 @@ def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
     return [box(*pair, finish, without="-y +y -z") for pair in ends]
 
 
-def pallet_of(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:
+def _pallet(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:
     """A pallet that the forks can enter from every side, and the room on it."""
     feet, low, high = _feet(shape)
     thick = (PALLET_HEIGHT / ENTRY_HEIGHT - 1) * (low[2] - shape.low[2])

@@ -26,24 +26,16 @@ Span: TypeAlias = tuple[float, float]
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A surface of triangles.
-
-    Parameters
-    ----------
-    at
-        Corners, shape (n, 3).
-    normal
-        Unit normals there, shape (n, 3).
-    uv
-        Where their colours are in the atlas, shape (n, 2).
-    face
-        Triangles as indices of corners, counter-clockwise from outside, shape (m, 3).
-    """
+    """A surface of triangles."""
 
     at: FloatArray
+    """Corners, shape (n, 3)."""
     normal: FloatArray
+    """Unit normals there, shape (n, 3)."""
     uv: FloatArray
+    """Where their colours are in the atlas, shape (n, 2)."""
     face: npt.NDArray[np.int32]
+    """Triangles as indices of corners, counter-clockwise from outside, shape (m, 3)."""
 
 
 def join(parts: Iterable[Part]) -> Part:
@@ -263,6 +255,11 @@ def turned(
         finish.uv(st, up),
         face[has_area].astype(np.int32),
     )
+
+
+def mirrored(profile: Sequence[Span]) -> list[Span]:
+    """A profile below height 0 for :func:`turned`, and the same above it."""
+    return [*profile, *((radius, -height) for radius, height in reversed(profile))]
 
 
 def disc(

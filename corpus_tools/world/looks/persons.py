@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.atlas import Finish, colour, patch
-from corpus_tools.world.looks.drawing import draw
-from corpus_tools.world.looks.look_registry import look
+from corpus_tools.world.looks.look_registry import drawn
 from corpus_tools.world.looks.parts import Part, ball, box, join, rod, turned
 from corpus_tools.world.state.shapes import Shape
 
@@ -17,15 +15,15 @@ _SIZE = np.array([0.5, 0.5, 1.75])
 """Of the person as drawn, before being fitted into a box."""
 
 
-@look("person")
-def person(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+@drawn("person")
+def person(shape: Shape, rng: np.random.Generator) -> list[Part]:
     """A worker with a warning vest and a hard hat, who looks ahead."""
     scale = shape.size / _SIZE
     figure = _figure()
     lengths = np.linalg.norm(figure.normal / scale, axis=1, keepdims=True)
     bottom = np.array([*shape.middle[:2], shape.low[2]])
-    fitted = replace(figure, at=figure.at * scale + bottom, normal=figure.normal / scale / lengths)
-    draw(spec, body, [fitted])
+    at, normal = figure.at * scale + bottom, figure.normal / scale / lengths
+    return [replace(figure, at=at, normal=normal)]
 
 
 def _figure() -> Part:

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.look_registry import look_of
+from corpus_tools.world.looks.site_looks import add_surroundings
 from corpus_tools.world.state.dimensions import LOW
 from corpus_tools.world.state.forklift_parts import DRIVE_JOINTS, FORKS, add_forklift
 from corpus_tools.world.state.recording import Recording, heading, upright
@@ -31,31 +31,22 @@ IMPRATIO = 10.0
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """A compiled model of a context, and where its objects are in the simulator's state.
-
-    Parameters
-    ----------
-    context
-        The context; the objects' order is that of all indices.
-    free, free_qpos
-        Objects with a free joint, and where their seven coordinates begin.
-    mocap, mocap_id
-        Objects that only move where they are put, and their mocap indices.
-    robot
-        Index of the robot among the objects.
-    drive_qpos, forks_qpos
-        Where the robot's x, y, yaw and the height of the forks are.
-    """
+    """A compiled model of a context, and where its objects are in the simulator's state."""
 
     context: Context
+    """The context; the objects' order is that of all indices."""
     model: mujoco.MjModel
     free: Index
     free_qpos: Index
+    """Objects with a free joint, and where their seven coordinates begin."""
     mocap: Index
     mocap_id: Index
+    """Objects that only move where they are put, and their mocap indices."""
     robot: int
+    """Index of the robot among the objects."""
     drive_qpos: Index
     forks_qpos: int
+    """Where the robot's x, y, yaw and the height of the forks are."""
 
 
 def build_spec(
@@ -65,17 +56,10 @@ def build_spec(
 
     Objects' bodies are called by :func:`body_name` and have their poses as frames. What the forks
     can lift has a free joint. The robot has joints to drive in the plane. Everything else is a
-    mocap body, which collides and moves only where it is put.
-
-    Parameters
-    ----------
-    looks
-        Whether to add what is only there to be seen.
-    site
-        What it looks like around the objects: one of
-        :data:`~corpus_tools.world.looks.site_looks.SITES`.
-    names
-        Whether the names of places are painted on the ground.
+    mocap body, which collides and moves only where it is put. `looks` adds what is only there to be
+    seen, `site` what it looks like around the objects (one of
+    :data:`~corpus_tools.world.looks.site_looks.SITES`), `names` the names of places, painted on the
+    ground.
     """
     spec = mujoco.MjSpec()
     spec.option.timestep = TIMESTEP_S
@@ -109,7 +93,7 @@ def build_spec(
     if looks:
         add_surroundings(spec, context, ground, site)
         if names:
-            from corpus_tools.world.looks.painted_names import add_names  # noqa: PLC0415 - OpenCV
+            from corpus_tools.world.looks.painting import add_names  # noqa: PLC0415 - OpenCV
 
             add_names(spec, context, ground)
     return spec

@@ -1,8 +1,15 @@
-"""Drives the simulated robot along references, and watches what it touches."""
+"""Drives the simulated robot along references, and watches what it touches.
+
+An action (:data:`BEHAVIOURS`) gets the running simulation and its argument, moves the robot, and
+says what it wanted to reach. What it can't do it refuses with an :class:`ActionError`, before
+moving if it can know.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
@@ -14,11 +21,13 @@ from corpus_tools.world.planning.curves import Way
 from corpus_tools.world.state.dimensions import LIFT_RANGE, LOW
 from corpus_tools.world.state.forklift_parts import DRIVE_RATE, FORKS, LIFT_RATE, TURN_RATE
 from corpus_tools.world.state.recording import NS_PER_S, Recording, heading, upright
+from corpus_tools.world.state.robot_script import ScriptAction
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.start import moved, starting
 from g3.errors import CorpusError
 from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, Trajectory
+from g3.registry import Registry
 from g3.short_repr import short_repr
 
 SLIP_M = 0.10
@@ -45,17 +54,12 @@ class ActionError(CorpusError):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What is on the forks, in the robot's frame.
-
-    Parameters
-    ----------
-    xy, yaw
-        Pose of its frame, shape (2,) and radians.
-    """
+    """What is on the forks, in the robot's frame."""
 
     id: str
     xy: FloatArray
     yaw: float
+    """Pose of its frame, shape (2,) and radians."""
 
 
 @short_repr
@@ -298,3 +302,27 @@ def _owners(world: World) -> npt.NDArray[np.int64]:
     bodies = [names.get(model.body(i).name, _GROUND) for i in range(model.nbody)]
     owners: npt.NDArray[np.int64] = np.array(bodies)[model.geom_bodyid]
     return owners
+
+
+@short_repr
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """Where an action wants something to be."""
+
+    thing: str
+    """Id of the object."""
+    xyz: FloatArray
+    """Position of its frame, shape (3,)."""
+    yaw: float
+
+
+Behaviour: TypeAlias = Callable[[Simulation, Any], "Goal | None"]
+"""Takes the id of an object, a :class:`~g3.groundings.Place` or a number, as its action does."""
+
+BEHAVIOURS: Registry[Behaviour] = Registry("action")
+"""What actions do, by name."""
+
+
+def behaviour(action: ScriptAction) -> Callable[[Behaviour], Behaviour]:
+    """Register what an action does."""
+    return lambda function: BEHAVIOURS.add(function, action.name)

@@ -7,29 +7,21 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from corpus_tools.world.physics.controller import ActionError, Simulation
-from corpus_tools.world.physics.free_spots import axis_of, spots
+from corpus_tools.world.physics.controller import ActionError, Goal, Simulation, behaviour
 from corpus_tools.world.physics.room import (
     READY_MARGIN_M,
     STRAIGHT_MARGIN_M,
+    axis_of,
     boxes_of,
     load_rect,
     robot_outline,
+    spots,
 )
-from corpus_tools.world.physics.script_actions import Goal, behaviour
 from corpus_tools.world.planning.clearance import clearance
 from corpus_tools.world.planning.curves import Motion, end_of, poses_on
 from corpus_tools.world.planning.ways import NoWayError, plan
+from corpus_tools.world.state import robot_script
 from corpus_tools.world.state.dimensions import CHASSIS, FORK_LENGTH, HEEL_X
-from corpus_tools.world.state.robot_script import (
-    APPROACH,
-    BACK_UP,
-    DRIVE_PAST,
-    DRIVE_TO,
-    FORWARD,
-    TURN,
-    WAIT,
-)
 from g3.actions.driving import direction, quarters
 from g3.geometry.footprints import centre
 from g3.geometry.plane import cross, rotate, wrap
@@ -48,7 +40,7 @@ _MIDDLE = np.array([(CHASSIS[0][0] + HEEL_X) / 2, 0.0])
 _BODY = np.array([[x, y] for x in (CHASSIS[0][0], HEEL_X) for y in CHASSIS[1]])
 
 
-@behaviour(DRIVE_TO)
+@behaviour(robot_script.DRIVE_TO)
 def drive_to(sim: Simulation, place: Place) -> Goal:
     """Drive into a place and stop with the robot's body in its middle."""
     middle = centre(place.prism)
@@ -69,7 +61,7 @@ def drive_to(sim: Simulation, place: Place) -> Goal:
     return gone(sim, np.array(goals), f"to {_named(place)}", np.array(costs))
 
 
-@behaviour(APPROACH)
+@behaviour(robot_script.APPROACH)
 def approach(sim: Simulation, thing: str) -> Goal:
     """Stop in front of one of an object's sides, or on the way to it, facing it."""
     middle, _, axis = footprint(sim, thing)
@@ -90,7 +82,7 @@ def in_front(sim: Simulation, thing: str, headings: FloatArray) -> FloatArray:
     return np.column_stack((goals, headings))
 
 
-@behaviour(DRIVE_PAST)
+@behaviour(robot_script.DRIVE_PAST)
 def drive_past(sim: Simulation, thing: str) -> Goal:
     """Drive past an object, rather on the side that the robot faces, and on beyond it."""
     middle, corners, axis = footprint(sim, thing)
@@ -113,46 +105,35 @@ def drive_past(sim: Simulation, thing: str) -> Goal:
     raise ActionError(f"there is no way past {thing}")
 
 
-@behaviour(TURN)
+@behaviour(robot_script.TURN)
 def turn(sim: Simulation, angle_deg: float) -> Goal:
     """Turn on the spot."""
     return straight_or_turn(sim, (0.0, math.radians(angle_deg)), "turn")
 
 
-@behaviour(FORWARD)
+@behaviour(robot_script.FORWARD)
 def forward(sim: Simulation, distance_m: float) -> Goal:
     """Drive straight ahead."""
     return straight_or_turn(sim, (distance_m, 0.0), "drive ahead")
 
 
-@behaviour(BACK_UP)
+@behaviour(robot_script.BACK_UP)
 def back_up(sim: Simulation, distance_m: float) -> Goal:
     """Drive straight back."""
     return straight_or_turn(sim, (-distance_m, 0.0), "back up")
 
 
-@behaviour(WAIT)
+@behaviour(robot_script.WAIT)
 def wait(sim: Simulation, duration_s: float) -> None:
     """Stand still."""
     sim.wait(duration_s)
 
 
 def go(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> int:
-    """Drive to the pose that is reached most cheaply.
+    """Drive to the pose of `goals`, shape (g, 3), that is reached most cheaply; which one it is.
 
-    Parameters
-    ----------
-    goals
-        Poses, shape (g, 3).
-    where
-        Where that is, for errors: a preposition and a name.
-    penalty
-        What choosing each costs, in metres of way, shape (g,).
-
-    Returns
-    -------
-    int
-        Which of the poses it is.
+    `where` that is, for errors, is a preposition and a name. `penalty` is what choosing each costs,
+    in metres of way, shape (g,).
     """
     try:
         way, chosen = plan(sim.pose, goals, robot_outline(sim, sim.load), boxes_of(sim), penalty)

@@ -8,13 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from corpus_tools.world.physics import (  # noqa: F401 - they register
+    controller,
     driving_actions,
-    fork_actions,
     handling_actions,
     pose_actions,
 )
-from corpus_tools.world.physics.controller import TILT, ActionError, Simulation, simulation
-from corpus_tools.world.physics.script_actions import BEHAVIOURS, Goal
 from corpus_tools.world.state.recording import Recording, Step, heading
 from corpus_tools.world.state.robot_script import ACTIONS, Script, ScriptStep
 from g3.actions.logged_actions import loaded
@@ -35,46 +33,31 @@ PAUSE_S = 1.0
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a step ended.
-
-    Parameters
-    ----------
-    goal
-        Where it wanted something to be, None if it wanted nothing to be anywhere.
-    error_m, error_deg
-        How far from that it is when the step ends, and how far from its heading.
-    lean_deg
-        How far what was moved leans.
-    """
+    """How a step ended."""
 
     step: ScriptStep
-    goal: Goal | None
+    goal: controller.Goal | None
+    """Where it wanted something to be, None if it wanted nothing to be anywhere."""
     error_m: float = 0.0
     error_deg: float = 0.0
+    """How far from that it is when the step ends, and how far from its heading."""
     lean_deg: float = 0.0
+    """How far what was moved leans."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """What came of a script.
-
-    Parameters
-    ----------
-    recording
-        What happened, to the end or to where it went wrong.
-    outcomes
-        Of the steps that were carried out.
-    failure
-        Why the step after those could not be; None if all were.
-    handled
-        Ids of what was on the forks.
-    """
+    """What came of a script."""
 
     recording: Recording
+    """What happened, to the end or to where it went wrong."""
     outcomes: tuple[Outcome, ...]
-    failure: ActionError | None
+    """Of the steps that were carried out."""
+    failure: controller.ActionError | None
+    """Why the step after those could not be; None if all were."""
     handled: frozenset[str] = frozenset()
+    """Ids of what was on the forks."""
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -86,7 +69,7 @@ class Execution:
                     f"{_named(outcome.step)}: ended {outcome.error_m:.2f} m and "
                     f"{outcome.error_deg:.1f} degrees from its goal"
                 )
-            if outcome.lean_deg > np.rad2deg(TILT):
+            if outcome.lean_deg > np.rad2deg(controller.TILT):
                 problems.append(f"{_named(outcome.step)}: leans by {outcome.lean_deg:.0f} degrees")
         return (*problems, *self._displaced())
 
@@ -137,7 +120,7 @@ def execute(
     if places is None:
         places = {place.name: place for place in context.places if place.name}
     arguments = [_argument(context, places, step, i) for i, step in enumerate(script)]
-    sim = simulation(context, rate_hz, forks_m)
+    sim = controller.simulation(context, rate_hz, forks_m)
     sim.wait(PAUSE_S)
     steps: list[Step] = []
     outcomes: list[Outcome] = []
@@ -145,10 +128,11 @@ def execute(
     for step, argument in zip(script, arguments, strict=True):
         began = sim.time_s
         try:
-            outcomes.append(_outcome(sim, step, BEHAVIOURS[step.action](sim, argument)))
-        except ActionError as error:
-            failure = ActionError(error.what, where=_named(step), fix=error.fix)
-        steps.append(Step(step.action, ((_kind(step), _text(step)),), began, sim.time_s))
+            outcomes.append(_outcome(sim, step, controller.BEHAVIOURS[step.action](sim, argument)))
+        except controller.ActionError as error:
+            failure = controller.ActionError(error.what, where=_named(step), fix=error.fix)
+        said = ((ACTIONS[step.action].argument, _text(step)),)
+        steps.append(Step(step.action, said, began, sim.time_s))
         if failure is not None:
             break
     if failure is None:
@@ -166,8 +150,8 @@ def _argument(
     context: Context, places: Mapping[str, Place], step: ScriptStep, number: int
 ) -> str | float | Place:
     where = f"step {number + 1} of the script"
-    if step.action not in ACTIONS or step.action not in BEHAVIOURS:
-        raise CorpusError.unknown("action", step.action, BEHAVIOURS, where=where)
+    if step.action not in ACTIONS or step.action not in controller.BEHAVIOURS:
+        raise CorpusError.unknown("action", step.action, controller.BEHAVIOURS, where=where)
     wanted, given = ACTIONS[step.action].argument, step.argument
     if wanted == "number":
         if isinstance(given, str) or not np.isfinite(given):
@@ -183,7 +167,7 @@ def _argument(
     return places[str(given)]
 
 
-def _outcome(sim: Simulation, step: ScriptStep, goal: Goal | None) -> Outcome:
+def _outcome(sim: controller.Simulation, step: ScriptStep, goal: controller.Goal | None) -> Outcome:
     if goal is None:
         return Outcome(step, None)
     xyz, orientation = sim.body_pose(goal.thing)
@@ -194,10 +178,6 @@ def _outcome(sim: Simulation, step: ScriptStep, goal: Goal | None) -> Outcome:
         float(np.rad2deg(np.abs(wrap(heading(orientation) - goal.yaw)))),
         float(np.rad2deg(sim.lean(goal.thing))),
     )
-
-
-def _kind(step: ScriptStep) -> str:
-    return ACTIONS[step.action].argument
 
 
 def _text(step: ScriptStep) -> str:

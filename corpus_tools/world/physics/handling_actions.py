@@ -1,4 +1,4 @@
-"""Actions that lift loads and put them down."""
+"""Actions that lift loads, put them down, and move the forks with what is on them."""
 
 from __future__ import annotations
 
@@ -6,40 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.world.physics.controller import ActionError, Load, Simulation
+from corpus_tools.world.physics import room
+from corpus_tools.world.physics.controller import ActionError, Goal, Load, Simulation, behaviour
 from corpus_tools.world.physics.driving_actions import SHIFT_COST, go
-from corpus_tools.world.physics.free_spots import (
-    NUDGE_M,
-    Support,
-    carrier_under,
-    spots,
-    support_at,
-)
 from corpus_tools.world.physics.pacing import CAREFUL
-from corpus_tools.world.physics.room import (
-    FORKS_OUTLINE,
-    STRAIGHT_MARGIN_M,
-    behind,
-    boxes_of,
-    fits_straight,
-    forks_band,
-    load_rect,
-    ready_behind,
-    robot_outline,
-)
-from corpus_tools.world.physics.script_actions import Goal, behaviour
 from corpus_tools.world.planning.clearance import clearance, outline
-from corpus_tools.world.state.dimensions import (
-    BLOCK,
-    ENTRY_HEIGHT,
-    FORK_LENGTH,
-    FORK_WIDTH,
-    FORK_Y,
-    HEEL_X,
-    LOW,
-)
+from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.recording import heading
-from corpus_tools.world.state.robot_script import PICK_UP, PUT_DOWN
+from corpus_tools.world.state.robot_script import LOWER_FORKS, PICK_UP, PUT_DOWN, RAISE_FORKS
 from corpus_tools.world.state.start import HEEL_GAP_M
 from corpus_tools.world.state.thing_kinds import kind_of
 from g3.actions.driving import direction, quarters
@@ -53,9 +27,9 @@ CLEAR_M = 0.15
 """How high they are raised off what they stand on, or above what they go onto."""
 LOOSE_M = 0.02
 """How high they are lifted to see whether they come up."""
-ENTER_M, LEAVE_M = FORK_LENGTH + 0.25, 0.5
+ENTER_M, LEAVE_M = sizes.FORK_LENGTH + 0.25, 0.5
 """How far forks go straight into and out of a load, and how far loads come out, at least."""
-NARROWEST_M = 2 * (FORK_Y + FORK_WIDTH / 2 + BLOCK) + 0.02
+NARROWEST_M = 2 * (sizes.FORK_Y + sizes.FORK_WIDTH / 2 + sizes.BLOCK) + 0.02
 """Loads must be so wide for the forks to find their openings."""
 EPSILON_M = 0.02
 """What is less high than this above what a load stands on is not in its way."""
@@ -66,25 +40,17 @@ SETTLE_S = 0.3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Docking:
-    """A pose that the robot goes straight into and out of, and what that is good for.
-
-    Parameters
-    ----------
-    final
-        Where it stops inside.
-    run_in_m, run_out_m
-        How far it goes straight.
-    goal
-        Where the load is afterwards.
-    cost
-        What choosing it costs, in metres of way.
-    """
+    """A pose that the robot goes straight into and out of, and what that is good for."""
 
     final: FloatArray
+    """Where it stops inside."""
     run_in_m: float
     run_out_m: float
+    """How far it goes straight."""
     goal: Goal
+    """Where the load is afterwards."""
     cost: float
+    """What choosing it costs, in metres of way."""
 
 
 @behaviour(PICK_UP)
@@ -98,12 +64,12 @@ def pick_up(sim: Simulation, thing: str) -> Goal:
     if not kind_of(sim.start.objects[sim.index(thing)].labels).carriable:
         raise ActionError(f"the forks can't lift {thing}")
     bottom = _bottom(sim, thing)
-    carrier = carrier_under(sim, thing)
+    carrier = room.carrier_under(sim, thing)
     docking = _dock(sim, _to_pick(sim, thing, bottom), f"to {thing} to pick it up", carrier)
     sim.lift(bottom)
     sim.grip, sim.support = thing, carrier
     sim.drive(((docking.run_in_m, 0.0),), CAREFUL)
-    touching = bottom + ENTRY_HEIGHT - LOW
+    touching = bottom + sizes.ENTRY_HEIGHT - sizes.LOW
     sim.lift(touching + LOOSE_M)
     sim.take(thing)
     if _bottom(sim, thing) < bottom + LOOSE_M / 2:
@@ -111,7 +77,7 @@ def pick_up(sim: Simulation, thing: str) -> Goal:
     sim.lift(touching + CLEAR_M)
     sim.drive(((-docking.run_out_m, 0.0),), CAREFUL)
     sim.support = None
-    sim.lift(ENTRY_HEIGHT - LOW + CARRY_M)
+    sim.lift(sizes.ENTRY_HEIGHT - sizes.LOW + CARRY_M)
     return docking.goal
 
 
@@ -124,10 +90,10 @@ def put_down(sim: Simulation, place: Place) -> Goal:
     """
     if sim.load is None:
         raise ActionError("nothing is on the forks to put down", fix="pick something up before")
-    support = support_at(sim, place)
+    support = room.support_at(sim, place)
     where = f"to put {sim.load.id} down in {place.name or 'the place'}"
     docking = _dock(sim, _to_put(sim, sim.load, place, support), where, support.carrier)
-    standing = support.height + ENTRY_HEIGHT - LOW
+    standing = support.height + sizes.ENTRY_HEIGHT - sizes.LOW
     if sim.forks_m < standing + CLEAR_M / 2:
         sim.lift(standing + CLEAR_M)
     sim.support = support.carrier
@@ -146,7 +112,7 @@ def _dock(sim: Simulation, dockings: list[_Docking], where: str, carrier: str | 
     if not dockings:
         reach = "" if carrier is None else f"the forks don't reach so far over {carrier}, or "
         raise ActionError(f"the robot can't get {where}: {reach}there is no room to go in and out")
-    ready = np.array([behind(d.final, d.run_in_m) for d in dockings])
+    ready = np.array([room.behind(d.final, d.run_in_m) for d in dockings])
     return dockings[go(sim, ready, where, np.array([d.cost for d in dockings]))]
 
 
@@ -155,22 +121,26 @@ def _to_pick(sim: Simulation, thing: str, bottom: float) -> list[_Docking]:
     shape, (xyz, orientation) = sim.shape(thing), sim.body_pose(thing)
     yaw = float(heading(orientation))
     middle = xyz[:2] + rotate(shape.middle[:2], np.array(yaw))
-    others, everything = boxes_of(sim, thing), boxes_of(sim)
+    others, everything = room.boxes_of(sim, thing), room.boxes_of(sim)
     band = (bottom + EPSILON_M, bottom + CLEAR_M + float(shape.size[2]))
     found = []
     for side, entry in enumerate(quarters(yaw)):
         long, wide = shape.size[:2] if side % 2 == 0 else shape.size[1::-1]
         if wide < NARROWEST_M:
             continue
-        final = np.array([*(middle - (HEEL_X + HEEL_GAP_M + long / 2) * direction(entry)), entry])
+        final = np.array(
+            [*(middle - (sizes.HEEL_X + HEEL_GAP_M + long / 2) * direction(entry)), entry]
+        )
         held = Load(thing, rotate(xyz[:2] - final[:2], -entry), yaw - float(entry))
-        load = outline((load_rect(held, shape),))
-        run_in = ready_behind(final, robot_outline(sim, None), everything, ENTER_M)
-        run_out = ready_behind(final, robot_outline(sim, held), others, LEAVE_M)
+        load = outline((room.load_rect(held, shape),))
+        run_in = room.ready_behind(final, room.robot_outline(sim, None), everything, ENTER_M)
+        run_out = room.ready_behind(final, room.robot_outline(sim, held), others, LEAVE_M)
         if run_in is None or run_out is None:
             continue
-        goes_in = fits_straight(final, run_in, others, FORKS_OUTLINE, forks_band(bottom + LOW))
-        if goes_in and fits_straight(final, run_out, others, load, band):
+        goes_in = room.fits_straight(
+            final, run_in, others, room.FORKS_OUTLINE, room.forks_band(bottom + sizes.LOW)
+        )
+        if goes_in and room.fits_straight(final, run_out, others, load, band):
             xy = xyz[:2] - run_out * direction(entry)
             z = sim.ground_m + CARRY_M - float(shape.low[2])
             goal = Goal(thing, np.array([*xy, z]), yaw)
@@ -179,33 +149,35 @@ def _to_pick(sim: Simulation, thing: str, bottom: float) -> list[_Docking]:
     return found
 
 
-def _to_put(sim: Simulation, load: Load, place: Place, support: Support) -> list[_Docking]:
+def _to_put(sim: Simulation, load: Load, place: Place, support: room.Support) -> list[_Docking]:
     """From which sides the load can be put down in a place, as near to its middle as can be."""
-    shape, boxes, height = sim.shape(load.id), boxes_of(sim), support.height
-    rect = load_rect(load, shape)
+    shape, boxes, height = sim.shape(load.id), room.boxes_of(sim), support.height
+    rect = room.load_rect(load, shape)
     corners = np.array([[x, y] for x in rect.x for y in rect.y])
-    around = robot_outline(sim, load)
-    carried = np.concatenate((FORKS_OUTLINE, outline((rect,))))
+    around = room.robot_outline(sim, load)
+    carried = np.concatenate((room.FORKS_OUTLINE, outline((rect,))))
     band = (height + EPSILON_M, height + CLEAR_M + float(shape.size[2]))
     found = []
     for yaw in quarters(support.axis):
         entry = yaw - load.yaw
         inside = rotate(corners - corners.mean(axis=0), np.full(4, entry))
-        for shift in spots(place, inside):
+        for shift in room.spots(place, inside):
             spot = centre(place.prism) + shift
             if not support.holds(spot):
                 continue
             xy = spot - rotate(shape.middle[:2], yaw)
             final = np.array([*(xy - rotate(load.xy, entry)), entry])
-            if clearance(final[None], carried, boxes.between(*band)) < STRAIGHT_MARGIN_M:
+            if clearance(final[None], carried, boxes.between(*band)) < room.STRAIGHT_MARGIN_M:
                 continue
-            run_in = ready_behind(final, around, boxes, ENTER_M)
-            run_out = ready_behind(final, robot_outline(sim, None), boxes, ENTER_M)
+            run_in = room.ready_behind(final, around, boxes, ENTER_M)
+            run_out = room.ready_behind(final, room.robot_outline(sim, None), boxes, ENTER_M)
             if run_in is None or run_out is None:
                 continue
-            out = fits_straight(final, run_out, boxes, FORKS_OUTLINE, forks_band(height + LOW))
-            if out and fits_straight(final, run_in, boxes, carried, band):
-                near = float(np.hypot(*shift)) <= NUDGE_M + 1e-9
+            out = room.fits_straight(
+                final, run_out, boxes, room.FORKS_OUTLINE, room.forks_band(height + sizes.LOW)
+            )
+            if out and room.fits_straight(final, run_in, boxes, carried, band):
+                near = float(np.hypot(*shift)) <= room.NUDGE_M + 1e-9
                 at = xy - shift if near else xy
                 z = sim.ground_m + height - float(shape.low[2])
                 cost = run_in + run_out + SHIFT_COST * float(np.hypot(*shift))
@@ -218,3 +190,25 @@ def _to_put(sim: Simulation, load: Load, place: Place, support: Support) -> list
 def _bottom(sim: Simulation, thing: str) -> float:
     """How high above the ground an object's underside is."""
     return float(sim.body_pose(thing)[0][2] + sim.shape(thing).low[2] - sim.ground_m)
+
+
+NOTHING_M = 1e-3
+"""Forks that are so near to a height are there."""
+
+
+@behaviour(RAISE_FORKS)
+def raise_forks(sim: Simulation, distance_m: float) -> None:
+    """Raise the forks by a distance, or as far as they go."""
+    _brought_to(sim, min(sim.forks_m + distance_m, sizes.LIFT_RANGE))
+
+
+@behaviour(LOWER_FORKS)
+def lower_forks(sim: Simulation, distance_m: float) -> None:
+    """Lower the forks by a distance, or as far as they go; a load stays off the ground."""
+    lowest = 0.0 if sim.load is None else sizes.ENTRY_HEIGHT - sizes.LOW + CARRY_M
+    _brought_to(sim, min(max(sim.forks_m - distance_m, lowest), sim.forks_m))
+
+
+def _brought_to(sim: Simulation, height_m: float) -> None:
+    if abs(height_m - sim.forks_m) > NOTHING_M:
+        sim.lift(height_m)

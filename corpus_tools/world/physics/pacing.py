@@ -80,12 +80,7 @@ def _at_timesteps(
 ) -> FloatArray:
     """How far one has come at every timestep, starting and ending at rest.
 
-    Parameters
-    ----------
-    along
-        Points of the way, shape (n,).
-    limit
-        Highest speeds there.
+    `along` are points of the way, shape (n,), `limit` the highest speeds there.
     """
     if len(along) == 2:
         # Between rest and rest there must be a point at which it moves.

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from corpus_tools.world.physics.controller import ActionError, Simulation
+from corpus_tools.world.physics.controller import ActionError, Goal, Simulation, behaviour
 from corpus_tools.world.physics.driving_actions import (
     footprint,
     gone,
@@ -14,7 +14,6 @@ from corpus_tools.world.physics.driving_actions import (
     straight_or_turn,
 )
 from corpus_tools.world.physics.room import READY_MARGIN_M, boxes_of, robot_outline
-from corpus_tools.world.physics.script_actions import Goal, behaviour
 from corpus_tools.world.planning.clearance import room
 from corpus_tools.world.state.dimensions import CHASSIS
 from corpus_tools.world.state.robot_script import DRIVE_AWAY, FACE, LINE_UP, PARK, TURN_AWAY

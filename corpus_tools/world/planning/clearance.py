@@ -24,20 +24,14 @@ _FAR = 1e3
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Boxes:
-    """Upright boxes.
-
-    Parameters
-    ----------
-    middle, yaw, half
-        Footprints: middles (n, 2), headings (n,), half lengths along and across (n, 2).
-    z
-        Bottoms and tops above the ground, shape (n, 2).
-    """
+    """Upright boxes."""
 
     middle: FloatArray
     yaw: FloatArray
     half: FloatArray
+    """Footprints: middles (n, 2), headings (n,), half lengths along and across (n, 2)."""
     z: FloatArray
+    """Bottoms and tops above the ground, shape (n, 2)."""
 
     def __len__(self) -> int:
         return len(self.yaw)
@@ -103,18 +97,12 @@ def clearance(poses: FloatArray, points: FloatArray, boxes: Boxes) -> float:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Field:
-    """Distances to boxes, looked up in a grid.
-
-    Parameters
-    ----------
-    origin
-        Of the first cell, shape (2,).
-    metres
-        Distances at the cells, shape (nx, ny).
-    """
+    """Distances to boxes, looked up in a grid."""
 
     origin: FloatArray
+    """Of the first cell, shape (2,)."""
     metres: FloatArray
+    """Distances at the cells, shape (nx, ny)."""
 
     def at(self, points: FloatArray) -> FloatArray:
         """Distances at points (..., 2); there is no room beyond the grid."""
@@ -126,10 +114,7 @@ class Field:
 def field_of(boxes: Boxes, around: FloatArray, border_m: float) -> Field:
     """Distances to boxes wherever the robot might want to drive.
 
-    Parameters
-    ----------
-    around
-        Points (m, 2) that lie inside, at least a border away from the edge.
+    Points `around`, shape (m, 2), lie inside, at least a border away from the edge.
     """
     points = np.concatenate((boxes.corners().reshape(-1, 2), around))
     origin = points.min(axis=0) - border_m

@@ -41,13 +41,7 @@ def end_of(pose: FloatArray, motion: Motion) -> FloatArray:
 def poses_on(
     start: FloatArray, way: Way, spacing_m: float = _LENGTH_M, spacing: float = _ANGLE
 ) -> FloatArray:
-    """Poses (n, 3) along a way, the start and the end among them.
-
-    Parameters
-    ----------
-    spacing_m, spacing
-        Metres and radians between two poses, at most.
-    """
+    """Poses (n, 3) along a way with its start and end, at most so many metres and radians apart."""
     legs, pose = [start[None]], start
     for length, turn in way:
         n = max(math.ceil(abs(length) / spacing_m), math.ceil(abs(turn) / spacing), 1)

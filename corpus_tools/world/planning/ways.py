@@ -22,17 +22,8 @@ from scipy.ndimage import map_coordinates
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from corpus_tools.world.planning import curves
 from corpus_tools.world.planning.clearance import Boxes, Field, field_of, placed
-from corpus_tools.world.planning.curves import (
-    STOP_COST_M,
-    Motion,
-    Way,
-    cost_of,
-    dubins,
-    end_of,
-    poses_on,
-    turn_go_turn,
-)
 from g3.actions.driving import arc
 from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
@@ -49,18 +40,18 @@ RADIUS_M = 1.5
 WIDE_RADIUS_M = 2.5
 
 
-def _length(way: Way) -> float:
+def _length(way: curves.Way) -> float:
     return sum(abs(length) + abs(turn) for length, turn in way)
 
 
 _TURN = STEP_M / RADIUS_M
-_MOTIONS: tuple[Motion, ...] = (
+_MOTIONS: tuple[curves.Motion, ...] = (
     *((STEP_M, turn) for turn in (0.0, _TURN, -_TURN)),
     *((-STEP_M, turn) for turn in (0.0, _TURN, -_TURN)),
     (0.0, np.pi / 8),
     (0.0, -np.pi / 8),
 )
-_COSTS = np.array([cost_of((motion,)) for motion in _MOTIONS])
+_COSTS = np.array([curves.cost_of((motion,)) for motion in _MOTIONS])
 _LENGTHS = np.array([_length((motion,)) for motion in _MOTIONS])
 _HEADINGS = 32
 _CELL_M = 0.3
@@ -81,7 +72,7 @@ class _State:
     pose: FloatArray
     cost: float
     before: _State | None
-    way: Way
+    way: curves.Way
     """From the state before."""
     goal: int | None = None
 
@@ -94,11 +85,11 @@ class _Room:
     """The outline along the motions of the search, in the frame where they start."""
     margin: float
 
-    def cost(self, start: FloatArray, way: Way) -> float:
+    def cost(self, start: FloatArray, way: curves.Way) -> float:
         """What a way costs; infinite where it is too narrow."""
-        poses = poses_on(start, way)
+        poses = curves.poses_on(start, way)
         tight = float(self._tight(placed(self.outline, poses)[None])[0])
-        return cost_of(way) + tight * _length(way)
+        return curves.cost_of(way) + tight * _length(way)
 
     def costs(self, start: FloatArray) -> FloatArray:
         """What the motions of the search cost from a pose, shape (k,)."""
@@ -119,32 +110,13 @@ def plan(
     outline: FloatArray,
     boxes: Boxes,
     penalty: FloatArray | None = None,
-) -> tuple[Way, int]:
-    """The cheapest way from a pose to one of several.
+) -> tuple[curves.Way, int]:
+    """The cheapest way from a pose (3,) to one of several, `goals` of shape (g, 3), and which one.
 
-    Parameters
-    ----------
-    start
-        Pose, shape (3,).
-    goals
-        Poses, shape (g, 3).
-    outline
-        Of the vehicle and its load in its own frame, as
-        :func:`~corpus_tools.world.planning.clearance.outline` gives it.
-    penalty
-        What choosing each goal costs on top in metres, shape (g,).
-
-    Returns
-    -------
-    way
-        Motions from the start.
-    goal
-        Index of the goal that it leads to.
-
-    Raises
-    ------
-    NoWayError
-        If there is no room at the start or the goals, or nothing leads there.
+    `outline` is that of the vehicle and its load in its own frame, as
+    :func:`~corpus_tools.world.planning.clearance.outline` gives it. `penalty` is what choosing each
+    goal costs on top in metres, shape (g,). Returns motions from the start, and the index of the
+    goal. NoWayError if there is no room at the start or the goals, or nothing leads there.
     """
     field = field_of(boxes, np.vstack((start[:2], goals[:, :2])), BORDER_M)
     around = field.at(placed(outline, np.vstack((start, goals)))).min(axis=-1)
@@ -194,11 +166,11 @@ def _search(
                 best, cheapest = last, last.cost
                 heapq.heappush(queue, (_CONTENT * cheapest, next(order), last))
         for motion, cost in zip(_MOTIONS, room.costs(state.pose).tolist(), strict=True):
-            pose = end_of(state.pose, motion)
+            pose = curves.end_of(state.pose, motion)
             if cost == np.inf or _key(pose) in seen or (left := ahead(pose)) == np.inf:
                 continue
             stops = state.way and _gear(state.way[-1]) != _gear(motion)
-            total = state.cost + cost + (STOP_COST_M if stops else 0.0)
+            total = state.cost + cost + (curves.STOP_COST_M if stops else 0.0)
             following = _State(pose, total, state, (motion,))
             heapq.heappush(queue, (total + _GREED * left, next(order), following))
     return best
@@ -216,7 +188,7 @@ def _arrivals(
         before = state.cost + extra[i]
         for way in _direct(state.pose, goal):
             # Where there is little room it costs more, never less.
-            if before + cost_of(way) >= cheapest:
+            if before + curves.cost_of(way) >= cheapest:
                 continue
             cost = before + room.cost(state.pose, way)
             if cost < cheapest:
@@ -224,13 +196,13 @@ def _arrivals(
                 yield _State(goal, cost, state, way, i)
 
 
-def _direct(start: FloatArray, goal: FloatArray) -> list[Way]:
-    curves = [dubins(start, goal, radius) for radius in (RADIUS_M, WIDE_RADIUS_M)]
-    return [way for way in (*curves, turn_go_turn(start, goal)) if way is not None]
+def _direct(start: FloatArray, goal: FloatArray) -> list[curves.Way]:
+    bends = [curves.dubins(start, goal, radius) for radius in (RADIUS_M, WIDE_RADIUS_M)]
+    return [way for way in (*bends, curves.turn_go_turn(start, goal)) if way is not None]
 
 
-def _ways(state: _State) -> list[Way]:
-    ways: list[Way] = []
+def _ways(state: _State) -> list[curves.Way]:
+    ways: list[curves.Way] = []
     here: _State | None = state
     while here is not None:
         ways.append(here.way)
@@ -238,12 +210,12 @@ def _ways(state: _State) -> list[Way]:
     return [way for way in reversed(ways) if way]
 
 
-def _shortened(start: FloatArray, ways: list[Way], room: _Room) -> Way:
+def _shortened(start: FloatArray, ways: list[curves.Way], room: _Room) -> curves.Way:
     """The way with parts replaced by curves that cost less."""
     poses = [start]
     for way in ways:
-        poses.append(poses_on(poses[-1], way)[-1])
-    chosen: list[Motion] = []
+        poses.append(curves.poses_on(poses[-1], way)[-1])
+    chosen: list[curves.Motion] = []
     i = 0
     while i < len(ways):
         for j in range(len(ways), i + 1, -1):
@@ -301,12 +273,12 @@ def _distances(field: Field, goals: FloatArray, outline: FloatArray, margin: flo
     return _Heuristic(metres.reshape(shape), field.origin)
 
 
-def _along(motion: Motion) -> FloatArray:
+def _along(motion: curves.Motion) -> FloatArray:
     length, turn = (np.array(value) for value in motion)
     return arc(np.zeros(3), length, turn, np.arange(1, 5) / 4)
 
 
-def _gear(motion: Motion) -> float:
+def _gear(motion: curves.Motion) -> float:
     return float(np.sign(motion[0]))
 
 

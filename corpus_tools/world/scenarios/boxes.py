@@ -30,25 +30,17 @@ TOUCHING_M2 = 1e-4
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Box:
-    """An upright box.
-
-    Parameters
-    ----------
-    pose
-        Position and heading (radians) of what fills it, shape (3,).
-    size
-        Along and across the heading, in metres.
-    z_min, z_max
-        Heights of bottom and top.
-    ahead_m
-        How far the middle lies ahead of the pose.
-    """
+    """An upright box."""
 
     pose: FloatArray
+    """Position and heading (radians) of what fills it, shape (3,)."""
     size: tuple[float, float]
+    """Along and across the heading, in metres."""
     z_min: float
     z_max: float
+    """Heights of bottom and top."""
     ahead_m: float = 0.0
+    """How far the middle lies ahead of the pose."""
 
     @property
     def middle(self) -> FloatArray:
@@ -87,10 +79,7 @@ def forks_box(robot: Robot) -> Box:
 def thing_box(thing: Thing, objects: Mapping[str, Thing], robot: Robot) -> Box:
     """An object at the start; one without a position is on the forks.
 
-    Parameters
-    ----------
-    objects
-        All objects, the one on whose deck it is among them.
+    The one on whose deck it is is among `objects`.
     """
     kind = KINDS[thing.kind]
     if thing.at is not None:

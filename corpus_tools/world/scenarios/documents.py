@@ -44,43 +44,29 @@ _OWN_WORDS = {
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something in a document that can't be so.
-
-    Parameters
-    ----------
-    field
-        What it is about.
-    what, fix
-        As in :class:`g3.errors.CorpusError`.
-    """
+    """Something in a document that can't be so."""
 
     field: Field
+    """What it is about."""
     what: str
     fix: str
+    """As in :class:`g3.errors.CorpusError`."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A YAML file as it was read.
-
-    Parameters
-    ----------
-    name
-        The file, as errors name it.
-    value
-        Plain dictionaries, lists, text, numbers, booleans and None.
-    marks
-        Line and column of every value, from 1.
-    keys
-        Line and column of every key.
-    """
+    """A YAML file as it was read."""
 
     name: str
+    """The file, as errors name it."""
     content: bytes
     value: Any
+    """Plain dictionaries, lists, text, numbers, booleans and None."""
     marks: Mapping[Field, tuple[int, int]]
+    """Line and column of every value, from 1."""
     keys: Mapping[Field, tuple[int, int]]
+    """Line and column of every key."""
 
     def error(self, problem: Problem) -> FormatError:
         """The error with a problem's file, line, column and field."""
@@ -111,17 +97,9 @@ def field_name(field: Field) -> str:
 
 
 def read_document(path: Path, name: str | None = None) -> Document:
-    """Read a file.
+    """Read a file, which errors call `name`, or its path if none is given.
 
-    Parameters
-    ----------
-    name
-        What errors call the file; its path if not given.
-
-    Raises
-    ------
-    FormatError
-        If it can't be read or is no YAML.
+    FormatError if it can't be read or is no YAML.
     """
     shown = str(path) if name is None else name
     try:
@@ -136,13 +114,7 @@ def read_document(path: Path, name: str | None = None) -> Document:
 
 
 def parse_document(content: bytes, name: str) -> Document:
-    """Parse the bytes of a file.
-
-    Raises
-    ------
-    FormatError
-        If they are no YAML, or use tags, aliases or a key twice.
-    """
+    """Parse the bytes of a file; FormatError for no YAML, for tags, aliases or a key twice."""
     try:
         found = _Reader(name, yaml.parse(content.decode("utf-8"), Loader=_Loader))
         value = found.document()
@@ -161,16 +133,9 @@ def parse_document(content: bytes, name: str) -> Document:
 def convert(
     value: Any, record_type: type[T], field: Field, manual: str = "docs/scenarios.md"
 ) -> T | Problem:
-    """A value as a record, or why it is none.
+    """A value as a record, of a type that :func:`msgspec.convert` knows, or why it is none.
 
-    Parameters
-    ----------
-    record_type
-        A type that :func:`msgspec.convert` knows.
-    field
-        Where in the document the value is.
-    manual
-        What describes the form that it should have.
+    `field` is where in the document the value is; `manual` describes the form that it should have.
     """
     try:
         return msgspec.convert(value, record_type)

@@ -7,9 +7,8 @@ from pathlib import Path
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.physics.execute import Execution, execute
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
-from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario import Scenario
-from corpus_tools.world.scenarios.scenario_logs import log_file
+from corpus_tools.world.scenarios.scenario_logs import FINGERPRINT, fingerprint, log_file
 from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError
 
@@ -27,13 +26,7 @@ def execute_scenario(scenario: Scenario, rate_hz: float) -> Execution:
 
 
 def recorded(scenario: Scenario, rate_hz: float) -> Recording:
-    """What happens in a scenario.
-
-    Raises
-    ------
-    CorpusError
-        If the robot doesn't do what the scenario says.
-    """
+    """What happens in a scenario; CorpusError if the robot doesn't do what the scenario says."""
     execution = execute_scenario(scenario, rate_hz)
     if execution.problems:
         raise CorpusError(
@@ -43,17 +36,9 @@ def recorded(scenario: Scenario, rate_hz: float) -> Recording:
 
 
 def log_scenario(scenario: Scenario, dataset: Path) -> Path:
-    """Execute a scenario and write its log into a dataset.
+    """Execute a scenario, write its log into a dataset, and return the log's path.
 
-    Returns
-    -------
-    Path
-        The log.
-
-    Raises
-    ------
-    CorpusError
-        If the robot doesn't do what the scenario says; there is no log then.
+    CorpusError if the robot doesn't do what the scenario says; there is no log then.
     """
     recording = recorded(scenario, LOG_HZ)
     path = log_file(scenario, dataset)

@@ -16,13 +16,7 @@ DEFAULT = "warehouse"
 
 
 def dataset_folder(name_or_path: str | Path) -> Path:
-    """The folder of a dataset: a folder as it is, or a bundled one by its name.
-
-    Raises
-    ------
-    FormatError
-        If there is none.
-    """
+    """The folder of a dataset: a folder as it is, or a bundled one by name; else FormatError."""
     path = Path(name_or_path)
     if path.is_dir():
         return path
@@ -38,13 +32,7 @@ def scenario_files(dataset: Path) -> dict[str, Path]:
 
 
 def scenario_file(name_or_path: str, dataset: Path) -> Path:
-    """The file of a scenario: a file as it is, or one of a dataset by its name.
-
-    Raises
-    ------
-    FormatError
-        If there is none.
-    """
+    """The file of a scenario: a file as it is, or one of a dataset by name; else FormatError."""
     path = Path(name_or_path)
     if path.is_file():
         return path
@@ -59,10 +47,7 @@ def scenario_file(name_or_path: str, dataset: Path) -> Path:
 def read_layouts(dataset: Path, names: Iterable[str] = ()) -> dict[str, Layout]:
     """A dataset's layouts by name; all of them if no names are given.
 
-    Raises
-    ------
-    FormatError
-        If one isn't there, or something in it is wrong.
+    FormatError if one isn't there, or something in it is wrong.
     """
     files = {path.stem: path for path in sorted((dataset / LAYOUTS).glob("*.yaml"))}
     for name in names:

@@ -38,8 +38,10 @@ def draw_map(scenario: Scenario) -> str:
     bounds = scenario.layout.bounds
     (left, right), (bottom, top) = bounds.x, bounds.y
     width = (right - left + 2 * MARGIN_M) * PIXELS_PER_M
-    lines = [_step_text(i, scenario) for i in range(len(scenario.script))]
-    captions = [f"{scenario.id} ({scenario.layout.name}): {scenario.title}", *lines]
+    captions = [
+        f"{scenario.id} ({scenario.layout.name}): {scenario.title}",
+        *(f"{i}. {s.action} {s.argument}" for i, s in enumerate(scenario.script, start=1)),
+    ]
     height = (top - bottom + 2 * MARGIN_M + CAPTION_M * len(captions)) * PIXELS_PER_M
     origin = np.array([MARGIN_M - left, MARGIN_M + top])
     corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top]])
@@ -58,11 +60,6 @@ def draw_map(scenario: Scenario) -> str:
             f'<text x="{MARGIN_M * PIXELS_PER_M:.0f}" y="{y:.0f}">{escape(caption)}</text>'
         )
     return "\n".join((*parts, "</svg>")) + "\n"
-
-
-def _step_text(i: int, scenario: Scenario) -> str:
-    step = scenario.script[i]
-    return f"{i + 1}. {step.action} {step.argument}"
 
 
 def _places(scenario: Scenario, origin: FloatArray) -> Iterator[str]:

@@ -27,31 +27,21 @@ SiteName: TypeAlias = Literal["yard", "depot", "hall"]
 
 
 class Thing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An object.
-
-    Parameters
-    ----------
-    kind
-        One of :data:`corpus_tools.world.state.thing_kinds.KINDS`.
-    at
-        Where it is; None for what the robot carries.
-    yaw_deg
-        Its heading, relative to the robot's for what the robot carries.
-    deck
-        Id of the object on whose deck it stands; None for the ground.
-    liftable
-        Whether the robot may lift it; None where its kind decides.
-    colours
-        What it is painted, the main colour first; none for what its kind looks like, which no
-        command can name.
-    """
+    """An object."""
 
     kind: str
+    """One of :data:`corpus_tools.world.state.thing_kinds.KINDS`."""
     at: Point | None = None
+    """Where it is; None for what the robot carries."""
     yaw_deg: float = 0.0
+    """Its heading, relative to the robot's for what the robot carries."""
     deck: str | None = None
+    """Id of the object on whose deck it stands; None for the ground."""
     liftable: bool | None = None
+    """Whether the robot may lift it; None where its kind decides."""
     colours: tuple[Colour, ...] = ()
+    """What it is painted, the main colour first; none for what its kind looks like, which no
+    command can name."""
 
 
 def may_be_lifted(thing: Thing) -> bool:
@@ -60,25 +50,18 @@ def may_be_lifted(thing: Thing) -> bool:
 
 
 class Region(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A place.
-
-    Parameters
-    ----------
-    at, yaw_deg
-        Its middle and the direction of its first side.
-    size
-        Along and across that direction, in metres.
-    deck
-        Id of the object on whose deck it is; None for the ground.
-    name
-        What the map calls it; empty if it isn't on the map.
-    """
+    """A place."""
 
     at: Point
+    """Its middle."""
     size: Size = (2.0, 2.0)
+    """Along and across the direction of its first side, in metres."""
     yaw_deg: float = 0.0
+    """That direction."""
     deck: str | None = None
+    """Id of the object on whose deck it is; None for the ground."""
     name: str = ""
+    """What the map calls it; empty if it isn't on the map."""
 
 
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -99,54 +82,37 @@ class Bounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A site: what is the same in all of its scenarios.
-
-    Parameters
-    ----------
-    name
-        Name of its file without the ending.
-    title
-        What it is, in a few words.
-    at, yaw_deg
-        Where its frame lies in the frame of its map.
-    bounds
-        Where things can be.
-    objects, places
-        By id.
-    site
-        What is around: an open yard, the yard before a warehouse, or a hall.
-    """
+    """A site: what is the same in all of its scenarios."""
 
     name: str
+    """Name of its file without the ending."""
     title: str
+    """What it is, in a few words."""
     at: Point
     yaw_deg: float
+    """Where its frame lies in the frame of its map."""
     bounds: Bounds
+    """Where things can be."""
     objects: Mapping[str, Thing]
     places: Mapping[str, Region]
+    """By id."""
     site: SiteName = "yard"
+    """What is around: an open yard, the yard before a warehouse, or a hall."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What stands where, and what the robot does.
-
-    Parameters
-    ----------
-    id
-        Name of its file without the ending.
-    title
-        What happens, in one sentence.
-    objects, places
-        What the scenario adds to the layout's, by id.
-    """
+    """What stands where, and what the robot does."""
 
     id: str
+    """Name of its file without the ending."""
     title: str
+    """What happens, in one sentence."""
     layout: Layout
     objects: Mapping[str, Thing]
     places: Mapping[str, Region]
+    """What the scenario adds to the layout's, by id."""
     robot: Robot
     script: Script
 

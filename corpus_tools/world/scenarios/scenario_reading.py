@@ -38,8 +38,7 @@ def read_scenario(path: Path) -> Scenario:
     FormatError
         The first problem, at its line.
     """
-    scenario, errors = scenario_of(read_document(path), path)
-    return first_error(scenario, errors)
+    return first_error(*scenario_of(read_document(path), path))
 
 
 def read_layout(path: Path) -> Layout:
@@ -50,8 +49,7 @@ def read_layout(path: Path) -> Layout:
     FormatError
         The first problem, at its line.
     """
-    layout, errors = layout_of(read_document(path), path)
-    return first_error(layout, errors)
+    return first_error(*layout_of(read_document(path), path))
 
 
 def all_errors(path: Path) -> list[FormatError]:

@@ -23,14 +23,10 @@ NOTHING = -1
 
 
 def carried(recording: Recording) -> npt.NDArray[np.int64]:
-    """Which object is on the forks at every moment.
+    """Which object is on the forks at every moment: its index into ``start.objects``, (n,).
 
-    One that can be carried, is straight ahead within reach, and touches the forks.
-
-    Returns
-    -------
-    ndarray
-        Indices into ``start.objects``, :data:`NOTHING` where the forks are empty, (n,).
+    One that can be carried, is straight ahead within reach, and touches the forks; :data:`NOTHING`
+    where they are empty.
     """
     start = recording.start
     robot = [item.id for item in start.objects].index(start.agent_id)
@@ -53,14 +49,8 @@ def from_robot(
 ) -> FloatArray:
     """Middles of an object's footprint in the robot's frame, shape (n, 2).
 
-    Parameters
-    ----------
-    xyz, yaw
-        Poses of the object, shapes (n, 3) and (n,).
-    shape
-        The object's box in its own frame.
-    robot_xyz, robot_yaw
-        Poses of the robot at the same times.
+    `xyz` and `yaw` are the object's poses, shapes (n, 3) and (n,), `shape` its box in its own
+    frame, `robot_xyz` and `robot_yaw` the robot's poses at the same times.
     """
     middle = xyz[:, :2] + rotate(np.broadcast_to(shape.middle[:2], (len(yaw), 2)), yaw)
     return rotate(middle - robot_xyz[:, :2], -robot_yaw)

@@ -6,20 +6,9 @@ Its sizes are in :mod:`corpus_tools.world.state.dimensions`.
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
-from corpus_tools.world.state.dimensions import (
-    BACKREST,
-    CHASSIS,
-    FORK_LENGTH,
-    FORK_THICKNESS,
-    FORK_WIDTH,
-    FORK_Y,
-    HEEL_X,
-    LIFT_RANGE,
-    LOW,
-    MAST,
-    Extent,
-)
+from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.solids import box
 
 FORKS = "forks"
@@ -44,34 +33,30 @@ _SERVOS = (
 def add_forklift(spec: mujoco.MjSpec, name: str, ground_m: float = 0.0) -> mujoco.MjsBody:
     """Add the robot without its looks; its joints' values are its pose.
 
-    Returns
-    -------
-    mujoco.MjsBody
-        The chassis, whose child :data:`FORKS` has the tines.
+    Returns the chassis, whose child :data:`FORKS` has the tines.
     """
     body = spec.worldbody.add_body(name=name, pos=[0, 0, ground_m])
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
-    for joint, kind, axis in zip(
-        DRIVE_JOINTS,
-        (slide, slide, hinge),
-        ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-        strict=True,
-    ):
+    for joint, kind, axis in zip(DRIVE_JOINTS, (slide, slide, hinge), np.eye(3), strict=True):
         body.add_joint(name=joint, type=kind, axis=axis)
-    box(body, CHASSIS, mass=CHASSIS_KG)
-    box(body, MAST, mass=0.0)
-    forks = body.add_body(name=FORKS, pos=[HEEL_X, 0, LOW], gravcomp=1)
-    forks.add_joint(name=FORKS, type=slide, axis=[0, 0, 1], range=[0, LIFT_RANGE])
-    box(forks, BACKREST, mass=CARRIAGE_KG)
+    box(body, sizes.CHASSIS, mass=CHASSIS_KG)
+    box(body, sizes.MAST, mass=0.0)
+    forks = body.add_body(name=FORKS, pos=[sizes.HEEL_X, 0, sizes.LOW], gravcomp=1)
+    forks.add_joint(name=FORKS, type=slide, axis=[0, 0, 1], range=[0, sizes.LIFT_RANGE])
+    box(forks, sizes.BACKREST, mass=CARRIAGE_KG)
     for side in (-1, 1):
-        box(forks, _tine(side * FORK_Y), mass=TINE_KG)
+        box(forks, _tine(side * sizes.FORK_Y), mass=TINE_KG)
     for joint, (rate, moved, limit) in zip(ACTUATORS, _SERVOS, strict=True):
         _add_servo(spec, joint, rate, moved, limit)
     return body
 
 
-def _tine(y: float) -> Extent:
-    return ((0.0, FORK_LENGTH), (y - FORK_WIDTH / 2, y + FORK_WIDTH / 2), (-FORK_THICKNESS, 0.0))
+def _tine(y: float) -> sizes.Extent:
+    return (
+        (0.0, sizes.FORK_LENGTH),
+        (y - sizes.FORK_WIDTH / 2, y + sizes.FORK_WIDTH / 2),
+        (-sizes.FORK_THICKNESS, 0.0),
+    )
 
 
 def _add_servo(spec: mujoco.MjSpec, joint: str, rate: float, moved: float, limit: float) -> None:

@@ -19,53 +19,36 @@ NS_PER_S = 1_000_000_000
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step of the robot's script, and when it was done.
-
-    Parameters
-    ----------
-    action
-        Name of the action, such as ``pick_up``.
-    arguments
-        Names and values, in order: ids of objects and places, or numbers as text.
-    start_s, end_s
-        Seconds since the recording's start.
-    """
+    """A step of the robot's script, and when it was done."""
 
     action: str
+    """Name of the action, such as ``pick_up``."""
     arguments: tuple[tuple[str, str], ...]
+    """Names and values, in order: ids of objects and places, or numbers as text."""
     start_s: float
     end_s: float
+    """Seconds since the recording's start."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """The states of a world over time.
-
-    Parameters
-    ----------
-    start
-        The world at the first moment: every object with its labels, its prism and one
-        pose, and the named places. The agent is the robot.
-    t_ns
-        Nanoseconds since the recording's start, shape (n,), int64, growing.
-    position
-        Of the objects of ``start.objects`` in their order, shape (n, b, 3), metres.
-    orientation
-        Unit quaternions w, x, y, z of the objects' frames, shape (n, b, 4). An object's
-        frame is at its pose, with x along its heading.
-    fork_height_m
-        Height of the forks' upper side above the ground that the robot stands on, (n,).
-    steps
-        What the robot was doing when.
-    """
+    """The states of a world over time."""
 
     start: Context
+    """The world at the first moment: every object with its labels, its prism and one pose, and the
+    named places. The agent is the robot."""
     t_ns: npt.NDArray[np.int64]
+    """Nanoseconds since the recording's start, shape (n,), int64, growing."""
     position: FloatArray
+    """Of the objects of ``start.objects`` in their order, shape (n, b, 3), metres."""
     orientation: FloatArray
+    """Unit quaternions w, x, y, z of the objects' frames, shape (n, b, 4). An object's frame is at
+    its pose, with x along its heading."""
     fork_height_m: FloatArray
+    """Height of the forks' upper side above the ground that the robot stands on, (n,)."""
     steps: tuple[Step, ...] = ()
+    """What the robot was doing when."""
 
     def __post_init__(self) -> None:
         n, b = len(self.t_ns), len(self.start.objects)

@@ -39,22 +39,12 @@ class _Poses:
 
 
 def replay(context: Context, rate_hz: float) -> Recording:
-    """Play a context's trajectories again.
+    """Play a context's trajectories again, with so many moments a second.
 
-    The robot passes through its poses smoothly, a load keeps to the robot while it is
-    carried, and what has one pose stands still. The forks aren't in the log. They are in
-    a load that moves with the robot, under its deck while the robot drives in and out,
-    and down elsewhere.
-
-    Parameters
-    ----------
-    rate_hz
-        Moments per second.
-
-    Returns
-    -------
-    Recording
-        One moment only if nothing has a trajectory. Times are true to the log's.
+    The robot passes through its poses smoothly, a load keeps to the robot while it is carried, and
+    what has one pose stands still. The forks aren't in the log. They are in a load that moves with
+    the robot, under its deck while the robot drives in and out, and down elsewhere. There is one
+    moment only if nothing has a trajectory. Times are true to the log's.
     """
     moving = [item.trajectory for item in context.objects if len(item.trajectory) > 1]
     begin = min((way.t[0] for way in moving), default=0.0)
@@ -75,8 +65,9 @@ def replay(context: Context, rate_hz: float) -> Recording:
             poses.append(
                 _moved(item, _knots(item.trajectory, begin), robot, forks, item.id == loaded_id)
             )
+    still = (replace(item, trajectory=at_rest(item.trajectory)) for item in context.objects)
     return Recording(
-        start=replace(context, objects=tuple(_at_start(item) for item in context.objects)),
+        start=replace(context, objects=tuple(still)),
         t_ns=t_ns,
         position=np.stack([pose.xyz for pose in poses], axis=1),
         orientation=upright(np.stack([pose.yaw for pose in poses], axis=1)),
@@ -112,10 +103,6 @@ class _Forks:
         held = np.maximum(self._in_load, LOW)
         height: FloatArray = np.where(np.isnan(self._in_load), free, held)
         return height
-
-
-def _at_start(item: PhysicalObject) -> PhysicalObject:
-    return replace(item, trajectory=at_rest(item.trajectory))
 
 
 def _still(trajectory: Trajectory, t: FloatArray) -> _Poses:

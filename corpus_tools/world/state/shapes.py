@@ -14,16 +14,11 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A box in the frame of an object: x along its heading, y to the left, z up.
-
-    Parameters
-    ----------
-    low, high
-        Opposite corners, shape (3,), metres.
-    """
+    """A box in the frame of an object: x along its heading, y to the left, z up."""
 
     low: FloatArray
     high: FloatArray
+    """Opposite corners, shape (3,), metres."""
 
     @property
     def middle(self) -> FloatArray:

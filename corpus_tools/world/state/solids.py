@@ -20,13 +20,7 @@ CAB_OVER_DECK_M = 0.8
 
 
 def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 0.0) -> None:
-    """Add the geoms that an object collides with.
-
-    Parameters
-    ----------
-    ground_m
-        Height of the ground in the object's frame.
-    """
+    """Add the geoms that an object collides with; `ground_m` is the ground in its frame."""
     (x0, y0, z0), (x1, y1, z1) = shape.low.tolist(), shape.high.tolist()
     if kind.carriable:
         _add_pallet(body, shape)

@@ -12,7 +12,7 @@ import numpy as np
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, HEEL_X, LIFT_RANGE, LOW
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.logged_actions import loaded
+from g3.actions.logged_actions import at_rest, loaded
 from g3.geometry.footprints import covers
 from g3.geometry.plane import rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
@@ -22,23 +22,15 @@ HEEL_GAP_M = 0.01
 
 
 def starting(context: Context) -> tuple[Context, str | None, float]:
-    """A context as physics can start it.
+    """A context as physics can start it, the load on the forks if there is one, and their height.
 
-    Every object has one pose. Loads stand exactly on what is under them; one that hangs in
-    front of the robot is on its forks.
-
-    Returns
-    -------
-    context
-        With the poses and prisms that things start with.
-    held
-        The load on the forks, if there is one.
-    forks
-        How far the forks are up, metres.
+    Every object has one pose and the prism that it starts with. Loads stand exactly on what is
+    under them; one that hangs in front of the robot is on its forks, which are so many metres up.
     """
     held = loaded(context)
     ground = float(context.agent.trajectory.xyz[0, 2])
-    objects = {item.id: _at_start(item) for item in context.objects}
+    still = (replace(item, trajectory=at_rest(item.trajectory)) for item in context.objects)
+    objects = {item.id: item for item in still}
     loads = [item for item in objects.values() if kind_of(item.labels).carriable]
     for load in sorted(loads, key=lambda item: item.prism.z_min):
         if load.id != held:
@@ -56,14 +48,9 @@ def starting(context: Context) -> tuple[Context, str | None, float]:
 
 
 def ahead_of(pose: FloatArray, shape: Shape, yaw: float) -> float:
-    """How far ahead of the robot's pose the frame of a load on its forks is.
+    """How far ahead of the robot's pose, shape (3,), the frame of a load on its forks is.
 
-    Parameters
-    ----------
-    pose
-        Of the robot, shape (3,).
-    shape, yaw
-        The load's box, and the heading of its frame.
+    `shape` and `yaw` are the load's box, and the heading of its frame.
     """
     corners = np.array([[x, y] for x in (0, 1) for y in (0, 1)]) * shape.size[:2] + shape.low[:2]
     back = rotate(corners, np.array(yaw - pose[2]))[:, 0].min()
@@ -78,11 +65,6 @@ def moved(item: PhysicalObject, by: FloatArray) -> PhysicalObject:
         prism=Prism(prism.xy + by[:2], prism.z_min + float(by[2]), prism.z_max + float(by[2])),
         trajectory=Trajectory(pose.t, pose.xyz + by, pose.yaw),
     )
-
-
-def _at_start(item: PhysicalObject) -> PhysicalObject:
-    pose = item.trajectory
-    return replace(item, trajectory=Trajectory(pose.t[:1], pose.xyz[:1], pose.yaw[:1]))
 
 
 def _support(load: PhysicalObject, objects: list[PhysicalObject], ground: float) -> float:

@@ -18,35 +18,24 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of object. Its frame is at its pose: x ahead, y to the left, z up.
-
-    Parameters
-    ----------
-    name
-        As scenarios write it.
-    labels
-        What objects of the kind are called in the semantic map.
-    size
-        Footprint along and across the heading, in metres.
-    heights
-        Bottom and top above what it stands on, in metres. Loads stand on the top of a
-        kind with a deck.
-    ahead_m
-        How far the middle of the footprint lies ahead of the pose.
-    carriable
-        Whether the forks can lift it.
-    deck
-        Which part of the top can be loaded, from and to along the heading in metres; None
-        where nothing stands on it.
-    """
+    """A kind of object. Its frame is at its pose: x ahead, y to the left, z up."""
 
     name: str
+    """As scenarios write it."""
     labels: tuple[str, ...]
+    """What objects of the kind are called in the semantic map."""
     size: tuple[float, float]
+    """Footprint along and across the heading, in metres."""
     heights: tuple[float, float]
+    """Bottom and top above what it stands on, in metres. Loads stand on the top of a kind with a
+    deck."""
     ahead_m: float = 0.0
+    """How far the middle of the footprint lies ahead of the pose."""
     carriable: bool = False
+    """Whether the forks can lift it."""
     deck: tuple[float, float] | None = None
+    """Which part of the top can be loaded, from and to along the heading in metres; None where
+    nothing stands on it."""
 
 
 KINDS: Registry[Kind] = Registry("kind", "ct.kinds")
@@ -98,28 +87,24 @@ register_kind(Kind("berm", ("berm",), (6.0, 2.5), (0.0, 1.4)))
 OTHER = register_kind(Kind("other", (), (1.0, 1.0), (0.0, 1.0)))
 """What no other kind's labels fit."""
 
-_SAME_AS = {
-    "lorry": "truck",
-    "boxes": "box",
-    "tires": "tire",
-    "man": "person",
-    "human": "person",
-    "rack": "shelf",
-    "operator": "person",
-    "drum": "barrel",
-    "fridge": "refrigerator",
-    "fridges": "refrigerator",
-    "refrigerators": "refrigerator",
-    "washer": "washing",
-    "machines": "machine",
-    "generators": "generator",
-    "brick": "bricks",
-    "signpost": "sign",
-    "tractor": "semi",
-    "mound": "berm",
-    "heap": "berm",
+_OTHER_WORDS = {
+    "truck": "lorry",
+    "box": "boxes",
+    "tire": "tires",
+    "person": "man human operator",
+    "shelf": "rack",
+    "barrel": "drum",
+    "refrigerator": "fridge fridges refrigerators",
+    "washing": "washer",
+    "machine": "machines",
+    "generator": "generators",
+    "bricks": "brick",
+    "sign": "signpost",
+    "semi": "tractor",
+    "berm": "mound heap",
 }
-"""Labels of other corpora, and ours for them."""
+"""Our labels, and those of other corpora that mean the same."""
+_SAME_AS = {other: ours for ours, others in _OTHER_WORDS.items() for other in others.split()}
 
 
 def kind_of(labels: Iterable[str]) -> Kind:

@@ -15,7 +15,6 @@ import pytest
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.runtime import atomic_folder as atomic
-from corpus_tools.runtime import folder_exchange as exchange
 from corpus_tools.runtime.shipped import bundled
 from g3.errors import FormatError
 from g3.storage.only_writer import lock_of, only_writer
@@ -78,7 +77,7 @@ def can_exchange(folder: Path) -> bool:
     one.mkdir()
     other.mkdir()
     try:
-        return exchange.exchange(one, other)
+        return atomic.exchange(one, other)
     finally:
         one.rmdir()
         other.rmdir()
@@ -88,10 +87,10 @@ def test_names_are_exchanged(folder, tmp_path):
     if not can_exchange(folder):
         pytest.skip("this file system can't")
     write(tmp_path / "y", b"second")
-    assert exchange.exchange(folder, tmp_path / "y")
+    assert atomic.exchange(folder, tmp_path / "y")
     assert (contents(folder), contents(tmp_path / "y")) == ({b"second"}, {b"first"})
     with pytest.raises(FileNotFoundError):
-        exchange.exchange(folder, tmp_path / "nowhere")
+        atomic.exchange(folder, tmp_path / "nowhere")
 
 
 def test_the_name_is_never_empty_whenever_a_writer_is_killed(folder):

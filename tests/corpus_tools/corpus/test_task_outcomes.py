@@ -9,10 +9,8 @@ import pytest
 
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
-from corpus_tools.corpus.encoding import make_corpus, rehashed
-from corpus_tools.corpus.merging import merged
-from corpus_tools.corpus.sealing import seal
+from corpus_tools.corpus.corpus_writing import corpus_files, seal, write_corpus
+from corpus_tools.corpus.encoding import make_corpus, merged, rehashed
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, is_drive, outcomes_of
 from g3.annotation import Command, TaskOutcome

@@ -8,7 +8,7 @@ import pytest
 
 from corpus_tools.importers.authored.authored_corpus import import_authored
 from corpus_tools.logs.log_writing import write_log
-from corpus_tools.world.scenarios.fingerprints import FINGERPRINT, fingerprint
+from corpus_tools.world.scenarios.scenario_logs import FINGERPRINT, fingerprint
 from corpus_tools.world.scenarios.scenario_reading import read_scenario
 from g3.annotation import Annotation
 from g3.errors import FormatError

@@ -40,22 +40,12 @@ _PAINTS: tuple[Colour, ...] = ("red", "blue", "green", "yellow", "white", "black
 
 
 def generate(seed: int, number: int, layouts: Mapping[str, Layout]) -> Scenario:
-    """The scenario with a number among those of a seed.
+    """The scenario with a number among those of a seed, in one of the layouts.
 
     It depends on the seed, the number and the layouts alone. The tasks take turns, so that
     scenarios with numbers in a row cover all of them. Nothing is in anything else. The robot has
     lanes to all that it enters or puts down. There is a way with room to turn between all places
-    where it must be.
-
-    Parameters
-    ----------
-    layouts
-        Where it may happen, by name.
-
-    Raises
-    ------
-    FormatError
-        If the layouts have no room.
+    where it must be. FormatError if the layouts have no room.
     """
     rng = np.random.default_rng([seed, number])
     task = TASKS[number % len(TASKS)]

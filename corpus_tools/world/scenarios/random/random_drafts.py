@@ -1,12 +1,14 @@
-"""Scenarios in the making."""
+"""Scenarios in the making, and where a robot can drive and turn in them."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import distance_transform_edt, label
 
 from corpus_tools.world.scenarios.boxes import (
     Box,
@@ -15,8 +17,7 @@ from corpus_tools.world.scenarios.boxes import (
     start_boxes,
     thing_box,
 )
-from corpus_tools.world.scenarios.random.free_space import TURNING_M, connected
-from corpus_tools.world.scenarios.scenario import ROBOT, Layout, Point, Region, Robot, Thing
+from corpus_tools.world.scenarios.scenario import ROBOT, Bounds, Layout, Point, Region, Robot, Thing
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray
@@ -47,27 +48,19 @@ class NoRoomError(Exception):
 @short_repr
 @dataclass(slots=True)
 class Draft:
-    """A scenario that things are added to.
-
-    Parameters
-    ----------
-    objects, places
-        What was added so far, by id.
-    robot
-        The robot; far away until it is placed.
-    free
-        Room that nothing further may be put in.
-    stops
-        Positions that the robot must be able to reach and turn at.
-    """
+    """A scenario that things are added to."""
 
     layout: Layout
     rng: np.random.Generator
     objects: dict[str, Thing] = field(default_factory=dict)
     places: dict[str, Region] = field(default_factory=dict)
+    """What was added so far, by id."""
     robot: Robot = NOWHERE
+    """The robot; far away until it is placed."""
     free: list[Box] = field(default_factory=list)
+    """Room that nothing further may be put in."""
     stops: list[FloatArray] = field(default_factory=list)
+    """Positions that the robot must be able to reach and turn at."""
 
     @property
     def all_objects(self) -> dict[str, Thing]:
@@ -161,14 +154,8 @@ class Draft:
     ) -> None:
         """Keep a lane free through which the robot drives straight into a box.
 
-        Parameters
-        ----------
-        heading
-            Of the robot in the lane, radians.
-        margin_m
-            Around the box, which is kept free too.
-        but
-            What may be in the way: it is where only the forks go.
+        `heading` is the robot's in the lane, in radians; `margin_m` around the box is kept free
+        too. What `but` names may be in the way: it is where only the forks go.
         """
         back = rotate(np.array([-1.0, 0.0]), np.array(heading))
         pose = np.array([*(box.middle + back * RUN_UP_M / 2), heading])
@@ -185,13 +172,7 @@ class Draft:
         return connected(np.array(self.stops), solid, self.layout.bounds)
 
     def place_robot(self, load: str | None) -> None:
-        """Put the robot where it can turn and from where it gets to every stop.
-
-        Parameters
-        ----------
-        load
-            A kind of load that it carries, if any.
-        """
+        """Put the robot, maybe with a kind of load, where it can turn and gets to every stop."""
         for at, yaw in self.somewhere(TURNING_M + EDGE_M):
             robot = Robot(at, yaw)
             around = Box(np.array([*at, 0.0]), (2 * TURNING_M, 2 * TURNING_M), 0.0, 3.0)
@@ -232,3 +213,45 @@ def deck_of(thing: Thing) -> tuple[float, float]:
 def _tall(box: Box) -> Box:
     """A box that reaches down to the ground and above everything."""
     return Box(box.pose, box.size, 0.0, 3.0, box.ahead_m)
+
+
+CELL_M = 0.2
+TURNING_M = 2.0
+"""The robot with a load turns on the spot within this distance of its position."""
+
+_EIGHT = np.ones((3, 3), dtype=int)
+
+Mask = npt.NDArray[np.bool_]
+
+
+def connected(points: FloatArray, boxes: Iterable[Box], bounds: Bounds) -> bool:
+    """Whether a robot gets from each point to each other one, with room to turn all the way.
+
+    `points` are positions, shape (n, 2), in metres; `boxes` are in the way, at any height; the
+    robot's position stays in `bounds`.
+    """
+    low, high = (np.array([bounds.x[i], bounds.y[i]]) for i in (0, 1))
+    if (points < low).any() or (points > high).any():
+        return False
+    cells = np.ceil((high - low) / CELL_M).astype(int) + 1
+    taken: Mask = np.zeros(cells, dtype=bool)
+    for box in boxes:
+        _fill(taken, box, low)
+    # A cell counts as taken if its middle is, which is up to half a diagonal off.
+    room = distance_transform_edt(~taken) * CELL_M if taken.any() else np.full(cells, np.inf)
+    regions, _ = label(room >= TURNING_M + CELL_M * np.sqrt(0.5), structure=_EIGHT)
+    at = np.rint((points - low) / CELL_M).astype(int)
+    found = regions[at[:, 0], at[:, 1]]
+    return bool(found[0] > 0 and (found == found[0]).all())
+
+
+def _fill(taken: Mask, box: Box, low: FloatArray) -> None:
+    corners = (box.footprint - low) / CELL_M
+    first = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
+    last = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, taken.shape)
+    if (first >= last).any():
+        return
+    x, y = np.meshgrid(*(np.arange(a, b) for a, b in zip(first, last, strict=True)), indexing="ij")
+    away = low + CELL_M * np.stack((x, y), axis=-1) - box.middle
+    inside = np.abs(rotate(away, np.full(away.shape[:-1], -box.pose[2]))) <= np.array(box.size) / 2
+    taken[first[0] : last[0], first[1] : last[1]] |= inside.all(axis=-1)

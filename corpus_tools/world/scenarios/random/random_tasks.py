@@ -13,28 +13,21 @@ from typing import TypeAlias
 import numpy as np
 
 from corpus_tools.world.scenarios.boxes import Box, overlapping, put_box, solid, thing_box
-from corpus_tools.world.scenarios.random.free_space import TURNING_M
 from corpus_tools.world.scenarios.random.random_drafts import (
     LANE_M,
     RUN_UP_M,
+    TURNING_M,
     Draft,
     NoRoomError,
     deck_of,
     rounded,
 )
 from corpus_tools.world.scenarios.scenario import Point, Region, Thing
-from corpus_tools.world.state.robot_script import (
-    APPROACH,
-    DRIVE_PAST,
-    DRIVE_TO,
-    PICK_UP,
-    PUT_DOWN,
-    ScriptStep,
-)
+from corpus_tools.world.state import robot_script
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.geometry.plane import rotate
 
-Steps: TypeAlias = tuple[ScriptStep, ...]
+Steps: TypeAlias = tuple[robot_script.ScriptStep, ...]
 Spot: TypeAlias = tuple[Point, float]
 """A position and a heading in degrees."""
 
@@ -53,21 +46,14 @@ ROW_M = (2.4, 3.2)
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A kind of scenario.
-
-    Parameters
-    ----------
-    name
-        What the generator's listing calls it.
-    source
-        Where the load is: on the forks, on the ground, on a truck or a trailer; or none.
-    goal
-        What is done with it.
-    """
+    """A kind of scenario."""
 
     name: str
+    """What the generator's listing calls it."""
     source: str
+    """Where the load is: on the forks, on the ground, on a truck or a trailer; or none."""
     goal: str
+    """What is done with it."""
 
 
 TASKS = (
@@ -90,25 +76,17 @@ TASKS = (
 )
 
 
-def add_task(draft: Draft, task: Task) -> tuple[str, tuple[ScriptStep, ...]]:
-    """Put into a draft what a task needs, the robot too.
+def add_task(draft: Draft, task: Task) -> tuple[str, tuple[robot_script.ScriptStep, ...]]:
+    """Put into a draft what a task needs, the robot too; its title and its script.
 
-    Returns
-    -------
-    tuple
-        The title and the script.
-
-    Raises
-    ------
-    NoRoomError
-        If there is no room for something.
+    NoRoomError if there is no room for something.
     """
     kind = _one_of(draft, LOADS)
     source = ""
     picks: Steps = ()
     if task.source not in ("none", "forks"):
         load, source = _SOURCES[task.source](draft, kind)
-        picks = (ScriptStep(PICK_UP.name, load),)
+        picks = (robot_script.ScriptStep(robot_script.PICK_UP.name, load),)
     goal, steps = _GOALS[task.goal](draft, kind)
     draft.place_robot(kind if task.source == "forks" else None)
     title = f"The forklift {goal}."
@@ -156,7 +134,8 @@ def _load_on_deck(draft: Draft, carrier_kind: str, kind: str) -> tuple[str, str]
 
 def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
     """A truck or a trailer, one of the layout's or a new one, and a side that can be reached."""
-    own = [n for n, t in draft.layout.objects.items() if t.kind == kind and not _used(draft, n)]
+    used = {*(t.deck for t in draft.objects.values()), *(r.deck for r in draft.places.values())}
+    own = [n for n, t in draft.layout.objects.items() if t.kind == kind and n not in used]
     if own and draft.rng.random() < 0.5:
         name = own[int(draft.rng.integers(len(own)))]
         return name, _free_side(draft, name)
@@ -168,11 +147,6 @@ def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
             except NoRoomError:
                 del draft.objects[name]
     raise NoRoomError(kind)
-
-
-def _used(draft: Draft, carrier: str) -> bool:
-    decks = [*(t.deck for t in draft.objects.values()), *(r.deck for r in draft.places.values())]
-    return carrier in decks
 
 
 def _free_side(draft: Draft, carrier: str) -> int:
@@ -218,17 +192,13 @@ def _slot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
     raise NoRoomError(carrier)
 
 
-def _lift(draft: Draft, kind: str) -> tuple[str, Steps]:
-    return "picks up {load}", ()
-
-
 def _drive(draft: Draft, kind: str) -> tuple[str, Steps]:
     name, title = _area(draft, "")
     middle = draft.region_box(name).middle
     pose = np.array([*middle, 0.0])
     draft.keep(Box(pose, (2 * TURNING_M, 2 * TURNING_M), 0.0, 3.0))
     draft.stop(middle)
-    return f"drives to {title}", (ScriptStep(DRIVE_TO.name, name),)
+    return f"drives to {title}", (robot_script.ScriptStep(robot_script.DRIVE_TO.name, name),)
 
 
 def _put_in(draft: Draft, kind: str, stem: str) -> tuple[str, Steps]:
@@ -241,7 +211,9 @@ def _put_in(draft: Draft, kind: str, stem: str) -> tuple[str, Steps]:
             draft.lane(load, float(region.pose[2]) + quarter * np.pi / 2, 0.6)
         except NoRoomError:
             continue
-        return f"brings {{load}} to {title}", (ScriptStep(PUT_DOWN.name, name),)
+        return f"brings {{load}} to {title}", (
+            robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),
+        )
     raise NoRoomError(name)
 
 
@@ -272,7 +244,7 @@ def _put_on(draft: Draft, kind: str, carrier_kind: str, loaded: bool) -> tuple[s
     name = f"on-{carrier}"
     draft.places[name] = Region(at, DECK_PLACE_M, yaw, carrier)
     title = ("a loaded " if loaded else "a ") + carrier_kind
-    return f"puts {{load}} on {title}", (ScriptStep(PUT_DOWN.name, name),)
+    return f"puts {{load}} on {title}", (robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),)
 
 
 def _deck_spot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
@@ -305,19 +277,19 @@ def _put_beside(draft: Draft, kind: str) -> tuple[str, Steps]:
         name = f"beside-{beside}"
         draft.places[name] = Region(spot, yaw_deg=yaw)
         title = f"moves {{load}} beside {LOADS[other]}"
-        return title, (ScriptStep(PUT_DOWN.name, name),)
+        return title, (robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),)
     raise NoRoomError(kind)
 
 
 def _past(draft: Draft, kind: str) -> tuple[str, Steps]:
     """Drive past something that has room all around."""
     name, what = _landmark(draft, LANE_M + 3.0)
-    return f"drives past {what}", (ScriptStep(DRIVE_PAST.name, name),)
+    return f"drives past {what}", (robot_script.ScriptStep(robot_script.DRIVE_PAST.name, name),)
 
 
 def _approach(draft: Draft, kind: str) -> tuple[str, Steps]:
     name, what = _landmark(draft, LANE_M)
-    return f"drives up to {what}", (ScriptStep(APPROACH.name, name),)
+    return f"drives up to {what}", (robot_script.ScriptStep(robot_script.APPROACH.name, name),)
 
 
 def _landmark(draft: Draft, room_m: float) -> tuple[str, str]:
@@ -343,7 +315,7 @@ _SOURCES: dict[str, Callable[[Draft, str], tuple[str, str]]] = {
 }
 
 _GOALS: dict[str, Callable[[Draft, str], tuple[str, Steps]]] = {
-    "lift": _lift,
+    "lift": lambda _draft, _kind: ("picks up {load}", ()),
     "drive": _drive,
     "area": lambda draft, kind: _put_in(draft, kind, ""),
     "storage": lambda draft, kind: _put_in(draft, kind, "storage"),

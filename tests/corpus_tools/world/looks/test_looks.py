@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from corpus_tools.world.looks.drawing import VISUAL_GROUP
-from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.look_registry import look, look_of, plain
+from corpus_tools.world.looks.site_looks import add_surroundings
 from corpus_tools.world.looks.vehicles import DRAWBAR_LENGTH
 from corpus_tools.world.state.dimensions import CAB_TOP, HEEL_X, LOW
 from corpus_tools.world.state.forklift_parts import FORKS, add_forklift

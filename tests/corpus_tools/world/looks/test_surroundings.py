@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from corpus_tools.world.looks.ground_and_sky import add_surroundings
 from corpus_tools.world.looks.markings import MARGIN_M, PAINT_M, barrier, markings, yard_of
-from corpus_tools.world.looks.painted_names import add_names
+from corpus_tools.world.looks.painting import add_names
 from corpus_tools.world.looks.parts import join
-from corpus_tools.world.looks.site_looks import SITES
+from corpus_tools.world.looks.site_looks import SITES, add_surroundings
 from g3.geometry.plane import rotate
 from g3.groundings import Context, PhysicalObject, Place, Prism
 from tests.strategies import contexts

@@ -17,8 +17,8 @@ from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate
 from corpus_tools.world.scenarios.random.random_tasks import TASKS
 from corpus_tools.world.scenarios.scenario import ROBOT, Bounds, Layout
+from corpus_tools.world.scenarios.scenario_files import format_scenario
 from corpus_tools.world.scenarios.scenario_reading import all_errors, read_scenario
-from corpus_tools.world.scenarios.scenario_writing import format_scenario
 from g3.errors import FormatError
 
 DATASET = bundled()["warehouse"]
