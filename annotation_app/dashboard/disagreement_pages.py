@@ -9,7 +9,7 @@ from flask import Blueprint
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard.disagreements import Disagreement, disagreements
-from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS
+from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.needs_login import refused
 from annotation_app.web.who_asks import seen_by

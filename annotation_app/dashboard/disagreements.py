@@ -9,7 +9,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.store.models import Answer, Item, Record, TaskName
-from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, PLACE, THING, WORDS, Part
+from annotation_app.tasks.agreement import CLAUSE_TYPE, PLACE, THING, WORDS, Part
 from annotation_app.tasks.task_registry import find_task, tasks
 
 KINDS = (CLAUSE_TYPE, WORDS, THING, PLACE)

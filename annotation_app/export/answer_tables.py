@@ -14,8 +14,7 @@ from sqlalchemy.orm import Session
 from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
-from annotation_app.tasks.csv_rows import write_csv
-from annotation_app.tasks.task_record import AnswerTable
+from annotation_app.tasks.task_record import AnswerTable, write_csv
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import answer_flags
 from corpus_tools.runtime.parquet import import_pyarrow

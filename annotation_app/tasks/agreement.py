@@ -1,4 +1,4 @@
-"""How much people agree: F scores of the clauses of SDC trees, and α and κ of what they choose."""
+"""How much people agree: F scores of clauses, α and κ of what is chosen, and what they dispute."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,28 @@ from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorf
 from g3.sdc.clauses import CHILD_FIELDS, SDC, all_words
 
 Measure: TypeAlias = Literal["span", "tree"]
+Key: TypeAlias = tuple[str, Any]
+"""A kind of choice, and what was chosen: the name of a thing, the number of a place, corners."""
+CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place", "area"
+
+
+class Part(NamedTuple):
+    """Something that people decided, and whether they decided differently.
+
+    Parameters
+    ----------
+    kind
+        `CLAUSE_TYPE`, `WORDS`, `THING` or `PLACE`.
+    what
+        A type, words in small letters, the name of a thing, the number of a place.
+    video
+        Where the thing or place is; empty for what is in no video.
+    """
+
+    kind: str
+    what: str
+    differs: bool
+    video: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from annotation_app.store.models import Record
-from annotation_app.tasks.clause_words import clauses_of
+from annotation_app.tasks.clause_words import HAPPENING, clauses_of
 from g3.language.discourse.anaphora import anaphors
 from g3.language.discourse.groups import group
 from g3.sdc.clauses import SDC, all_words, breadth_first, child_indices
-
-HAPPENING = ("EVENT", "PATH")
 
 
 def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:

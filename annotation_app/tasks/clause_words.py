@@ -10,6 +10,8 @@ from annotation_app.store.models import Record
 from g3.sdc.clauses import SDC, all_words, breadth_first
 
 WORD = re.compile(r"\w+(?:[-'’]\w+)*|[^\w\s]")
+HAPPENING = ("EVENT", "PATH")
+"""The types of clauses that say what happens, which videos show."""
 
 
 def words_of(text: str) -> Iterator[dict[str, Any]]:
@@ -17,10 +19,15 @@ def words_of(text: str) -> Iterator[dict[str, Any]]:
     return ({"start": m.start(), "text": m[0]} for m in WORD.finditer(text))
 
 
+def phrase_of(sdc: SDC) -> str:
+    """All words of a clause."""
+    return " ".join(word.text for word in all_words(sdc))
+
+
 def clauses_of(sdcs: tuple[SDC, ...]) -> list[Record]:
     """The clauses that words name: ``node`` (breadth first), ``type`` and ``phrase``."""
     return [
-        {"node": node, "type": sdc.type, "phrase": " ".join(word.text for word in all_words(sdc))}
+        {"node": node, "type": sdc.type, "phrase": phrase_of(sdc)}
         for node, sdc in enumerate(breadth_first(sdcs))
         if not sdc.is_implicit
     ]

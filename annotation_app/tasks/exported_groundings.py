@@ -9,6 +9,7 @@ import numpy as np
 
 from annotation_app.items.trims import trimmed
 from annotation_app.store.models import Answer, Item, Record
+from annotation_app.tasks.clause_words import HAPPENING
 from annotation_app.tasks.corpus_parts import World
 from g3.annotation import Annotation, Command
 from g3.geometry.footprints import covers
@@ -30,7 +31,7 @@ def positive(
     things = {thing.id: thing for thing in world.context.objects}
     groundings: list[tuple[Grounding, ...]] = []
     for node, sdc in enumerate(breadth_first(sdcs)):
-        if sdc.type in ("EVENT", "PATH"):
+        if sdc.type in HAPPENING:
             # In a world of which no log tells what moved, nothing happens.
             moves = len(world.context.agent.trajectory) > 1
             groundings.append((_happening(world, sdc, trims[node]),) if moves else ())
@@ -67,7 +68,7 @@ def checked_negative(
             continue
         world = worlds[shown["video"]]
         things = {thing.id: thing for thing in world.context.objects}
-        happens = sdc.type in ("EVENT", "PATH")
+        happens = sdc.type in HAPPENING
         groundings.append(
             (_happening(world, sdc, None),)
             if happens

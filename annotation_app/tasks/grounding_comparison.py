@@ -13,8 +13,8 @@ from annotation_app.items.item_scenes import aliases_of
 from annotation_app.items.media import media_files
 from annotation_app.items.scenes import scene_payload
 from annotation_app.store.models import Item, Record
-from annotation_app.tasks.clause_words import clauses_of
-from annotation_app.tasks.disputed_parts import AREA, CLAUSE_TYPE, PLACE, THING, WORDS, Key, Part
+from annotation_app.tasks.agreement import AREA, CLAUSE_TYPE, PLACE, THING, WORDS, Key, Part
+from annotation_app.tasks.clause_words import HAPPENING, clauses_of
 from annotation_app.tasks.grounding_pictures import draw
 from annotation_app.tasks.task_record import Compared
 from g3.sdc.clauses import SDC, breadth_first
@@ -122,7 +122,7 @@ def _clauses(
         sdc, node = sdcs[clause["node"]], str(clause["node"])
         said = [_said(body, node, sdc) for body in bodies]
         times: tuple[tuple[float, float], ...] = ()
-        if sdc.type in ("EVENT", "PATH"):
+        if sdc.type in HAPPENING:
             parts = (body["trims"].get(node, (0.0, duration_s)) for body in bodies)
             whole = max(duration_s, 0.1)
             times = tuple(
@@ -140,7 +140,7 @@ def _clauses(
 
 def _said(body: Record, node: str, sdc: SDC) -> tuple[Key, ...]:
     """What an answer says of a clause."""
-    if sdc.type in ("EVENT", "PATH"):
+    if sdc.type in HAPPENING:
         part = body["trims"].get(node)
         return (("time", None if part is None else tuple(part)),)
     return tuple(_chosen(body["groundings"].get(node))) or (("nothing", None),)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from annotation_app.items.scenes import Scene
-from annotation_app.tasks.disputed_parts import AREA, PLACE, THING, Key
+from annotation_app.tasks.agreement import AREA, PLACE, THING, Key
 
 MARGIN_M = 2.0
 

@@ -6,6 +6,8 @@ name. ``docs/how-to/new-task.md`` shows how to add one.
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import IO, Any
@@ -20,10 +22,10 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.tasks.agreement import Measured
+from annotation_app.tasks.agreement import Measured, Part
 from annotation_app.tasks.corpus_parts import CorpusParts
-from annotation_app.tasks.disputed_parts import Part
 from annotation_app.tasks.practice_example import PracticeExample
+from corpus_tools.exporters.csv_tables import safe_cell
 from corpus_tools.world.scenarios.documents import Problem
 from g3.short_repr import short_repr
 
@@ -161,6 +163,17 @@ class AnswerTable:
     label: str
     media_type: str
     write: Callable[[Session, Study, IO[bytes]], None]
+
+
+def write_csv(file: IO[bytes], columns: Sequence[str], rows: Iterable[Iterable[object]]) -> None:
+    """Write a header and rows as UTF-8; no cell is taken for a formula. The file stays open."""
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+    try:
+        writer = csv.writer(text)
+        writer.writerow(columns)
+        writer.writerows(map(safe_cell, row) for row in rows)
+    finally:
+        text.detach()
 
 
 VIDEO_KEYS = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS, Part
+from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS, Part
 from g3.sdc.clauses import CHILD_FIELDS, SDC, Span
 
 FIELD_WORDS = {"f": "figure", "l": "landmark", "l2": "second landmark"}
