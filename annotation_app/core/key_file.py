@@ -24,14 +24,10 @@ SALT_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """What a key file holds. It isn't shown when this is printed.
+    """What a key file holds; it isn't shown when this is printed.
 
-    Parameters
-    ----------
-    secret
-        What cookies and links are signed with.
-    salt
-        What people's ids are hashed with; None as long as it lies in the database.
+    The secret signs cookies and links, the salt hides people's ids; it is None as long as it lies
+    in the database.
     """
 
     secret: bytes
@@ -47,13 +43,7 @@ def new_keys() -> Keys:
 
 
 def read_keys(file: Path) -> Keys:
-    """What a key file holds.
-
-    Raises
-    ------
-    FormatError
-        If it isn't a key file, or a part of one.
-    """
+    """What a key file holds; a FormatError if it isn't one, or a part of one."""
     try:
         return keys_from(file.read_bytes())
     except (OSError, ValueError) as error:
@@ -65,13 +55,7 @@ def read_keys(file: Path) -> Keys:
 
 
 def keys_from(content: bytes) -> Keys:
-    """Keys as :func:`written` has them.
-
-    Raises
-    ------
-    ValueError
-        If there are none.
-    """
+    """Keys as :func:`written` has them; a ValueError if there are none."""
     secret, *others = content.split() or [b""]
     if len(secret) < KEY_BYTES:
         raise ValueError("the secret key is too short")

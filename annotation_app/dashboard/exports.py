@@ -20,7 +20,7 @@ from annotation_app.store.audit import note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Study
-from annotation_app.web.readers import required_reader
+from annotation_app.web.who_asks import required_reader
 from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_writing import corpus_files
 from corpus_tools.exporters.slu_core import slu_core_files

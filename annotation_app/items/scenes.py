@@ -132,13 +132,7 @@ class Film:
 
 
 def read_film(folder: Path) -> Film:
-    """What a video's manifest tells.
-
-    Raises
-    ------
-    FormatError
-        If it can't be read.
-    """
+    """What a video's manifest tells; a FormatError if it can't be read."""
     file = folder / MANIFEST
     return _read_film(file, file.stat().st_mtime_ns if file.exists() else 0)
 
@@ -203,25 +197,18 @@ def _contexts(corpus: Path) -> Mapping[str, Context]:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        value: dict[str, Any] = msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
+        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
     except (OSError, msgspec.DecodeError) as error:
         raise FormatError(
             f"the file can't be read: {error}",
             where=str(path),
             fix="make the video again with `ct render-videos --force`",
         ) from error
-    return value
 
 
 @dataclass(frozen=True, slots=True)
 class Aliases:
-    """What things are called in one item.
-
-    Parameters
-    ----------
-    objects, places
-        From what people see to an object's id, or a place's index in its context.
-    """
+    """From what people see in one item to an object's id, or a place's index in its context."""
 
     objects: Mapping[str, str]
     places: Mapping[str, int]

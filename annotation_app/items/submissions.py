@@ -66,26 +66,9 @@ def submit(
     A late answer takes a free slot of the item, if its own has gone to somebody else. The draft
     goes: what somebody typed and took back isn't kept.
 
-    Parameters
-    ----------
-    item
-        It is or was the person's.
-    who
-        The person's id.
-    uuid
-        Made by the sender, one for each answer.
-    sent
-        What came, for the event.
-    body
-        What is to be kept of it: it has been validated.
-    provenance
-        What a suggestion had to do with it.
-    gist
-        What is counted and compared of it.
-    odd_below_s
-        How long it must take not to be odd.
-    adopted
-        Whether it is adopted at once.
+    The sender makes a `uuid` for each answer. `sent` is what came, for the event; `body` what is to
+    be kept of it, validated; `gist` what is counted and compared. An answer that took
+    `odd_below_s` isn't odd.
     """
     # Who inserts waits for whoever has inserted the same, and for whoever has locked the person
     # that the event refers to: nothing else needs to be locked.

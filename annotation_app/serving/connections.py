@@ -31,11 +31,6 @@ class Connections(dict[int, Any]):
 
     One that is ready to read and has nothing to write is settled until something comes on it.
     Others wait until the bell rings, which threads do that have answered a request.
-
-    Parameters
-    ----------
-    room
-        Decides which are closed to make room for others.
     """
 
     def __init__(self, room: Room | None = None) -> None:

@@ -13,14 +13,9 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def asked_to_end(ring: Callable[[], None]) -> Iterator[threading.Event]:
-    """An event that is set when Ctrl-C is pressed, or the process asked to end.
+    """An event that is set, and rings, when Ctrl-C is pressed or the process asked to end.
 
     Also where a shell has started the process in the background, and so made it ignore Ctrl-C.
-
-    Parameters
-    ----------
-    ring
-        Called then, so that whoever waits looks at the event.
     """
     event = threading.Event()
     if threading.current_thread() is not threading.main_thread():  # others get no signals

@@ -114,12 +114,7 @@ def note_on_this_machine(config: Config, action: str, about: str, **details: str
 
 @contextmanager
 def bound(host: str, port: int) -> Iterator[list[socket.socket]]:
-    """Take an address, or several that a name stands for; nobody can connect yet.
-
-    Parameters
-    ----------
-    port
-        0 for any that is free.
+    """Take an address, or several of a name, at a port, or any if it is 0; nobody can connect yet.
 
     Raises
     ------
@@ -165,21 +160,9 @@ def serve(
     threads: int,
     listening: Callable[[], None] = lambda: None,
 ) -> None:
-    """Answer requests until Ctrl-C is pressed or the process is asked to end, then finish.
+    """Answer requests where :func:`bound` says until Ctrl-C or a signal asks to finish and end.
 
     A second signal ends it at once.
-
-    Parameters
-    ----------
-    bound
-        Where to listen; see :func:`bound`.
-    listening
-        Called when people can connect.
-
-    Raises
-    ------
-    FormatError
-        If somebody else listens there.
     """
     logging.basicConfig()
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)

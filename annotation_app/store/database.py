@@ -56,15 +56,8 @@ SET_UP = 0x63742D616E6E
 def open_database(url_or_path: str | Path) -> Engine:
     """An engine for a database, which isn't connected to yet.
 
-    Parameters
-    ----------
-    url_or_path
-        Path of a SQLite file, or a URL such as ``postgresql://user@host/name``.
-
-    Raises
-    ------
-    FormatError
-        If it is a URL that can't be read.
+    It is a SQLite file, or a URL such as ``postgresql://user@host/name``; a FormatError says that
+    this can't be read.
     """
     url = _url(url_or_path)
     if url.get_backend_name() != "sqlite":
@@ -242,22 +235,17 @@ def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -
 
 
 def _set_up_sqlite(connection: Any) -> Any:
+    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "secure_delete=FAST")
+    return _tried(connection, *(f"PRAGMA {pragma}" for pragma in pragmas))
+
+
+def _tried(connection: Any, *statements: str) -> Any:
+    """A connection on which statements succeed; it is closed if one doesn't."""
     # SQLAlchemy's documented recipe: the driver must not begin transactions by itself.
     connection.isolation_level = None
-    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "secure_delete=FAST")
     try:
-        for pragma in pragmas:
-            connection.execute(f"PRAGMA {pragma}")
-    except sqlite3.Error:
-        connection.close()
-        raise
-    return connection
-
-
-def _tried(connection: Any) -> Any:
-    connection.isolation_level = None
-    try:
-        connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        for statement in statements or ("SELECT count(*) FROM sqlite_master",):
+            connection.execute(statement).fetchone()
     except sqlite3.Error:
         connection.close()
         raise

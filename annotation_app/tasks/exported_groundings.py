@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from annotation_app.items.trims import trimmed
+from annotation_app.items.scenes import footprint_at
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.tasks.clause_words import HAPPENING
 from annotation_app.tasks.corpus_parts import World
 from g3.annotation import Annotation, Command
 from g3.geometry.footprints import covers
-from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism
+from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.groundings import Path as GroundedPath
 from g3.sdc.clauses import SDC, breadth_first, child_indices
 from g3.sdc.sdc_notation import from_json
@@ -133,8 +134,23 @@ def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Groundin
     agent = world.context.agent
     if trim is not None:
         start, end = (world.start_s + world.scene.since_start(moment) for moment in trim)
-        agent = trimmed(agent, start, end)
+        agent = _trimmed(agent, start, end)
     return agent if sdc.type == "EVENT" else GroundedPath(agent.trajectory)
+
+
+def _trimmed(item: PhysicalObject, start: float, end: float) -> PhysicalObject:
+    """What an object does between two times of its clock; its shape is that at the first."""
+    path = item.trajectory
+    first, last = np.clip([start, end], path.t[0], path.t[-1])
+    inner = path.t[(path.t > first) & (path.t < last)]
+    t = np.unique(np.concatenate(([first], inner, [last])))
+    xyz = np.column_stack([np.interp(t, path.t, path.xyz[:, k]) for k in range(3)])
+    part = Trajectory(t, xyz, np.interp(t, path.t, np.unwrap(path.yaw)))
+    rise = float(xyz[0, 2] - path.xyz[0, 2])
+    prism = Prism(
+        footprint_at(item, float(first)), item.prism.z_min + rise, item.prism.z_max + rise
+    )
+    return replace(item, prism=prism, trajectory=part)
 
 
 def _place(place: Record, context: Context) -> Place:

@@ -1,8 +1,8 @@
-"""Answers to a grounding beside each other: what they share, and in what they differ."""
+"""Answers to a grounding beside each other: what they share, in words and drawn, and what not."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,29 +11,20 @@ from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import aliases_of
 from annotation_app.items.media import media_files
-from annotation_app.items.scenes import scene_payload
+from annotation_app.items.scenes import Scene, scene_payload
 from annotation_app.store.models import Item, Record
 from annotation_app.tasks.agreement import AREA, CLAUSE_TYPE, PLACE, THING, WORDS, Key, Part
 from annotation_app.tasks.clause_words import HAPPENING, clauses_of
-from annotation_app.tasks.grounding_pictures import draw
 from annotation_app.tasks.task_record import Compared
 from g3.sdc.clauses import SDC, breadth_first
 from g3.sdc.sdc_notation import from_json
 
+MARGIN_M = 2.0
+
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Something that an answer says of a clause.
-
-    Parameters
-    ----------
-    text
-        In words.
-    shown
-        What the worker's page calls the thing or place; empty for all else.
-    differs
-        Whether another answer doesn't say so.
-    """
+    """What an answer says of a clause, its name on the page, and whether others say otherwise."""
 
     text: str
     shown: str
@@ -54,6 +45,54 @@ class ComparedClause:
     def differs(self) -> bool:
         """Whether the answers don't all say the same."""
         return any(choice.differs for choices in self.choices for choice in choices)
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Something to draw, as SVG has it.
+
+    Parameters
+    ----------
+    kind
+        ``thing``, ``place`` or ``area``: one that an answer has drawn.
+    shown
+        What the worker's page calls it; empty for what no answer speaks of.
+    differs
+        Whether the answers don't agree on it.
+    polygons
+        Corners of each, as the attribute ``points``.
+    """
+
+    kind: str
+    shown: str
+    differs: bool
+    polygons: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Two views of a scene.
+
+    Parameters
+    ----------
+    video
+        Its public name; None without pictures.
+    size
+        Of the video, in pixels.
+    seen
+        Outlines on the first frame, in pixels.
+    view
+        The map's ``viewBox``, in metres with y downwards. The page's script turns the map as the
+        worker's is.
+    mapped
+        Outlines on the map, in the same; none where only a picture is known.
+    """
+
+    video: str | None
+    size: tuple[int, int]
+    seen: tuple[Outline, ...]
+    view: str
+    mapped: tuple[Outline, ...]
 
 
 def grounding_key(grounding: Record) -> bytes:
@@ -91,7 +130,7 @@ def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes)
     }
     files = media_files(session, item.study_id, video).public
     clauses = list(_clauses(item, bodies, scene.duration_s, shown))
-    picture = draw(scene, files.get("video"), _all_keys(bodies), shown, _disputed_keys(bodies))
+    picture = _drawn(scene, files.get("video"), _all_keys(bodies), shown, _disputed_keys(bodies))
     about = {"clauses": clauses, "picture": picture, "scene": scene_payload(scene, names, files)}
     return Compared(tuple(range(len(bodies))), about)
 
@@ -192,3 +231,55 @@ def _all_keys(bodies: Iterable[Record]) -> list[Key]:
     """What answers choose for any clause, each once, in the order of the answers."""
     groundings = (grounding for body in bodies for grounding in body["groundings"].values())
     return list(dict.fromkeys(key for grounding in groundings for key in _chosen(grounding)))
+
+
+def _drawn(
+    scene: Scene,
+    video: str | None,
+    keys: Sequence[Key],
+    shown: Mapping[Key, str],
+    disputed: Collection[Key],
+) -> Picture:
+    """A scene with what answers speak of; on what is `disputed` of it they don't agree."""
+    size = scene.segmentation.get("width", 0), scene.segmentation.get("height", 0)
+
+    def outline(key: Key, polygons: Sequence[Sequence[Sequence[float]]]) -> Outline:
+        points = tuple(map(_svg_points, polygons))
+        name = shown.get(key, "") if key in keys else ""
+        return Outline(key[0], name, key in disputed, points)
+
+    seen = [
+        outline((THING, thing["id"]), thing["polygons"])
+        for thing in scene.segmentation.get("objects", [])
+        if (THING, thing["id"]) in keys and thing["polygons"]
+    ]
+    if scene.is_picture:
+        return Picture(video if all(size) else None, size, tuple(seen), "", ())
+    # Those that are spoken of come last, to lie on top.
+    things = sorted(scene.context.objects, key=lambda thing: (THING, thing.id) in keys)
+    mapped = [outline((THING, thing.id), [_turned(thing.prism.xy.tolist())]) for thing in things]
+    for key in keys:
+        if key[0] == PLACE:
+            mapped.append(outline(key, [_turned(scene.context.places[key[1]].prism.xy.tolist())]))
+        elif key[0] == AREA:
+            mapped.append(outline(key, [_turned(key[1])]))
+    return Picture(video if all(size) else None, size, tuple(seen), _view(scene), tuple(mapped))
+
+
+def _turned(corners: Iterable[Sequence[float]]) -> list[tuple[float, float]]:
+    return [(x, -y) for x, y in corners]
+
+
+def _view(scene: Scene) -> str:
+    prisms = [
+        *(thing.prism for thing in scene.context.objects),
+        *(place.prism for place in scene.context.places),
+    ]
+    corners = [corner for prism in prisms for corner in prism.xy.tolist()]
+    xs, ys = [x for x, _ in corners], [-y for _, y in corners]
+    left, top = min(xs) - MARGIN_M, min(ys) - MARGIN_M
+    return f"{left:.2f} {top:.2f} {max(xs) - left + MARGIN_M:.2f} {max(ys) - top + MARGIN_M:.2f}"
+
+
+def _svg_points(corners: Iterable[Sequence[float]]) -> str:
+    return " ".join(f"{x:.2f},{y:.2f}" for x, y in corners)

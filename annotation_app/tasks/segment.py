@@ -174,13 +174,7 @@ def _became_of(provenance: Record | None) -> str:
 
 
 def to_conllu(session: Session, study: Study, file: IO[bytes]) -> None:
-    """The words of commands with the clauses that they are in, as far as those are adopted.
-
-    Raises
-    ------
-    FormatError
-        If the parser of English isn't installed.
-    """
+    """The adopted clauses with their words; a FormatError if the English parser isn't installed."""
     from g3.language.parsing.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
     from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
 

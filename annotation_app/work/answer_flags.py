@@ -50,17 +50,7 @@ def odd_below(payload: Record, body: Record, provenance: Record | None) -> float
 def answer_flags(
     payload: Record, body: Record, provenance: Record | None, seconds: float | None
 ) -> Iterator[str]:
-    """What is odd about an answer.
-
-    Parameters
-    ----------
-    payload
-        The item's.
-    body, provenance
-        The answer's.
-    seconds
-        How long the person had the item; None if that isn't known.
-    """
+    """What is odd about an answer to an item that somebody had for so long, if that is known."""
     if seconds is None:
         return
     words = len(payload.get("text", "").split())

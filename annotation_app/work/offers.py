@@ -14,7 +14,7 @@ there is a suggestion. So answers can also be compared with suggestions that nob
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
@@ -27,8 +27,6 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.work.handing_out import task_config
 
-State: TypeAlias = Literal["shown", "withheld", "off", "none"]
-
 
 def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | None:
     """What to offer for an item; None if its task has no suggestions."""
@@ -37,14 +35,14 @@ def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | Non
         return None
     wanted = task_config(config, item.task).suggestions
     if wanted == "off":
-        return _offer("off")
+        return {"state": "off", "suggestion": None}
     # The programs that suggest something know English.
     is_english = config.locale.split("-")[0] == SOURCE
     found = suggestion(session, item) if is_english else None
     if found is None:
-        return _offer("none")
+        return {"state": "none", "suggestion": None}
     is_shown = wanted == "on" or draws(config, f"suggestion for {item.id}").random() < 0.5
-    return _offer("shown" if is_shown else "withheld", found)
+    return {"state": "shown" if is_shown else "withheld", "suggestion": found}
 
 
 def seen(session: Session, item: Item, offer: Record | None, salt: bytes) -> Any:
@@ -86,7 +84,3 @@ def provenance(session: Session, item: AnyItem, who: str, body: Record) -> Recor
         "unchanged": likeness == 1.0,
         "likeness": round(likeness, 3),
     }
-
-
-def _offer(state: State, suggestion: Any = None) -> Record:
-    return {"state": state, "suggestion": suggestion}

@@ -67,14 +67,9 @@ def exclude(
 def take_back(
     session: Session, study: Study, answer: Answer, person: Person, *, now: float
 ) -> None:
-    """Let an answer count again, and what was made of it.
+    """Let an answer count again, and what was made of it; refused if it isn't left out.
 
     If somebody else has taken its place meanwhile, it counts as one that came late.
-
-    Raises
-    ------
-    Refusal
-        If it isn't left out.
     """
     item = _locked(session, answer)
     if not answer.excluded:
@@ -101,13 +96,7 @@ def take_back(
 def comment(
     session: Session, study: Study, answer: Answer, person: Person, text: str, *, now: float
 ) -> None:
-    """Keep what a reviewer says about an answer.
-
-    Raises
-    ------
-    Refusal
-        If it is empty or too long.
-    """
+    """Keep what a reviewer says about an answer; refused if it is empty or too long."""
     words = read_comment(text, "Type a comment.")
     remark(session, study, answer, person, kind="commented", text=words, now=now)
 
@@ -148,10 +137,8 @@ def _withdraw(session: Session, answer: Answer) -> Iterator[Record]:
     made = or_(
         Item.subject == about_answer(answer), Item.payload["command"].as_integer() == answer.id
     )
-    items = session.scalars(
-        select(Item).where(Item.study_id == _study_id(session, answer), made)
-    ).all()
-    for item in items:
+    study_id = session.get_one(Item, answer.item_id).study_id
+    for item in session.scalars(select(Item).where(Item.study_id == study_id, made)).all():
         if item.subject.startswith(REPLACED):
             continue
         for other in session.scalars(select(Answer).where(Answer.item_id == item.id)).all():
@@ -244,7 +231,3 @@ def remark(
         )
     )
     note(session, name_of(person), f"{kind} an answer", study.name, answer=answer.id)
-
-
-def _study_id(session: Session, answer: Answer) -> str:
-    return session.get_one(Item, answer.item_id).study_id

@@ -102,13 +102,7 @@ def add_webhook(
 
 
 def remove_webhook(session: Session, webhook_id: str, *, actor: str) -> None:
-    """Tell an address nothing any more, also not what still waits.
-
-    Raises
-    ------
-    Refusal
-        If there is no such webhook.
-    """
+    """Tell an address nothing any more, also not what still waits; refused if there is none."""
     found = session.get(Webhook, webhook_id)
     if found is None:
         raise Refusal(404, "There is no such webhook. Look at the list of webhooks.")

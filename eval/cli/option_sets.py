@@ -53,13 +53,7 @@ def takes_one_of(*sets: OptionSet) -> Callable[[Callable[P, T]], Callable[P, T]]
 
 
 def check(ctx: click.Context, sets: tuple[OptionSet, ...]) -> None:
-    """Refuse what was given unless it is one of some sets.
-
-    Raises
-    ------
-    click.UsageError
-        If it isn't; the message says what may be given.
-    """
+    """Refuse what was given unless it is one of some sets; the error says what may be given."""
     given = [p.opts[0] for p in ctx.command.params if _is_given(ctx, p)]
     deciding = {option for one in sets for option in one.needs}
     own = next((one for one in sets if {*one.needs} == deciding & {*given}), None)

@@ -46,13 +46,7 @@ _FORKS = r" (?:forks?|forklift|lift|prongs?)\b(?! (?:pallet|of))"
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """Words of a command that ask for something measurable.
-
-    Parameters
-    ----------
-    relation
-        What they ask for, one of :data:`RELATIONS`.
-    """
+    """Words of a command that ask for something measurable, one of :data:`RELATIONS`."""
 
     relation: str
     start: int
@@ -153,13 +147,7 @@ def _lowers(done: Done) -> bool:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """Something that words ask for.
-
-    Parameters
-    ----------
-    has_landmark
-        Whether there is something that it is done to.
-    """
+    """Something that words ask for, and whether there is a landmark that it is done to."""
 
     words: re.Pattern[str]
     holds: Callable[[Done], bool]

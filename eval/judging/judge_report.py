@@ -131,14 +131,9 @@ def _unannotated(validity: Validity) -> int:
 
 
 def _figures(found: Agreement) -> dict[str, object]:
-    return {
-        "kappa": found.kappa._asdict(),
-        "precision": found.precision._asdict(),
-        "recall": found.recall._asdict(),
-        "accuracy": found.accuracy._asdict(),
-        "counts": found.counts,
-        "n": found.n,
-    }
+    named = ("kappa", "precision", "recall", "accuracy")
+    figures = {name: getattr(found, name)._asdict() for name in named}
+    return {**figures, "counts": found.counts, "n": found.n}
 
 
 def _near_misses(validity: Validity) -> Table:

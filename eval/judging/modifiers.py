@@ -20,17 +20,7 @@ _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Modifier:
-    """Words that say where a thing is.
-
-    Parameters
-    ----------
-    words
-        In their normal form.
-    landmarks
-        The clauses of what it is related to.
-    negative
-        Whether they say where it isn't.
-    """
+    """Words, in their normal form, that say where a thing is or isn't, and landmarks' clauses."""
 
     words: tuple[str, ...]
     landmarks: tuple[int, ...] = ()
@@ -59,10 +49,7 @@ class Modifier:
 def modifiers_of(words: Worded, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
     """The modifiers of an OBJECT; those of order are one: "the second pallet" "from the right".
 
-    Parameters
-    ----------
-    also
-        Words elsewhere that say more of it.
+    `also` are words elsewhere that say more of it.
     """
     found = [_modifier(words, n) for n in _same_thing(words, node)]
     found.append(Modifier(unstressed(field_words(also))))

@@ -59,15 +59,7 @@ def expected(outcomes: Sequence[TaskOutcome]) -> Expected:
 
 
 def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: State) -> Verdict:
-    """Compare a plan with what was done.
-
-    Parameters
-    ----------
-    picked
-        What the plan picks up (:func:`eval.judging.picked_up.picked_up`).
-    start, final
-        Where the plan begins, and what it leads to.
-    """
+    """Compare what a plan picks up (`picked_up`) and what it leads to with what was done."""
     missing, strange = want.picked - picked, picked - want.picked
     if missing:
         return Verdict(False, f"it doesn't pick up {', '.join(sorted(missing))}")

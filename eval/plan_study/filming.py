@@ -21,13 +21,7 @@ HOW = Settings(fps=15, quality="draft")
 def film_all(
     folder: Path, test: str, pairs: list[Pair], on_progress: OnProgress = no_progress
 ) -> None:
-    """Make the videos of all pairs that aren't there yet.
-
-    Raises
-    ------
-    CorpusError
-        If one can't be made.
-    """
+    """Make the videos of all pairs that aren't there yet; a CorpusError if one can't be made."""
     wanted = {pair.video: pair for pair in pairs}
     items: list[Item] = [
         ContextItem(video, str(run_corpus(folder, video)) if pair.is_plan else test, video)

@@ -77,13 +77,7 @@ def planned(
     stopped: int,
     seed: int,
 ) -> Planned:
-    """What is planned for a sample.
-
-    Parameters
-    ----------
-    without, stopped
-        How many commands have no plan, and how many plans physics stopped.
-    """
+    """What is planned for a sample, with how many have no plan or one that physics stopped."""
     chosen = [p for p in plans if p.run in sample.chance]
     whole = float(sum(seconds)) + ANSWER_S * len(chosen)
     return Planned(

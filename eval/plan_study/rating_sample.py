@@ -25,12 +25,7 @@ show the judge's precision, nor its kappa."""
 class DistinctPlan:
     """A plan for a command, once however many configurations made it.
 
-    Parameters
-    ----------
-    run
-        Name of its run and of its video; it doesn't say who made it.
-    record
-        The plan as the first of its configurations has it.
+    The run's name, which is its video's too, doesn't say who made it; the record is the first's.
     """
 
     run: str
@@ -44,15 +39,7 @@ class DistinctPlan:
 
 
 class Sample(msgspec.Struct, frozen=True):
-    """What was drawn.
-
-    Parameters
-    ----------
-    judge
-        The verdict that it was drawn by.
-    chance
-        By the run of each plan that was drawn, the chance that it had.
-    """
+    """The chance of each plan that was drawn, by its run, and by which verdict it was drawn."""
 
     seed: int
     judge: str

@@ -40,13 +40,7 @@ PLANNED = "planned.json"
 
 
 class RunOutcome(msgspec.Struct, frozen=True):
-    """What came of a run, kept beside its corpus when that is whole.
-
-    Parameters
-    ----------
-    failure
-        Why physics stopped it; empty if it didn't.
-    """
+    """What came of a run, kept beside its corpus when that is whole; no failure is an empty one."""
 
     seconds: float
     failure: str
@@ -102,11 +96,6 @@ def prepare(
     """Make and draw plans, carry out what was drawn, and say what is planned.
 
     What is there already isn't made again.
-
-    Raises
-    ------
-    CorpusError
-        If the folder is of another study.
     """
     check_settings(folder, settings)
     records = plan_all(folder, settings, on_progress)
@@ -149,15 +138,7 @@ def finish(
 ) -> Rated:
     """Make the videos that aren't there yet and the study's file, and read the ratings so far.
 
-    Parameters
-    ----------
-    ratings, pay, draws
-        As :func:`eval.plan_study.whole_study.go_on` takes them.
-
-    Raises
-    ------
-    FormatError
-        If a rating is of a pair that the study hasn't, with its row.
+    All is taken and refused as by :func:`eval.plan_study.whole_study.go_on`.
     """
     folder, seed = found.folder, found.settings.seed
     film_all(folder, found.settings.test, [*found.pairs], on_progress)
@@ -181,13 +162,7 @@ def verdicts(plans: Sequence[DistinctPlan], sample: Sample) -> list[str]:
 
 
 def most_people(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> dict[str, bool]:
-    """By the run of each rated pair, whether more than half of its judgments agree.
-
-    Raises
-    ------
-    FormatError
-        If a rating is of another pair, or a second one by the same person, with its row.
-    """
+    """Whether most people agree, by the run of each rated pair; see :func:`check_ratings`."""
     check_ratings(pairs, judgments)
     if not judgments:
         return {}

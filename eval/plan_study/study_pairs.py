@@ -84,12 +84,8 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
 def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = None) -> Path:
     """Write the study's file for ``ct annotate``; its pairs don't say what made them.
 
-    What somebody has changed in the file is kept, but for the pairs.
-
-    Parameters
-    ----------
-    pay
-        What is paid for a pair, in dollars; None leaves that as it is.
+    What somebody has changed in the file is kept, but for the pairs, and for what is paid for each
+    in dollars if that is said here.
     """
     path = folder / STUDY
     study: dict[str, object] = {

@@ -67,13 +67,7 @@ def by_people(
     seed: int,
     draws: int,
 ) -> list[RatedRow]:
-    """The rows that people's ratings give so far; those that nobody has rated are left out.
-
-    Raises
-    ------
-    FormatError
-        If a rating is of a pair that the study hasn't, with its row.
-    """
+    """The rows that people's ratings give so far; those that nobody has rated are left out."""
     check_ratings(pairs, judgments)
     scenarios = _scenarios(records)
     rows = []
@@ -88,13 +82,7 @@ def by_people(
 
 
 def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
-    """Refuse ratings of other studies, and second ones by the same person.
-
-    Raises
-    ------
-    FormatError
-        With the row.
-    """
+    """Refuse ratings of other studies, and second ones by the same person, naming the row."""
     known = {(p.text, p.own_video, p.video) for p in pairs}
     seen: Counter[tuple[str, ...]] = Counter()
     for row, j in enumerate(judgments, start=1):

@@ -56,13 +56,7 @@ def settings_for(
 
 
 def check_settings(folder: Path, settings: Settings) -> None:
-    """Begin a study's folder, or see that it is of the same study.
-
-    Raises
-    ------
-    FormatError
-        If it is of another one.
-    """
+    """Begin a study's folder; a FormatError if it is another study's, or holds other things."""
     path = folder / SETTINGS
     if not path.exists():
         if folder.exists() and any(folder.iterdir()):

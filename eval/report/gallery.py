@@ -67,18 +67,7 @@ class Shown:
 
 
 def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:
-    """The first videos of a folder that show contexts of the corpus.
-
-    Parameters
-    ----------
-    videos
-        What ``ct render-videos`` has filled.
-
-    Raises
-    ------
-    FormatError
-        If it has no video of the corpus.
-    """
+    """The first videos of a folder that show contexts of the corpus; a FormatError if none does."""
     first: dict[str, Annotation] = {}
     for annotation in corpus.annotations:
         if annotation.source == "positive":
@@ -97,13 +86,7 @@ def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """A plan that is wrong, as people would see it.
-
-    Parameters
-    ----------
-    video, poster
-        As data URIs.
-    """
+    """A plan that is wrong, as people would see it; video and poster are data URIs."""
 
     plan: JudgedPlan
     video: str

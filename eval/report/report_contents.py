@@ -99,13 +99,7 @@ class Contents:
 
 
 def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Contents:
-    """Measure what a report shows.
-
-    Raises
-    ------
-    CorpusError
-        If the corpus, the plans or the videos can't be used.
-    """
+    """Measure what a report shows; a CorpusError if the corpus, plans or videos can't be used."""
     corpus = open_corpus(choices.corpus)
     plans = read_all_plans(choices.plans, corpus.hash)
     shown = examples(corpus, choices.videos, EXAMPLES) if choices.videos else []

@@ -75,13 +75,7 @@ THEMED = {
 
 
 def check_installed() -> None:
-    """Refuse to begin what can't be finished.
-
-    Raises
-    ------
-    CorpusError
-        If the packages that fill templates and draw plots aren't installed.
-    """
+    """Refuse to begin what can't be finished, without what fills templates and draws plots."""
     for package in ("jinja2", "matplotlib"):
         if find_spec(package) is None:
             raise CorpusError(f"reports need {package}", fix="pip install 'corpus-tools-g3[study]'")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Container, Hashable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -60,15 +60,7 @@ class Ratings:
 
     def only(self, chosen: BoolArray) -> Ratings:
         """Some of the judgments, with the same indices."""
-        return Ratings(
-            self.rating[chosen],
-            self.original[chosen],
-            self.pair[chosen],
-            self.command[chosen],
-            self.video[chosen],
-            self.shown[chosen],
-            self.rater[chosen],
-        )
+        return Ratings(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
     def units(self) -> list[list[int]]:
         """The ratings of each pair."""
