@@ -89,16 +89,9 @@ class Config:
 def open_instance(folder: Path, database: str | None = None) -> Config:
     """Read an installation's folder; it is made, with a new key, if there is none.
 
-    Parameters
-    ----------
-    database
-        URL of the database; by default it is a file in the folder.
-
-    Raises
-    ------
-    FormatError
-        If the key file isn't one, the folder can't be made, or a backup was restored into it
-        and not to its end.
+    Without the URL of a database it is a file in the folder. A FormatError says that the key file
+    isn't one, that the folder can't be made, or that a backup was restored into it and not to its
+    end.
     """
     key_file = folder / KEY_FILE
     try:

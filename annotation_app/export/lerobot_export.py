@@ -40,16 +40,9 @@ Record = dict[str, Any]
 class PeoplesLanguage:
     """What people have said.
 
-    Parameters
-    ----------
-    dataset
-        The dataset's folder, as the study's table names it.
-    language
-        By the numbers of episodes.
-    files
-        The provenance and the verdicts, by their names in the copy.
-    counts
-        How many of each there are.
+    The dataset is its folder, as the study's table names it; the language is by the numbers of
+    episodes. The files are the provenance and the verdicts, by their names in the copy. The counts
+    say how many of each there are.
     """
 
     dataset: Path
@@ -64,10 +57,7 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
     Descriptions become other wordings of the task (``task_aug``), and the task of an episode that
     had none. Subtasks take the place of the dataset's own and of its plans. Ratings are verdicts.
 
-    Raises
-    ------
-    FormatError
-        If the study's videos are no episodes.
+    A FormatError says that the study's videos are no episodes.
     """
     films = films_of(session, study.id)
     told = {video: film.metadata for video, film in films.items() if "episode" in film.metadata}
@@ -109,12 +99,8 @@ def _of_episode(rows: Sequence[Language]) -> EpisodeLanguage:
 class _Gathered:
     """What is said of which episode, and by whom.
 
-    Parameters
-    ----------
-    told
-        What the study's table tells of videos, by their names.
-    people
-        What exports call people, by their ids.
+    `told` is what the study's table tells of videos by their names, `people` what exports call
+    people by their ids.
     """
 
     session: Session

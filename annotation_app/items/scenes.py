@@ -89,17 +89,8 @@ class Scene:
 def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -> Scene:
     """Read a folder of ``ct render-videos``.
 
-    Parameters
-    ----------
-    corpus
-        Where the context is, if the video is a replay of an imported corpus.
-    context_id
-        Which of the corpus's contexts it is.
-
-    Raises
-    ------
-    FormatError
-        If something in it can't be read.
+    A replay of an imported corpus has its context there, by its id. A FormatError says what can't
+    be read.
     """
     manifest_file = folder / MANIFEST
     stamp = manifest_file.stat().st_mtime_ns if manifest_file.exists() else 0

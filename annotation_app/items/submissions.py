@@ -137,13 +137,7 @@ def add_event(
 def save_draft(
     session: Session, item: AnyItem, who: str, *, revision: int, body: Record, now: float
 ) -> bool:
-    """Keep a draft unless there is an answer, or a draft with a later revision.
-
-    Returns
-    -------
-    bool
-        Whether it is kept, now or since before.
-    """
+    """Keep a draft unless there is an answer, or a later revision; whether it is kept by now."""
     lock_person(session, who)
     values = {
         "item": item.id,

@@ -89,13 +89,7 @@ class Connections(dict[int, Any]):
             bell.pull_trigger()
 
     def finish(self, within_s: float) -> bool:
-        """Let nobody in any more, finish the requests that were begun, close all connections.
-
-        Returns
-        -------
-        bool
-            Whether all were finished in time.
-        """
+        """Let nobody in, finish what was begun, close all; whether it was done in time."""
         begin = monotonic()
         for connection in list(self.values()):
             if connection.accepting:

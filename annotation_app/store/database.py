@@ -121,11 +121,8 @@ def lock_set_up(connection: Connection) -> None:
 def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
     """A session that only reads, beside whoever writes.
 
-    Parameters
-    ----------
-    one_state
-        Whether all that is read must be of one moment. The database is spared work where each
-        statement may see what has come since the last.
+    Whether all that is read must be of `one_state`: the database is spared work where each
+    statement may see what has come since the last.
     """
     with engine.connect() as connection:
         connection.execution_options(to="read one state" if one_state else "read")
@@ -138,10 +135,7 @@ def compact(engine: Engine, *tables: str) -> bool:
 
     In SQLite it is the whole file. Others wait meanwhile, some seconds for a gigabyte.
 
-    Returns
-    -------
-    bool
-        Whether it was done: others who read may keep SQLite's log from being emptied.
+    It is False if it wasn't done: others who read may keep SQLite's log from being emptied.
     """
     with _turn(engine), engine.connect() as connection:
         connection.execution_options(to="begin nothing")

@@ -20,14 +20,8 @@ _NAME = "annotation"
 class Installation:
     """What a running app works with.
 
-    Parameters
-    ----------
-    salt
-        What hides people's ids.
-    limiter
-        Counts how often people do things; None if they may do so as often as they like.
-    outages
-        Logs what goes wrong outside of the program.
+    The salt hides people's ids. The limiter counts how often people do things; it is None if they
+    may do so as often as they like. Outages are what goes wrong outside of the program.
     """
 
     config: Config

@@ -30,10 +30,7 @@ CHECK = "salt check"
 def installation_salt(engine: Engine, config: Config) -> bytes:
     """What people's ids are hashed with. It is moved to the key file if it isn't there yet.
 
-    Raises
-    ------
-    FormatError
-        If the database hasn't been set up, or the key file is another installation's.
+    A FormatError says that the database hasn't been set up, or that the key file is another's.
     """
     check_current(engine)
     with reading(engine) as session:

@@ -23,14 +23,8 @@ CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place
 class Part(NamedTuple):
     """Something that people decided, and whether they decided differently.
 
-    Parameters
-    ----------
-    kind
-        `CLAUSE_TYPE`, `WORDS`, `THING` or `PLACE`.
-    what
-        A type, words in small letters, the name of a thing, the number of a place.
-    video
-        Where the thing or place is; empty for what is in no video.
+    `what` is one of the kinds `CLAUSE_TYPE`, `WORDS` (in small letters), `THING` (its name) and
+    `PLACE` (its number). What is in no video has none.
     """
 
     kind: str
@@ -43,14 +37,9 @@ class Part(NamedTuple):
 class Measured:
     """A measure of agreement.
 
-    Parameters
-    ----------
-    value
-        None where too little has been answered twice, or everybody says the same all the time.
-    units
-        What was answered by two people or more: commands, clauses, pairs.
-    task, answers
-        Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says.
+    There is no value where too little has been answered twice, or everybody says the same all the
+    time. Units are what two people or more answered: commands, clauses, pairs. Of which answers to
+    a task it is, `annotation_app.dashboard.consensus` says.
     """
 
     measure: str

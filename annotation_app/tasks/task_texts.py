@@ -27,14 +27,8 @@ BOAT, THE_BOAT = N_("boat"), N_("the boat")
 class PageTexts:
     """What a task's page says besides the task's words.
 
-    Parameters
-    ----------
-    instructions
-        The study's own as HTML; empty if the task's words are to be shown.
-    statement, scale
-        What is rated, and the five levels.
-    labels
-        What things are called.
+    The study's own instructions are HTML, and empty if the task's words are to be shown. The
+    statement is what is rated, on a scale of five levels; the labels say what things are called.
     """
 
     instructions: Markup

@@ -107,10 +107,7 @@ def take_work(
 ) -> Lease | Reason:
     """Give somebody an item of a task, or say why not.
 
-    Parameters
-    ----------
-    hold_s
-        How long they have it if they do nothing; else as long as the study says.
+    They have it for `hold_s` if they do nothing, else as long as the study says.
     """
     config = restored(study.config)
     reason = obstacle(study, config, task, person)

@@ -35,17 +35,8 @@ def exclude(
 ) -> None:
     """Leave an answer out of corpora and numbers.
 
-    Parameters
-    ----------
-    reason
-        Why, in words.
-    again
-        Whether the item goes back to the queue, for somebody else to answer.
-
-    Raises
-    ------
-    Refusal
-        If there is no reason, the answer is left out already, or nobody else can be asked.
+    `again` sends the item back to the queue, for somebody else to answer. It is refused without a
+    reason, if the answer is left out already, and if nobody else can be asked.
     """
     words = read_comment(reason, "Say why.")
     item = _locked(session, answer)
@@ -104,15 +95,8 @@ def comment(
 def read_comment(text: str, if_empty: str = "") -> str:
     """A comment as it is kept.
 
-    Parameters
-    ----------
-    if_empty
-        What to tell whose comment is empty; empty if it may be.
-
-    Raises
-    ------
-    Refusal
-        If it is too long, or empty where it may not be.
+    It is refused if it is too long. Whose comment is empty is told `if_empty`, if that says
+    anything.
     """
     words = clean_text(text)
     if if_empty and not words:

@@ -53,10 +53,7 @@ class WebhookState:
 def check_webhook(url: str, *, links_to: str, allows_private: bool = False) -> None:
     """Check whether an address may get messages. Its name is looked up, so it may take seconds.
 
-    Raises
-    ------
-    Refusal
-        If nothing may be sent there.
+    It is refused if nothing may be sent there.
     """
     if len(url) > 2000 or len(links_to) > 2000:
         raise Refusal(422, "The address is too long. Use at most 2000 characters.")

@@ -20,12 +20,7 @@ T = TypeVar("T")
 class OptionSet:
     """Options that are given together.
 
-    Parameters
-    ----------
-    needs
-        Those that make the set.
-    may
-        Those that may be added to them.
+    A set is made of those that it `needs`; those that `may` be given can be added to them.
     """
 
     needs: tuple[str, ...] = ()

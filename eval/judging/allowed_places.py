@@ -39,14 +39,8 @@ TURNS_M = 0.7
 class Ending:
     """Where something comes to.
 
-    Parameters
-    ----------
-    thing
-        Its id.
-    first, last
-        Its shape where it starts and where it ends.
-    short
-        Whether it is a load that is on the forks still.
+    The thing is given by its id, with its shape where it starts and where it ends; it is short if
+    it is a load that is on the forks still.
     """
 
     thing: str

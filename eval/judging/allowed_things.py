@@ -30,10 +30,7 @@ def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
     A modifier that can't be measured allows only the annotated thing. In the world that was
     annotated this is always allowed.
 
-    Parameters
-    ----------
-    also
-        Words elsewhere that say more of it: "from the right".
+    `also` are words elsewhere that say more of it: "from the right".
     """
     own = words.things[node]
     if not words.annotated[node] or words.robot in own or is_pronoun(words.tree.nodes[node]):

@@ -22,12 +22,8 @@ LEAVES_M = 0.3
 class Carried:
     """A load that was moved, or stayed on the forks.
 
-    Parameters
-    ----------
-    lifted
-        Row of the robot's way at which it leaves its place; 0 if it is on the forks at first.
-    lowered
-        Row at which it comes to its last place; None if it is on the forks at the end.
+    It leaves its place at a row of the robot's way, 0 if it is on the forks at first, and comes to
+    its last place at another; None if it is on the forks at the end.
     """
 
     id: str
@@ -40,15 +36,9 @@ class Carried:
 class Deeds:
     """What was done.
 
-    Parameters
-    ----------
-    way
-        The robot's x, y, yaw over time, shape (n, 3).
-    carried
-        Loads that were moved, in the order in which they were lifted.
-    whole
-        Whether it is all that is done for a command, as a plan is. A log may start late, stop
-        early, or go on.
+    The way is the robot's x, y, yaw over time, shape (n, 3); loads are in the order in which they
+    were lifted. It is whole if it is all that is done for a command, as a plan is: a log may start
+    late, stop early, or go on.
     """
 
     start: State

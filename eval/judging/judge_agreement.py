@@ -51,10 +51,7 @@ def agreement(
 ) -> Agreement:
     """Compare what a judge says with what people say, with whole videos resampled.
 
-    Parameters
-    ----------
-    video
-        Code of each pair's video, shape (n,).
+    `video` is the code of each pair's video, shape (n,).
     """
     counts = confusion(people, judge)
     tables = _tables(np.array(people, dtype=np.bool_), np.array(judge, dtype=np.bool_), video)

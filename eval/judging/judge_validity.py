@@ -25,7 +25,7 @@ from eval.judging.replayed import replayed
 from eval.judging.words_judge import judge_by_words
 from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
 from eval.statistics.intervals import percentiles
-from eval.statistics.ratings import AGREES, check_judgments, codes, of_study
+from eval.statistics.ratings import AGREES, check_judgments, codes, of_study, shown_pair
 from eval.statistics.resampling import resampled_sums
 from g3.annotation import RATINGS, Annotation, Judgment
 from g3.errors import FormatError
@@ -220,8 +220,7 @@ def _judged(
     scenarios = {command.video: command.scenario for command in corpus.commands.values()}
     ratings: dict[tuple[str, str, str], list[int]] = {}
     for j in judgments:
-        key = (j.command, j.command_video, j.shown_video)
-        ratings.setdefault(key, []).append(RATINGS.index(j.rating) + 1)
+        ratings.setdefault(shown_pair(j), []).append(RATINGS.index(j.rating) + 1)
     known = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
     ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in known}
     deeds = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}

@@ -22,19 +22,9 @@ from g3.short_repr import short_repr
 class JudgedClause:
     """A top-level EVENT.
 
-    Parameters
-    ----------
-    verbs
-        Classes of its verb.
-    handles
-        Whether it handles a load. Otherwise the robot drives.
-    themes
-        What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads
-        are on.
-    goals
-        Clauses that say where the load, or the robot, comes to.
-    passed
-        Clauses that say what the robot comes by.
+    It has the classes of its verb, and handles a load, or the robot drives. The themes are what it
+    handles, as annotated, in sets of ids: none if it doesn't say, or names what loads are on. The
+    goals are clauses that say where the load or the robot comes to; others say what it has passed.
     """
 
     root: int

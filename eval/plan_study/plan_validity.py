@@ -94,14 +94,8 @@ def agreements(
 ) -> list[PlanAgreement]:
     """A row for all plans, and one for each configuration.
 
-    Parameters
-    ----------
-    plans
-        All plans, rated or not.
-    people
-        By the run of a rated plan, whether most people call it right.
-    verdict
-        The verdict of the judge that is compared.
+    `plans` are all, rated or not; `people` says whether most people call a rated plan right, by its
+    run; `verdict` is the one of the judge that is compared.
     """
     rows = []
     for name in (ALL, *CONFIGURATIONS):

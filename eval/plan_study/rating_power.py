@@ -109,12 +109,8 @@ def half_widths(
     shares are drawn from beta distributions with the wanted correlation, the majority of each
     pair from those. The half width is that of the middle of the studies' figures.
 
-    Parameters
-    ----------
-    shares
-        Part of the plans that most people call right, by the judge's verdict.
-    correlation
-        Between plans of a scenario, of the same verdict.
+    `shares` are the part of the plans that most people call right, by the judge's verdict; the
+    correlation is between plans of a scenario, of the same verdict.
     """
     chosen = [p for p in plans if p.run in sample.chance]
     if not chosen:

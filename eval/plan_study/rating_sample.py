@@ -67,12 +67,8 @@ def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
 def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
     """How many plans of each kind are drawn.
 
-    Parameters
-    ----------
-    sizes
-        How many there are of each kind, that which counts first first.
-    most
-        How many may be drawn; 0 for all.
+    `sizes` says how many there are of each kind, that which counts first first; `most` how many may
+    be drawn, 0 for all.
     """
     if not most:
         return dict(sizes)
@@ -88,13 +84,8 @@ def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
 def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: int) -> Sample:
     """Draw plans of some kinds, balanced over scenarios and over who made them.
 
-    Parameters
-    ----------
-    kinds
-        Some of :data:`KINDS`; of two, the second gets only :data:`RESERVED` of the pairs while
-        there are enough plans of the first.
-    most
-        How many plans at most; 0 for all.
+    Of two :data:`KINDS`, the second gets only :data:`RESERVED` of the pairs while there are enough
+    plans of the first. There are at most so many, 0 for all.
     """
     rng = np.random.default_rng(seed)
     of_kind = {kind: [p for p in plans if p.kind == kind] for kind in kinds}

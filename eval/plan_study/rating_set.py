@@ -31,8 +31,8 @@ from eval.plan_study.study_results import check_ratings
 from eval.plan_study.study_settings import Settings, check_settings
 from eval.plan_study.whole_study import ratings_so_far
 from eval.statistics.raters import majorities
-from eval.statistics.ratings import AGREES, codes
-from g3.annotation import RATINGS, Judgment
+from eval.statistics.ratings import agrees, codes
+from g3.annotation import Judgment
 from g3.groundings import Context
 from g3.storage.atomic_file import write_bytes
 
@@ -50,13 +50,8 @@ class RunOutcome(msgspec.Struct, frozen=True):
 class RatingSet:
     """A rating set before its videos are made.
 
-    Parameters
-    ----------
-    plans
-        All plans, each once.
-    sample
-        Those that people rate. Plans that physics stopped aren't among them, for their videos
-        don't show what the judge has judged.
+    It has all plans, each once, and a sample that people rate. Plans that physics stopped aren't in
+    it, for their videos don't show what the judge has judged.
     """
 
     folder: Path
@@ -71,16 +66,8 @@ class RatingSet:
 class Rated:
     """A rating set as far as people have come.
 
-    Parameters
-    ----------
-    file
-        What ``ct annotate`` serves.
-    judgments
-        How many there are.
-    people
-        By the run of each rated plan, whether most people call it right.
-    agreements
-        By verdict of the judge; empty without ratings.
+    The file is what ``ct annotate`` serves. `people` says by the run of each rated plan whether
+    most people call it right; agreements are by verdict of the judge, none without ratings.
     """
 
     of: RatingSet
@@ -166,9 +153,9 @@ def most_people(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> dict[st
     check_ratings(pairs, judgments)
     if not judgments:
         return {}
-    agrees = np.array([RATINGS.index(j.rating) + 1 >= AGREES for j in judgments])
+    said = np.array([agrees(j) for j in judgments])
     runs = [j.shown_video for j in judgments]
-    return dict(zip(dict.fromkeys(runs), map(bool, majorities(agrees, codes(runs))), strict=True))
+    return dict(zip(dict.fromkeys(runs), map(bool, majorities(said, codes(runs))), strict=True))
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,6 +47,11 @@ class Pair:
     command: str
 
     @property
+    def key(self) -> tuple[str, str, str]:
+        """As :func:`eval.statistics.ratings.shown_pair` has it of a judgment."""
+        return self.text, self.own_video, self.video
+
+    @property
     def is_plan(self) -> bool:
         """Whether the video shows a plan."""
         return self.configuration not in ("right", "wrong")

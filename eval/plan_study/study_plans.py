@@ -107,18 +107,9 @@ def script_of(start: State, actions: tuple[Action, ...]) -> PlanScript:
 class PlanRecord(msgspec.Struct, frozen=True):
     """A plan as it is kept.
 
-    Parameters
-    ----------
-    run
-        Name of the run that it was carried out in; empty if there is no plan.
-    correct, reason
-        The automatic judge's first verdict: whether it ends where the log ends.
-    failure
-        Why physics stopped the run; empty if it didn't.
-    script
-        What the robot is to do; None if there is no plan.
-    verdicts
-        Whether it is right, by each of :data:`JUDGES`; empty if there is no plan.
+    Without a plan there are no run, script and verdicts (by each of :data:`JUDGES`). `correct` and
+    `reason` are the automatic judge's first verdict: whether it ends where the log ends. The
+    failure is why physics stopped the run; empty if it didn't.
     """
 
     configuration: str

@@ -44,10 +44,7 @@ def settings_for(
 ) -> Settings:
     """Settings with the hashes of the corpora.
 
-    Parameters
-    ----------
-    most
-        How many commands of each scenario, or how many pairs of a rating set; 0 for all.
+    `most` is how many commands of each scenario, or how many pairs of a rating set; 0 for all.
     """
     hashes = tuple(open_corpus(name).hash for name in (*train.split(","), test))
     if plans:

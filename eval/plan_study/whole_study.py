@@ -45,16 +45,8 @@ from g3.annotation import Judgment
 class Study:
     """A study as far as it has come.
 
-    Parameters
-    ----------
-    file
-        What ``ct annotate`` serves.
-    people
-        Rows of Table 3 by people; empty without ratings.
-    automatic
-        The same by the automatic judge.
-    compared_by_people, compared
-        Each two configurations on the commands that both have, by people and by the judge.
+    The file is what ``ct annotate`` serves. There are rows of Table 3 by people, none without
+    ratings, and by the automatic judge, and comparisons of each two configurations by both.
     """
 
     settings: Settings
@@ -79,17 +71,9 @@ def go_on(
 ) -> Study:
     """Do what hasn't been done yet, and read the ratings that there are.
 
-    Parameters
-    ----------
-    ratings
-        A corpus that holds them; by default they are read from the app's database in the folder.
-    pay
-        What people get for a pair, in dollars; None if the study's file says it.
-
-    Raises
-    ------
-    CorpusError
-        If the folder is of another study, or the ratings are.
+    Ratings are in a corpus, or else in the app's database in the folder. The pay is in dollars for
+    a pair; None if the study's file says it. A CorpusError says that the folder or the ratings are
+    of another study.
     """
     check_settings(folder, settings)
     corpora: dict[str, Corpus] = {

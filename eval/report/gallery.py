@@ -41,18 +41,9 @@ class Words:
 class Shown:
     """A video with a command.
 
-    Parameters
-    ----------
-    command
-        What somebody has typed or written for it.
-    words
-        The same in pieces: those of a clause with what it is grounded in, and those between.
-    video, poster
-        As data URIs.
-    size
-        Of the picture, pixels.
-    outlines
-        Of grounded objects in the poster: a colour, and corners in pixels as SVG has them.
+    The command is what somebody has typed or written for it; the words are it in pieces. Video and
+    poster are data URIs, of a size in pixels; outlines of grounded objects in the poster have a
+    colour, and corners as SVG has them.
     """
 
     name: str

@@ -110,16 +110,9 @@ SHOWN = {*PlanFile.__struct_fields__} - {"train", "test", "test_scenarios"}
 class Plans:
     """Table 3, its plans, and how they were made.
 
-    Parameters
-    ----------
-    name
-        Of the file, without its folder and suffix.
-    file
-        What it holds; its rows, comparisons and validity are those of the automatic judge.
-    reliability
-        Of the plans' probabilities; the intervals take plans to be independent.
-    document
-        All that the file says.
+    The name is the file's, without its folder and suffix; the file has rows, comparisons and
+    validity of the automatic judge, the document all that it says. The intervals of the
+    probabilities' reliability take plans to be independent.
     """
 
     name: str
@@ -185,11 +178,8 @@ def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
 def read_plans(path: Path) -> Plans:
     """Read what ``ct eval --table 3 --format json`` has written.
 
-    Raises
-    ------
-    FormatError
-        If the file can't be read or holds something else, has no baselines, or is by another judge
-        than the automatic one.
+    A FormatError says that the file can't be read or holds something else, has no baselines, or is
+    by another judge than the automatic one.
     """
     try:
         text = path.read_bytes()

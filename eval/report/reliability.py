@@ -18,14 +18,8 @@ BINS = 10
 class Bin:
     """Examples of which about the same probability was stated.
 
-    Parameters
-    ----------
-    stated
-        Their mean probability.
-    true
-        The part of them that is right.
-    low, high
-        Its 95% interval with whole commands resampled; NaN if unknown.
+    Of the mean probability that is stated, the true part, and its 95% interval with whole commands
+    resampled; NaN if unknown.
     """
 
     stated: float

@@ -21,18 +21,9 @@ from g3.short_repr import short_repr
 class Comparison:
     """Two configurations on the same commands.
 
-    Parameters
-    ----------
-    n
-        How many commands both have.
-    difference
-        Of the shares, the first's less the second's, with a bootstrap's bounds.
-    p
-        Of no difference, two-sided.
-    adjusted_p
-        The same after Holm's correction for all comparisons that were made.
-    effect
-        Cohen's h.
+    Both have n commands. The difference is the first's share less the second's, with a bootstrap's
+    bounds; p is of no difference, two-sided, also adjusted by Holm's correction for all comparisons
+    that were made. The effect is Cohen's h.
     """
 
     one: str

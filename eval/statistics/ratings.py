@@ -75,12 +75,22 @@ def ratings_of(judgments: Iterable[Judgment]) -> Ratings:
     return Ratings(
         np.array([RATINGS.index(j.rating) + 1 for j in rows], dtype=np.int64),
         np.array([j.command_video == j.shown_video for j in rows], dtype=np.bool_),
-        codes([(j.command, j.command_video, j.shown_video) for j in rows]),
+        codes([shown_pair(j) for j in rows]),
         codes([(j.command, j.command_video) for j in rows]),
         codes([j.command_video for j in rows]),
         codes([j.shown_video for j in rows]),
         codes([j.subject for j in rows]),
     )
+
+
+def agrees(judgment: Judgment) -> bool:
+    """Whether somebody agrees, or agrees strongly."""
+    return RATINGS.index(judgment.rating) + 1 >= AGREES
+
+
+def shown_pair(judgment: Judgment) -> tuple[str, str, str]:
+    """The command, the video that it was typed for, and the one that it was shown with."""
+    return judgment.command, judgment.command_video, judgment.shown_video
 
 
 def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
@@ -127,9 +137,5 @@ def check_judgments(judgments: Iterable[Judgment], videos: Container[str]) -> No
 
 def repeated(judgments: Iterable[Judgment]) -> int:
     """How many judgments are by somebody who had judged the same pair before in the study."""
-    rows = [
-        (j.study, j.subject, j.command, j.command_video, j.shown_video)
-        for j in judgments
-        if j.subject
-    ]
+    rows = [(j.study, j.subject, *shown_pair(j)) for j in judgments if j.subject]
     return len(rows) - len(set(rows))
