@@ -10,8 +10,7 @@ from flask import Blueprint
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard.answer_browsing import read_before
 from annotation_app.store.audit import actions, trail
-from annotation_app.web.needs_login import refused
-from annotation_app.web.who_asks import seen_by
+from annotation_app.web.who_asks import refused, seen_by
 
 PAGE = 50
 

@@ -29,8 +29,7 @@ from annotation_app.store.audit import name_of
 from annotation_app.store.installation import now
 from annotation_app.store.models import Person, Study
 from annotation_app.tasks.task_registry import tasks
-from annotation_app.web.needs_login import refused
-from annotation_app.web.who_asks import changed_by, seen_by
+from annotation_app.web.who_asks import changed_by, refused, seen_by
 from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint(

@@ -11,8 +11,7 @@ from annotation_app.core.problems import Refusal
 from annotation_app.dashboard.disagreements import Disagreement, disagreements
 from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS
 from annotation_app.tasks.task_registry import task_of
-from annotation_app.web.needs_login import refused
-from annotation_app.web.who_asks import seen_by
+from annotation_app.web.who_asks import refused, seen_by
 from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint("disagreement_pages", __name__, url_prefix="/dashboard")

@@ -13,8 +13,7 @@ from annotation_app.people.api_tokens import MOST_DAYS
 from annotation_app.store.audit import name_of
 from annotation_app.store.installation import now
 from annotation_app.store.models import Person
-from annotation_app.web.needs_login import refused
-from annotation_app.web.who_asks import changed_by, refused_on, seen_by
+from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 
 blueprint = Blueprint("token_pages", __name__, url_prefix="/admin")
 blueprint.register_error_handler(Refusal, refused)

@@ -26,7 +26,7 @@ from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person
 from annotation_app.web.limits import limited, sign_ins
-from annotation_app.web.needs_login import refused
+from annotation_app.web.who_asks import refused
 
 blueprint = Blueprint("account", __name__)
 blueprint.register_error_handler(Refusal, refused)

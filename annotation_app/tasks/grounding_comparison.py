@@ -137,9 +137,7 @@ def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes)
 
 def disputed_parts(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
     """The clauses of a command, their words, and the things and places that people chose."""
-    sdcs = _nodes(item)
-    for clause in clauses_of(from_json(item.payload["sdcs"])):
-        said = [_said(body, str(clause["node"]), sdcs[clause["node"]]) for body in bodies]
+    for clause, _, said in _said_of(item, bodies):
         differs = len(set(said)) > 1
         yield Part(CLAUSE_TYPE, clause["type"], differs)
         yield Part(WORDS, clause["phrase"].lower(), differs)
@@ -149,19 +147,24 @@ def disputed_parts(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
                 yield Part(kind, str(what), not in_all, item.payload["video"])
 
 
-def _nodes(item: Item) -> list[SDC]:
-    return list(breadth_first(from_json(item.payload["sdcs"])))
+def _said_of(
+    item: Item, bodies: Sequence[Record]
+) -> Iterator[tuple[Record, SDC, list[tuple[Key, ...]]]]:
+    """The clauses of a command, and what each answer says of them."""
+    sdcs = from_json(item.payload["sdcs"])
+    nodes = list(breadth_first(sdcs))
+    for clause in clauses_of(sdcs):
+        sdc = nodes[clause["node"]]
+        yield clause, sdc, [_said(body, str(clause["node"]), sdc) for body in bodies]
 
 
 def _clauses(
     item: Item, bodies: Sequence[Record], duration_s: float, shown: Mapping[Key, str]
 ) -> Iterator[ComparedClause]:
-    sdcs = _nodes(item)
-    for clause in clauses_of(from_json(item.payload["sdcs"])):
-        sdc, node = sdcs[clause["node"]], str(clause["node"])
-        said = [_said(body, node, sdc) for body in bodies]
+    for clause, sdc, said in _said_of(item, bodies):
         times: tuple[tuple[float, float], ...] = ()
         if sdc.type in HAPPENING:
+            node = str(clause["node"])
             parts = (body["trims"].get(node, (0.0, duration_s)) for body in bodies)
             whole = max(duration_s, 0.1)
             times = tuple(

@@ -24,12 +24,12 @@ from annotation_app.store.models import Answer, Item, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
-from annotation_app.work import adjudicating, adoption, offers
+from annotation_app.work import adjudicating, adoption
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_reading import gist_of, read_answer
 from annotation_app.work.finished_items import after_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
-from annotation_app.work.page_data import opened_page, page_data
+from annotation_app.work.page_data import opened_page, page_data, provenance
 
 blueprint = Blueprint("api", __name__, url_prefix="/api")
 
@@ -146,7 +146,7 @@ def answer(item_id: str) -> Response:
     with reading(engine) as session:
         found = item_of(session, item_id)
         kept = read_answer(session, found, request.body, installation().salt)
-        provenance = offers.provenance(session, found, found.who, kept)
+        origin = provenance(session, found, found.who, kept)
     with transaction(engine) as session:
         receipt = submit(
             session,
@@ -155,9 +155,9 @@ def answer(item_id: str) -> Response:
             uuid=request.uuid,
             sent=request.body,
             body=kept,
-            provenance=provenance,
+            provenance=origin,
             gist=gist_of(found.task, kept),
-            odd_below_s=odd_below(found.payload, kept, provenance),
+            odd_below_s=odd_below(found.payload, kept, origin),
             now=now(),
             adopted=task_of(found.task).adjudication is None,
         )

@@ -24,6 +24,7 @@ from annotation_app.store.database import OnlyReadError, reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Role
 from annotation_app.web.limits import bearer, count_now
+from g3.errors import CorpusError
 
 P = ParamSpec("P")
 Asked: TypeAlias = Iterator[tuple[Session, Person]]
@@ -43,6 +44,29 @@ def changed_by(role: Role) -> Asked:
     """Change the database for whose request this is, in the same way."""
     with transaction(installation().engine) as session:
         yield session, required_person(session, role)
+
+
+def sign_in_page() -> Reply:
+    """Off to sign in, and back here."""
+    return flask.redirect(flask.url_for("account.login", next=flask.request.path))
+
+
+def cannot_be_done(error: CorpusError) -> Reply:
+    """What is wrong with a file that can't be read or written."""
+    return refused(Refusal(422, f"This can't be done: {error}."))
+
+
+def refused(refusal: Refusal) -> Reply:
+    """Off to sign in and back, or the reason why not."""
+    if refusal.status == 401 and flask.request.method == "GET":
+        return sign_in_page()
+    page = flask.render_template(
+        "error.html",
+        status=refusal.status,
+        message=refusal.message,
+        to_sign_in=refusal.status == 401,
+    )
+    return page, refusal.status
 
 
 def refused_on(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,8 +33,6 @@ from eval.cli.mode_options import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from corpus_tools.runtime.parallel import Workers
     from eval.language_model.chat_endpoint import Endpoint
     from eval.table_3.grounder_registry import PlanGrounder

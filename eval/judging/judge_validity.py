@@ -17,11 +17,10 @@ import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.parallel import Executor
-from eval.judging.deeds import logged
+from eval.judging.deeds import logged, replayed
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import Agreement, Resampled, agreement
 from eval.judging.judge_registry import JudgedPlan, PlanJudge
-from eval.judging.replayed import replayed
 from eval.judging.words_judge import judge_by_words
 from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
 from eval.statistics.intervals import percentiles

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eval.judging.replayed import counterparts, replayed
+from eval.judging.deeds import counterparts, replayed
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.geometry.footprints import apart

@@ -13,11 +13,10 @@ import numpy as np
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from eval.plan_study.filming import film_all
 from eval.plan_study.plan_validity import PlanAgreement, agreements, tells_of_all
 from eval.plan_study.rating_power import Planned, planned
 from eval.plan_study.rating_sample import DistinctPlan, Sample, distinct_plans, sampled
-from eval.plan_study.study_pairs import Pair, write_study
+from eval.plan_study.study_pairs import Pair, film_all, write_study
 from eval.plan_study.study_plans import (
     FIRST,
     RUNS,

@@ -16,8 +16,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_report import in_a_line, summary
 from eval.judging.judge_validity import Validity, known_validity
-from eval.plan_study.filming import film_all
-from eval.plan_study.study_pairs import ANSWERS, INSTANCE, Pair, pairs, write_study
+from eval.plan_study.study_pairs import ANSWERS, INSTANCE, Pair, film_all, pairs, write_study
 from eval.plan_study.study_plans import CONFIGURATIONS, PlanRecord, chosen_commands, plan_all
 from eval.plan_study.study_results import (
     RatedRow,
