@@ -24,14 +24,12 @@ SALT_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """What a key file holds; it isn't shown when this is printed.
-
-    The secret signs cookies and links, the salt hides people's ids; it is None as long as it lies
-    in the database.
-    """
+    """What a key file holds. It isn't shown when this is printed."""
 
     secret: bytes
+    """What cookies and links are signed with."""
     salt: bytes | None
+    """What people's ids are hashed with; None as long as it lies in the database."""
 
     def __repr__(self) -> str:
         return "Keys(...)"

@@ -38,17 +38,16 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class PeoplesLanguage:
-    """What people have said.
-
-    The dataset is its folder, as the study's table names it; the language is by the numbers of
-    episodes. The files are the provenance and the verdicts, by their names in the copy. The counts
-    say how many of each there are.
-    """
+    """What people have said."""
 
     dataset: Path
+    """The dataset's folder, as the study's table names it."""
     language: Mapping[int, EpisodeLanguage]
+    """By the numbers of episodes."""
     files: Mapping[str, bytes]
+    """The provenance and the verdicts, by their names in the copy."""
     counts: Mapping[str, int]
+    """How many of each there are."""
 
 
 def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
@@ -97,16 +96,14 @@ def _of_episode(rows: Sequence[Language]) -> EpisodeLanguage:
 
 @dataclass(slots=True)
 class _Gathered:
-    """What is said of which episode, and by whom.
-
-    `told` is what the study's table tells of videos by their names, `people` what exports call
-    people by their ids.
-    """
+    """What is said of which episode, and by whom."""
 
     session: Session
     study: Study
     told: Mapping[str, Mapping[str, Any]]
+    """What the study's table tells of videos, by their names."""
     people: Mapping[str, str]
+    """What exports call people, by their ids."""
     said: dict[int, list[Language]] = field(default_factory=lambda: defaultdict(list))
     provenance: list[Record] = field(default_factory=list)
 

@@ -50,12 +50,16 @@ class _Manifest(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """A video, or a part: its seconds, FFmpeg's name of its codec, its first frame as PNG."""
+    """What a video, or a part of it, looks like."""
 
     duration_s: float
+    """How long it is."""
     fps: float
+    """Frames per second."""
     codec: str
+    """How it is encoded, as FFmpeg calls that."""
     picture: bytes
+    """Its first frame as PNG."""
 
 
 def look_at(file: Path, start_s: float = 0.0, end_s: float | None = None) -> Look:

@@ -75,10 +75,12 @@ def public_name(found: Media) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """A video's files by their roles: names under which people may see some, and where all are."""
+    """A video's files by their roles."""
 
     public: Mapping[str, str]
+    """The names under which people may see some of them."""
     paths: Mapping[str, Path]
+    """Where they are."""
 
 
 MEDIA = core(Media)

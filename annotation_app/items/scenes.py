@@ -36,38 +36,26 @@ SAME_S = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A video's world.
-
-    Parameters
-    ----------
-    context
-        What is where, with the trajectories of the video, whose time starts at `start_s`.
-    start_s
-        Time of the first frame on the context's clock.
-    duration_s
-        Of the video.
-    steps
-        Start and end of each step of the robot's script, in seconds from the first frame.
-    segmentation
-        The content of ``segmentation.json``; empty if there is no picture.
-    fps
-        Frames of the video in a second, if that is known.
-    is_picture
-        Whether only a picture is known, without a world: the context is the picture's plane then,
-        with y upwards and a pixel as its unit, and nothing may be exported from it.
-    clock
-        Seconds of the video, and since its start on the context's clock, where the pace changes;
-        empty where both are the same.
-    """
+    """A video's world."""
 
     context: Context
+    """What is where, with the trajectories of the video, whose time starts at `start_s`."""
     start_s: float
+    """Time of the first frame on the context's clock."""
     duration_s: float
+    """Of the video."""
     steps: tuple[tuple[float, float], ...]
+    """Start and end of each step of the robot's script, in seconds from the first frame."""
     segmentation: Mapping[str, Any]
+    """The content of ``segmentation.json``; empty if there is no picture."""
     fps: float | None = None
+    """Frames of the video in a second, if that is known."""
     is_picture: bool = False
+    """Whether only a picture is known, without a world: the context is the picture's plane then,
+    with y upwards and a pixel as its unit, and nothing may be exported from it."""
     clock: tuple[tuple[float, float], ...] = ()
+    """Seconds of the video, and since its start on the context's clock, where the pace changes;
+    empty where both are the same."""
 
     def since_start(self, video_s: float) -> float:
         """Seconds since the start, on the context's clock, of what a second of the video shows."""
@@ -99,27 +87,18 @@ def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """What a video's manifest says.
-
-    Parameters
-    ----------
-    duration_s
-        Of the video.
-    has_scene
-        Whether there is a world, with what is where in it; not of videos from elsewhere.
-    has_things
-        Whether it is known what is where, if only in a picture.
-    metadata
-        What the study's owner says of a video from elsewhere.
-    fps
-        Frames in a second, if that is known.
-    """
+    """What a video's manifest says."""
 
     duration_s: float
+    """Of the video."""
     has_scene: bool
+    """Whether there is a world, with what is where in it; not of videos from elsewhere."""
     metadata: Mapping[str, Any]
+    """What the study's owner says of a video from elsewhere."""
     fps: float | None = None
+    """Frames in a second, if that is known."""
     has_things: bool = True
+    """Whether it is known what is where, if only in a picture."""
 
 
 def read_film(folder: Path) -> Film:

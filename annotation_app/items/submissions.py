@@ -32,19 +32,13 @@ from annotation_app.store.models import Answer, Draft, Event, Handout, Record, S
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """What has become of an answer that was sent.
-
-    Parameters
-    ----------
-    state
-        ``accepted``; ``surplus``: kept, though its slot had gone to somebody else;
-        ``repeated``: there is one already, and this one is in the event table only.
-    answer
-        The answer's id, if it was accepted now.
-    """
+    """What has become of an answer that was sent."""
 
     state: Literal["accepted", "surplus", "repeated"]
+    """``accepted``; ``surplus``: kept, though its slot had gone to somebody else; ``repeated``:
+    there is one already, and this one is in the event table only."""
     answer: int | None = None
+    """The answer's id, if it was accepted now."""
 
 
 def submit(

@@ -18,17 +18,16 @@ _NAME = "annotation"
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """What a running app works with.
-
-    The salt hides people's ids. The limiter counts how often people do things; it is None if they
-    may do so as often as they like. Outages are what goes wrong outside of the program.
-    """
+    """What a running app works with."""
 
     config: Config
     engine: Engine
     salt: bytes
+    """What hides people's ids."""
     limiter: MovingWindowRateLimiter | None
+    """Counts how often people do things; None if they may do so as often as they like."""
     outages: Outages = field(default_factory=Outages)
+    """Logs what goes wrong outside of the program."""
 
 
 def install(app: Flask, installation: Installation) -> None:

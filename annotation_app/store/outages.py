@@ -38,10 +38,12 @@ LONGEST_REASON = 200
 
 @dataclass(frozen=True, slots=True)
 class Outage:
-    """Why something can't be done for a while: what to count, and the system's own words."""
+    """Why something can't be done for a while."""
 
     kind: str
+    """What is wrong, to be counted."""
     reason: str
+    """In the words of the system or the driver."""
 
 
 def outage_of(error: BaseException) -> Outage | None:

@@ -21,32 +21,29 @@ CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place
 
 
 class Part(NamedTuple):
-    """Something that people decided, and whether they decided differently.
-
-    `what` is one of the kinds `CLAUSE_TYPE`, `WORDS` (in small letters), `THING` (its name) and
-    `PLACE` (its number). What is in no video has none.
-    """
+    """Something that people decided, and whether they decided differently."""
 
     kind: str
+    """`CLAUSE_TYPE`, `WORDS`, `THING` or `PLACE`."""
     what: str
+    """A type, words in small letters, the name of a thing, the number of a place."""
     differs: bool
     video: str = ""
+    """Where the thing or place is; empty for what is in no video."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A measure of agreement.
-
-    There is no value where too little has been answered twice, or everybody says the same all the
-    time. Units are what two people or more answered: commands, clauses, pairs. Of which answers to
-    a task it is, `annotation_app.dashboard.consensus` says.
-    """
+    """A measure of agreement."""
 
     measure: str
     value: float | None
+    """None where too little has been answered twice, or everybody says the same all the time."""
     units: int
+    """What was answered by two people or more: commands, clauses, pairs."""
     task: TaskName = ""
     answers: str = "all"
+    """Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says."""
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:

@@ -41,26 +41,18 @@ class World:
 @short_repr
 @dataclass(slots=True)
 class CorpusParts:
-    """What tasks add to: those whose answers are commands first, then the others in their order.
-
-    Parameters
-    ----------
-    original
-        The corpus that the study is of, if it is of one.
-    worlds
-        By video.
-    people
-        What exports call people, by their ids.
-    commands
-        By the id of the answer that the command is.
-    """
+    """What tasks add to: those whose answers are commands first, then the others in their order."""
 
     session: Session
     study: Study
     original: Corpus | None
+    """The corpus that the study is of, if it is of one."""
     worlds: Mapping[str, World]
+    """By video."""
     people: Mapping[str, str]
+    """What exports call people, by their ids."""
     commands: dict[int, Command] = field(default_factory=dict)
+    """By the id of the answer that the command is."""
     annotations: list[Annotation] = field(default_factory=list)
     judgments: list[Judgment] = field(default_factory=list)
 

@@ -24,11 +24,14 @@ MARGIN_M = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What an answer says of a clause, its name on the page, and whether others say otherwise."""
+    """Something that an answer says of a clause."""
 
     text: str
+    """In words."""
     shown: str
+    """What the worker's page calls the thing or place; empty for all else."""
     differs: bool
+    """Whether another answer doesn't say so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,50 +52,33 @@ class ComparedClause:
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Something to draw, as SVG has it.
-
-    Parameters
-    ----------
-    kind
-        ``thing``, ``place`` or ``area``: one that an answer has drawn.
-    shown
-        What the worker's page calls it; empty for what no answer speaks of.
-    differs
-        Whether the answers don't agree on it.
-    polygons
-        Corners of each, as the attribute ``points``.
-    """
+    """Something to draw, as SVG has it."""
 
     kind: str
+    """``thing``, ``place`` or ``area``: one that an answer has drawn."""
     shown: str
+    """What the worker's page calls it; empty for what no answer speaks of."""
     differs: bool
+    """Whether the answers don't agree on it."""
     polygons: tuple[str, ...]
+    """Corners of each, as the attribute ``points``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Two views of a scene.
-
-    Parameters
-    ----------
-    video
-        Its public name; None without pictures.
-    size
-        Of the video, in pixels.
-    seen
-        Outlines on the first frame, in pixels.
-    view
-        The map's ``viewBox``, in metres with y downwards. The page's script turns the map as the
-        worker's is.
-    mapped
-        Outlines on the map, in the same; none where only a picture is known.
-    """
+    """Two views of a scene."""
 
     video: str | None
+    """Its public name; None without pictures."""
     size: tuple[int, int]
+    """Of the video, in pixels."""
     seen: tuple[Outline, ...]
+    """Outlines on the first frame, in pixels."""
     view: str
+    """The map's ``viewBox``, in metres with y downwards. The page's script turns the map as the
+    worker's is."""
     mapped: tuple[Outline, ...]
+    """Outlines on the map, in the same; none where only a picture is known."""
 
 
 def grounding_key(grounding: Record) -> bytes:

@@ -25,16 +25,15 @@ BOAT, THE_BOAT = N_("boat"), N_("the boat")
 
 @dataclass(frozen=True, slots=True)
 class PageTexts:
-    """What a task's page says besides the task's words.
-
-    The study's own instructions are HTML, and empty if the task's words are to be shown. The
-    statement is what is rated, on a scale of five levels; the labels say what things are called.
-    """
+    """What a task's page says besides the task's words."""
 
     instructions: Markup
+    """The study's own as HTML; empty if the task's words are to be shown."""
     statement: str
     scale: tuple[str, ...]
+    """What is rated, and the five levels."""
     labels: Labels
+    """What things are called."""
 
 
 def task_words(config: StudyConfig | None, task: Task) -> TaskWords:

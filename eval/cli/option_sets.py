@@ -18,13 +18,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class OptionSet:
-    """Options that are given together.
-
-    A set is made of those that it `needs`; those that `may` be given can be added to them.
-    """
+    """Options that are given together."""
 
     needs: tuple[str, ...] = ()
+    """Those that make the set."""
     may: tuple[str, ...] = ()
+    """Those that may be added to them."""
 
     def __str__(self) -> str:
         return all_of(self.needs)

@@ -37,17 +37,16 @@ TURNS_M = 0.7
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """Where something comes to.
-
-    The thing is given by its id, with its shape where it starts and where it ends; it is short if
-    it is a load that is on the forks still.
-    """
+    """Where something comes to."""
 
     thing: str
+    """Its id."""
     first: Prism
     last: Prism
+    """Its shape where it starts and where it ends."""
     state: State
     short: bool = False
+    """Whether it is a load that is on the forks still."""
     robot: bool = False
 
     @property

@@ -46,9 +46,10 @@ _FORKS = r" (?:forks?|forklift|lift|prongs?)\b(?! (?:pallet|of))"
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """Words of a command that ask for something measurable, one of :data:`RELATIONS`."""
+    """Words of a command that ask for something measurable."""
 
     relation: str
+    """What they ask for, one of :data:`RELATIONS`."""
     start: int
     end: int
 
@@ -56,21 +57,15 @@ class Mention:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What a plan does for the clause that mentions something.
-
-    Parameters
-    ----------
-    way
-        The robot's x, y, yaw, shape (n, 3).
-    marks
-        What the plan takes the landmark for, where it is before; none without one.
-    """
+    """What a plan does for the clause that mentions something."""
 
     action: Action
     before: State
     after: State
     way: FloatArray
+    """The robot's x, y, yaw, shape (n, 3)."""
     marks: tuple[Grounding, ...]
+    """What the plan takes the landmark for, where it is before; none without one."""
 
     @property
     def outline(self) -> FloatArray:

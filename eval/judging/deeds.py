@@ -21,32 +21,29 @@ LEAVES_M = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Carried:
-    """A load that was moved, or stayed on the forks.
-
-    It leaves its place at a row of the robot's way, 0 if it is on the forks at first, and comes to
-    its last place at another; None if it is on the forks at the end.
-    """
+    """A load that was moved, or stayed on the forks."""
 
     id: str
     lifted: int
+    """Row of the robot's way at which it leaves its place; 0 if it is on the forks at first."""
     lowered: int | None
+    """Row at which it comes to its last place; None if it is on the forks at the end."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Deeds:
-    """What was done.
-
-    The way is the robot's x, y, yaw over time, shape (n, 3); loads are in the order in which they
-    were lifted. It is whole if it is all that is done for a command, as a plan is: a log may start
-    late, stop early, or go on.
-    """
+    """What was done."""
 
     start: State
     end: State
     way: FloatArray
+    """The robot's x, y, yaw over time, shape (n, 3)."""
     carried: tuple[Carried, ...]
+    """Loads that were moved, in the order in which they were lifted."""
     whole: bool = False
+    """Whether it is all that is done for a command, as a plan is. A log may start late, stop early,
+    or go on."""
 
 
 def logged(context: Context) -> Deeds:

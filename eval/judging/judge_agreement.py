@@ -18,27 +18,18 @@ Resampled = Callable[[FloatArray], FloatArray]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """A verdict against the majority of people.
-
-    Parameters
-    ----------
-    counts
-        Pairs by what people and the judge say.
-    kappa
-        Cohen's κ.
-    precision
-        The part of what the judge calls right that people accept.
-    recall
-        The part of what people accept that the judge calls right.
-    accuracy
-        The part of which both say the same.
-    """
+    """A verdict against the majority of people."""
 
     counts: dict[str, int]
+    """Pairs by what people and the judge say."""
     kappa: Estimate
+    """Cohen's κ."""
     precision: Estimate
+    """The part of what the judge calls right that people accept."""
     recall: Estimate
+    """The part of what people accept that the judge calls right."""
     accuracy: Estimate
+    """The part of which both say the same."""
 
     @property
     def n(self) -> int:

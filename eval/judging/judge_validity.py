@@ -54,29 +54,20 @@ other one of its 15 in the order of their names. All others are its test."""
 @short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedPair:
-    """A command with a video, as people and the judge see it.
-
-    Parameters
-    ----------
-    command, command_video, shown_video
-        The words, the video that they were typed for, and the one that was shown.
-    scenario
-        The scenario that the command was typed for.
-    ratings
-        What people gave it, from 1 to 5, ascending.
-    people
-        Whether more than half of them agree.
-    verdicts
-        What the judge says, by verdict. A command that nobody has annotated has no second one.
-    """
+    """A command with a video, as people and the judge see it."""
 
     command: str
     command_video: str
     shown_video: str
+    """The words, the video that they were typed for, and the one that was shown."""
     scenario: str
+    """The scenario that the command was typed for."""
     ratings: tuple[int, ...]
+    """What people gave it, from 1 to 5, ascending."""
     people: bool
+    """Whether more than half of them agree."""
     verdicts: Mapping[str, Verdict]
+    """What the judge says, by verdict. A command that nobody has annotated has no second one."""
 
     @property
     def original(self) -> bool:
@@ -87,35 +78,24 @@ class JudgedPair:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Validity:
-    """How well the judge agrees with the majority of people.
-
-    Parameters
-    ----------
-    left_out
-        How many pairs people judged of which a video has no log here.
-    near_misses
-        By verdict, the agreement on pairs with another video than the command's own: on ``all``,
-        on those of the scenarios that the second verdict's rules were ``chosen_on``, and on
-        ``others``.
-    own_videos
-        By verdict, the agreement on pairs with the command's own video.
-    together
-        The first verdict's agreement on all pairs.
-    auc
-        How probably a pair that the first verdict calls right has a higher mean rating than one
-        that it calls wrong; equal ones count half. The judge itself has no degrees.
-    titles
-        What the verdicts are, by their names in JSON.
-    """
+    """How well the judge agrees with the majority of people."""
 
     pairs: tuple[JudgedPair, ...]
     left_out: int
+    """How many pairs people judged of which a video has no log here."""
     study: str
     near_misses: Mapping[str, Mapping[str, Agreement]]
+    """By verdict, the agreement on pairs with another video than the command's own: on ``all``, on
+    those of the scenarios that the second verdict's rules were ``chosen_on``, and on ``others``."""
     own_videos: Mapping[str, Agreement]
+    """By verdict, the agreement on pairs with the command's own video."""
     together: Agreement
+    """The first verdict's agreement on all pairs."""
     auc: Estimate
+    """How probably a pair that the first verdict calls right has a higher mean rating than one that
+    it calls wrong; equal ones count half. The judge itself has no degrees."""
     titles: Mapping[str, str] = field(default_factory=lambda: VERDICTS)
+    """What the verdicts are, by their names in JSON."""
 
     @property
     def disagreements(self) -> tuple[JudgedPair, ...]:

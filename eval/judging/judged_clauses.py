@@ -20,19 +20,20 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedClause:
-    """A top-level EVENT.
-
-    It has the classes of its verb, and handles a load, or the robot drives. The themes are what it
-    handles, as annotated, in sets of ids: none if it doesn't say, or names what loads are on. The
-    goals are clauses that say where the load or the robot comes to; others say what it has passed.
-    """
+    """A top-level EVENT."""
 
     root: int
     verbs: frozenset[str]
+    """Classes of its verb."""
     handles: bool
+    """Whether it handles a load. Otherwise the robot drives."""
     themes: tuple[Things, ...]
+    """What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads are
+    on."""
     goals: tuple[int, ...]
+    """Clauses that say where the load, or the robot, comes to."""
     passed: tuple[int, ...]
+    """Clauses that say what the robot comes by."""
 
 
 def judged_clauses(words: Worded) -> list[JudgedClause]:

@@ -20,11 +20,14 @@ _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Modifier:
-    """Words, in their normal form, that say where a thing is or isn't, and landmarks' clauses."""
+    """Words that say where a thing is."""
 
     words: tuple[str, ...]
+    """In their normal form."""
     landmarks: tuple[int, ...] = ()
+    """The clauses of what it is related to."""
     negative: bool = False
+    """Whether they say where it isn't."""
 
     @property
     def concepts(self) -> frozenset[Concept]:

@@ -21,21 +21,14 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What the outcomes of a command say together.
-
-    Parameters
-    ----------
-    last
-        Of each thing that was picked up, its last outcome.
-    is_whole
-        Whether nothing else was picked up.
-    is_determined
-        Whether nothing is unknown, but which of several carriers a thing was put on: any is right.
-    """
+    """What the outcomes of a command say together."""
 
     last: Mapping[str, TaskOutcome]
+    """Of each thing that was picked up, its last outcome."""
     is_whole: bool
+    """Whether nothing else was picked up."""
     is_determined: bool
+    """Whether nothing is unknown but which of several carriers a thing was put on: any is right."""
 
     @property
     def picked(self) -> frozenset[str]:

@@ -22,27 +22,19 @@ ALL = "all"
 
 @dataclass(frozen=True, slots=True)
 class PlanAgreement:
-    """The judge against the majority of people on the plans of a configuration, or on all.
-
-    Parameters
-    ----------
-    configuration
-        Its name, or ``all``, where a plan of several configurations counts once.
-    plans
-        How many plans there are, rated or not.
-    counts
-        Rated plans by what people and the judge say, as ``people_yes_judge_no``.
-    figures
-        Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision: of the plans
-        that the judge calls right, the part that people call right too. Recall: of the plans that
-        people call right, the part that the judge does.
-    """
+    """The judge against the majority of people on the plans of a configuration, or on all."""
 
     configuration: str
+    """Its name, or ``all``, where a plan of several configurations counts once."""
     plans: int
+    """How many plans there are, rated or not."""
     rated: int
     counts: Mapping[str, int]
+    """Rated plans by what people and the judge say, as ``people_yes_judge_no``."""
     figures: Mapping[str, Estimate]
+    """Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision: of the plans
+    that the judge calls right, the part that people call right too. Recall: of the plans that
+    people call right, the part that the judge does."""
 
 
 def figures(counts: FloatArray) -> FloatArray:

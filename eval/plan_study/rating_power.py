@@ -29,38 +29,26 @@ STUDIES = 2000
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """What is planned.
-
-    Parameters
-    ----------
-    plans
-        How many plans there are by the judge's verdict, each once.
-    without
-        Commands in a configuration for which there is no plan.
-    stopped
-        How many plans were drawn that physics stopped; nobody rates them.
-    pairs
-        How many are rated, by the judge's verdict.
-    configurations
-        The same by configuration; a plan of two counts in both.
-    seconds_each
-        That a pair takes, on average.
-    minutes
-        That one person takes for all pairs.
-    half_widths
-        Expected of the figures' 95 % intervals; NaN where there will be no figure.
-    """
+    """What is planned."""
 
     plans: Mapping[str, int]
+    """How many plans there are by the judge's verdict, each once."""
     without: int
+    """Commands in a configuration for which there is no plan."""
     stopped: int
+    """How many plans were drawn that physics stopped; nobody rates them."""
     pairs: Mapping[str, int]
+    """How many are rated, by the judge's verdict."""
     configurations: Mapping[str, Mapping[str, int]]
+    """The same by configuration; a plan of two counts in both."""
     scenarios: int
     raters: int
     seconds_each: float
+    """That a pair takes, on average."""
     minutes: float
+    """That one person takes for all pairs."""
     half_widths: Mapping[str, float]
+    """Expected of the figures' 95 % intervals; NaN where there will be no figure."""
 
     @property
     def total(self) -> int:

@@ -23,13 +23,12 @@ show the judge's precision, nor its kappa."""
 
 @dataclass(frozen=True, slots=True)
 class DistinctPlan:
-    """A plan for a command, once however many configurations made it.
-
-    The run's name, which is its video's too, doesn't say who made it; the record is the first's.
-    """
+    """A plan for a command, once however many configurations made it."""
 
     run: str
+    """Name of its run and of its video; it doesn't say who made it."""
     record: PlanRecord
+    """The plan as the first of its configurations has it."""
     configurations: tuple[str, ...]
 
     @property
@@ -39,11 +38,13 @@ class DistinctPlan:
 
 
 class Sample(msgspec.Struct, frozen=True):
-    """The chance of each plan that was drawn, by its run, and by which verdict it was drawn."""
+    """What was drawn."""
 
     seed: int
     judge: str
+    """The verdict that it was drawn by."""
     chance: dict[str, float]
+    """By the run of each plan that was drawn, the chance that it had."""
 
 
 def kind_of(plan: DistinctPlan, verdict: str) -> str:

@@ -39,41 +39,41 @@ PLANNED = "planned.json"
 
 
 class RunOutcome(msgspec.Struct, frozen=True):
-    """What came of a run, kept beside its corpus when that is whole; no failure is an empty one."""
+    """What came of a run, kept beside its corpus when that is whole."""
 
     seconds: float
     failure: str
+    """Why physics stopped it; empty if it didn't."""
 
 
 @dataclass(frozen=True, slots=True)
 class RatingSet:
-    """A rating set before its videos are made.
-
-    It has all plans, each once, and a sample that people rate. Plans that physics stopped aren't in
-    it, for their videos don't show what the judge has judged.
-    """
+    """A rating set before its videos are made."""
 
     folder: Path
     settings: Settings
     plans: Sequence[DistinctPlan]
+    """All plans, each once."""
     sample: Sample
+    """Those that people rate. Plans that physics stopped aren't among them, for their videos don't
+    show what the judge has judged."""
     pairs: Sequence[Pair]
     planned: Planned
 
 
 @dataclass(frozen=True, slots=True)
 class Rated:
-    """A rating set as far as people have come.
-
-    The file is what ``ct annotate`` serves. `people` says by the run of each rated plan whether
-    most people call it right; agreements are by verdict of the judge, none without ratings.
-    """
+    """A rating set as far as people have come."""
 
     of: RatingSet
     file: Path
+    """What ``ct annotate`` serves."""
     judgments: int
+    """How many there are."""
     people: Mapping[str, bool]
+    """By the run of each rated plan, whether most people call it right."""
     agreements: Mapping[str, Sequence[PlanAgreement]]
+    """By verdict of the judge; empty without ratings."""
 
 
 def prepare(

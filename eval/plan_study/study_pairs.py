@@ -36,22 +36,15 @@ HEAD = """\
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """A command with a video.
-
-    Parameters
-    ----------
-    video
-        Name of the run, or of the context of the test corpus whose log is shown.
-    own_video
-        Name of the context whose log the command was typed for.
-    configuration
-        ``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair.
-    """
+    """A command with a video."""
 
     text: str
     video: str
+    """Name of the run, or of the context of the test corpus whose log is shown."""
     own_video: str
+    """Name of the context whose log the command was typed for."""
     configuration: str
+    """``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair."""
     command: str
 
     @property

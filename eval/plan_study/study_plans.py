@@ -105,12 +105,7 @@ def script_of(start: State, actions: tuple[Action, ...]) -> PlanScript:
 
 
 class PlanRecord(msgspec.Struct, frozen=True):
-    """A plan as it is kept.
-
-    Without a plan there are no run, script and verdicts (by each of :data:`JUDGES`). `correct` and
-    `reason` are the automatic judge's first verdict: whether it ends where the log ends. The
-    failure is why physics stopped the run; empty if it didn't.
-    """
+    """A plan as it is kept."""
 
     configuration: str
     command: str
@@ -119,10 +114,15 @@ class PlanRecord(msgspec.Struct, frozen=True):
     probability: float
     correct: bool
     reason: str
+    """The automatic judge's first verdict: whether it ends where the log ends."""
     run: str = ""
+    """Name of the run that it was carried out in; empty if there is no plan."""
     failure: str = ""
+    """Why physics stopped the run; empty if it didn't."""
     script: PlanScript | None = None
+    """What the robot is to do; None if there is no plan."""
     verdicts: dict[str, bool] = {}
+    """Whether it is right, by each of :data:`JUDGES`; empty if there is no plan."""
 
     @property
     def by_words(self) -> bool | None:

@@ -34,20 +34,20 @@ KNOWN = ("right", "wrong")
 
 @dataclass(frozen=True, slots=True)
 class RatedRow:
-    """What people say of a configuration.
-
-    The share is of the judgments that agree, with whole scenarios resampled; `two_way` is for other
-    scenarios and other raters. The majority is the part of the pairs of which more than half of the
-    judgments agree. So many judgments are there, of so many rated pairs of n.
-    """
+    """What people say of a configuration."""
 
     configuration: str
     share: Estimate
+    """Judgments that agree, with whole scenarios resampled."""
     two_way: Estimate
+    """The same for other scenarios and other raters."""
     majority: float
+    """The part of the pairs of which more than half of the judgments agree."""
     judgments: int
     rated: int
+    """How many judgments there are, and of how many pairs."""
     n: int
+    """How many pairs there are to rate."""
 
 
 def by_people(

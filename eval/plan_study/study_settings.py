@@ -14,29 +14,21 @@ SETTINGS = "settings.json"
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """What a study is made of; a folder holds one study only.
-
-    Parameters
-    ----------
-    train
-        The corpora to learn from, with commas between, without the scenario that is tested.
-    most
-        How many commands of each scenario; 0 for all.
-    plans
-        Of a rating set, which plans are rated: ``wrong`` or ``right`` by the automatic judge, in
-        the order in which they count; empty for a study like the paper's.
-    pairs
-        Of a rating set, how many pairs there are at most; 0 for all.
-    """
+    """What a study is made of; a folder holds one study only."""
 
     train: str
+    """The corpora to learn from, with commas between, without the scenario that is tested."""
     test: str
     most: int
+    """How many commands of each scenario; 0 for all."""
     l2: float
     seed: int
     hashes: tuple[str, ...] = ()
     plans: tuple[str, ...] = ()
+    """Of a rating set, which plans are rated: ``wrong`` or ``right`` by the automatic judge, in the
+    order in which they count; empty for a study like the paper's."""
     pairs: int = 0
+    """Of a rating set, how many pairs there are at most; 0 for all."""
 
 
 def settings_for(

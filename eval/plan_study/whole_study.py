@@ -42,21 +42,21 @@ from g3.annotation import Judgment
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A study as far as it has come.
-
-    The file is what ``ct annotate`` serves. There are rows of Table 3 by people, none without
-    ratings, and by the automatic judge, and comparisons of each two configurations by both.
-    """
+    """A study as far as it has come."""
 
     settings: Settings
     file: Path
+    """What ``ct annotate`` serves."""
     pairs: Sequence[Pair]
     records: Sequence[PlanRecord]
     people: Sequence[RatedRow]
+    """Rows of Table 3 by people; empty without ratings."""
     automatic: Sequence[JudgedRow]
+    """The same by the automatic judge."""
     validity: Validity | None
     compared_by_people: Sequence[Comparison] = ()
     compared: Sequence[Comparison] = ()
+    """Each two configurations on the commands that both have, by people and by the judge."""
 
 
 def go_on(

@@ -26,16 +26,15 @@ SERIES = ((BLUE, "o"), (GREEN, "s"))
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of a plot: figures with their intervals.
-
-    Figures are by what they measure: NaN bounds draw no interval, a NaN value nothing. The paper
-    may have one; a baseline is what others have to beat.
-    """
+    """A line of a plot: figures with their intervals."""
 
     label: str
     figures: Mapping[str, Estimate]
+    """By what they measure; NaN bounds draw no interval, a NaN value nothing."""
     paper: float | None = None
+    """The paper's figure; None if it has none."""
     is_baseline: bool = False
+    """Whether it is what others have to beat."""
 
     @property
     def colour(self) -> str:

@@ -39,22 +39,22 @@ class Words:
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """A video with a command.
-
-    The command is what somebody has typed or written for it; the words are it in pieces. Video and
-    poster are data URIs, of a size in pixels; outlines of grounded objects in the poster have a
-    colour, and corners as SVG has them.
-    """
+    """A video with a command."""
 
     name: str
     title: str
     command: str
+    """What somebody has typed or written for it."""
     words: tuple[Words, ...]
+    """The same in pieces: those of a clause with what it is grounded in, and those between."""
     phrases: tuple[Phrase, ...]
     video: str
     poster: str
+    """As data URIs."""
     size: tuple[int, int]
+    """Of the picture, pixels."""
     outlines: tuple[tuple[str, str], ...]
+    """Of grounded objects in the poster: a colour, and corners in pixels as SVG has them."""
 
 
 def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:

@@ -108,17 +108,16 @@ SHOWN = {*PlanFile.__struct_fields__} - {"train", "test", "test_scenarios"}
 
 @dataclass(frozen=True, slots=True)
 class Plans:
-    """Table 3, its plans, and how they were made.
-
-    The name is the file's, without its folder and suffix; the file has rows, comparisons and
-    validity of the automatic judge, the document all that it says. The intervals of the
-    probabilities' reliability take plans to be independent.
-    """
+    """Table 3, its plans, and how they were made."""
 
     name: str
+    """Of the file, without its folder and suffix."""
     file: PlanFile
+    """What it holds; its rows, comparisons and validity are those of the automatic judge."""
     reliability: Sequence[Bin]
+    """Of the plans' probabilities; the intervals take plans to be independent."""
     document: Mapping[str, Any]
+    """All that the file says."""
 
     @property
     def is_new(self) -> bool:

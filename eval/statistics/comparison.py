@@ -19,20 +19,20 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Two configurations on the same commands.
-
-    Both have n commands. The difference is the first's share less the second's, with a bootstrap's
-    bounds; p is of no difference, two-sided, also adjusted by Holm's correction for all comparisons
-    that were made. The effect is Cohen's h.
-    """
+    """Two configurations on the same commands."""
 
     one: str
     other: str
     n: int
+    """How many commands both have."""
     difference: Estimate
+    """Of the shares, the first's less the second's, with a bootstrap's bounds."""
     p: float
+    """Of no difference, two-sided."""
     adjusted_p: float
+    """The same after Holm's correction for all comparisons that were made."""
     effect: float
+    """Cohen's h."""
 
 
 def compare_all(

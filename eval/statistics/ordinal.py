@@ -14,21 +14,14 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class CumulativeLink:
-    """A proportional-odds model: logit P(rating ≤ j) = θ_j − β·x.
-
-    Parameters
-    ----------
-    coefficients
-        β with bounds, one for each predictor: the logarithm of an odds ratio.
-    errors
-        Their standard errors, shape (k,).
-    thresholds
-        θ, increasing, one less than there are points.
-    """
+    """A proportional-odds model: logit P(rating ≤ j) = θ_j − β·x."""
 
     coefficients: tuple[Estimate, ...]
+    """β with bounds, one for each predictor: the logarithm of an odds ratio."""
     errors: FloatArray
+    """Their standard errors, shape (k,)."""
     thresholds: FloatArray
+    """θ, increasing, one less than there are points."""
 
     def odds_ratio(self, index: int = 0) -> Estimate:
         """By how much a predictor multiplies the odds of a higher rating."""

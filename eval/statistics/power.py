@@ -14,18 +14,15 @@ POWER = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A study that is large enough.
-
-    It has so many pairs of command and video, judged by so many people each. The design effect is
-    by how much judgments of the same pair being alike multiplies the variance; the half width is
-    that of its interval.
-    """
+    """A study that is large enough: pairs of command and video, each judged by so many people."""
 
     pairs: int
     judges: int
     judgments: int
     design_effect: float
+    """By how much judgments of the same pair being alike multiplies the variance."""
     half_width: float
+    """Of the interval that it gives."""
 
 
 def design_effect(judges: int, correlation: float) -> float:

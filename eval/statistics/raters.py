@@ -24,25 +24,17 @@ def majorities(agrees: BoolArray, pair: IntArray) -> BoolArray:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class DawidSkene:
-    """A model of raters who err, each in their own way.
-
-    Parameters
-    ----------
-    prevalence
-        How frequent each true class is, shape (classes,).
-    answers
-        How often each rater gives each class where each is true, shape (raters, true classes,
-        given classes); NaN where nothing is known.
-    posterior
-        How probable each class is for each item, shape (items, classes).
-    log_likelihood
-        After each step, which never decreases.
-    """
+    """A model of raters who err, each in their own way."""
 
     prevalence: FloatArray
+    """How frequent each true class is, shape (classes,)."""
     answers: FloatArray
+    """How often each rater gives each class where each is true, shape (raters, true classes, given
+    classes); NaN where nothing is known."""
     posterior: FloatArray
+    """How probable each class is for each item, shape (items, classes)."""
     log_likelihood: FloatArray
+    """After each step, which never decreases."""
 
 
 def dawid_skene(

@@ -20,33 +20,22 @@ AGREES = 4
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Ratings:
-    """Judgments of commands with videos, each array of shape (n,).
-
-    Parameters
-    ----------
-    rating
-        From 1, strongly disagree, to 5, strongly agree.
-    original
-        Whether the command was shown with the video that it was typed for.
-    pair
-        Index of the command with the video that it was shown with.
-    command
-        Index of the command.
-    video
-        Index of the video that the command was typed for.
-    shown
-        Index of the video that it was shown with.
-    rater
-        Index of the person.
-    """
+    """Judgments of commands with videos, each array of shape (n,)."""
 
     rating: IntArray
+    """From 1, strongly disagree, to 5, strongly agree."""
     original: BoolArray
+    """Whether the command was shown with the video that it was typed for."""
     pair: IntArray
+    """Index of the command with the video that it was shown with."""
     command: IntArray
+    """Index of the command."""
     video: IntArray
+    """Index of the video that the command was typed for."""
     shown: IntArray
+    """Index of the video that it was shown with."""
     rater: IntArray
+    """Index of the person."""
 
     def __len__(self) -> int:
         """How many judgments there are."""
