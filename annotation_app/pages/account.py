@@ -130,11 +130,8 @@ def change_password() -> ResponseReturnValue:
     except Refusal as refusal:
         if refusal.status not in (422, 429):
             raise
-        problem = (
-            gettext("This isn't your password.")
-            if refusal.message == gettext(WRONG)
-            else refusal.message
-        )
+        is_wrong = refusal.message == gettext(WRONG)
+        problem = gettext("This isn't your password.") if is_wrong else refusal.message
         return _account_page(person, problem=problem), refusal.status, _headers(refusal)
     sign_in(person)
     return flask.redirect(flask.url_for("account.own_account", changed="yes"), 303)

@@ -62,11 +62,8 @@ log = logging.getLogger(__name__)
 def create_app(config: Config, engine: Engine | None = None) -> Flask:
     """The app, for any WSGI server.
 
-    Parameters
-    ----------
-    engine
-        The database, if it is open already; its tables must be there
-        (:func:`annotation_app.store.schema.migrate`).
+    The database may be open already; its tables must be there
+    (:func:`annotation_app.store.schema.migrate`).
     """
     learn_types()
     app = Flask("annotation_app")

@@ -24,10 +24,14 @@ from sqlalchemy import (
 )
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError, InvalidatePoolError, OperationalError
+from sqlalchemy.exc import (
+    ArgumentError,
+    DisconnectionError,
+    InvalidatePoolError,
+    OperationalError,
+)
 from sqlalchemy.orm import DeclarativeBase, Session
 
-from annotation_app.store.database_file import keep_to
 from g3.errors import FormatError
 
 try:
@@ -80,7 +84,7 @@ def open_database(url_or_path: str | Path) -> Engine:
             json_deserializer=_decoded,
         )
         if url.database and url.database != ":memory:":
-            keep_to(engine, Path(url.database))
+            _keep_to(engine, Path(url.database))
         event.listen(engine, "do_connect", _connect_to_file)  # after the check, for it connects
     event.listen(engine, "begin", _begin)
     return engine
@@ -226,6 +230,45 @@ def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -
             raise OnlyReadError(file, "the newest rows are in the log beside it") from None
     # Nobody can write, so that no locks are needed, nor the files that hold them.
     return _tried(dialect.connect(f"{address}&immutable=1", **options))
+
+
+def _keep_to(engine: Engine, file: Path) -> None:
+    """Use the file that was opened first, which may be made then, as long as it is in its place.
+
+    A program that has a file open goes on writing to it when it is moved or deleted; where there is
+    no file, SQLite makes an empty one. It also reads what was just written to one file into another
+    that was put in its place. All of that would lose answers that were acknowledged.
+    """
+    first: list[tuple[int, int] | None] = []
+
+    def is_there() -> bool:
+        return not first or _identity(file) == first[0]
+
+    def connect(_dialect: Any, _record: Any, _arguments: Any, _options: Any) -> None:
+        if not is_there():
+            raise sqlite3.OperationalError(
+                "unable to open database file: it was moved, deleted or replaced; put it back"
+            )
+
+    def connected(_connection: Any, _record: Any) -> None:
+        if not first:
+            first.append(_identity(file))
+
+    def check(_connection: Any, _record: Any, _proxy: Any) -> None:
+        if not is_there():
+            raise DisconnectionError
+
+    event.listen(engine, "do_connect", connect)
+    event.listen(engine, "connect", connected)
+    event.listen(engine, "checkout", check)
+
+
+def _identity(file: Path) -> tuple[int, int] | None:
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _set_up_sqlite(connection: Any) -> Any:

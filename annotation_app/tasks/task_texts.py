@@ -51,10 +51,7 @@ def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
 def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = False) -> PageTexts:
     """The texts of a task's page in a study, if it is in one.
 
-    Parameters
-    ----------
-    with_boat
-        Whether the page is about the app's own practice example.
+    A page that is about the app's own practice example is `with_boat`.
     """
     study = in_its_language(config or StudyConfig(name="-", title="-", tasks={}))
     robot, labels = study.robot, study.labels

@@ -36,12 +36,7 @@ def read_parts(
 ) -> tuple[Record, list[FieldProblem]]:
     """The parts that somebody chose as they are kept, and what is wrong with them.
 
-    Parameters
-    ----------
-    whole
-        The nodes for which the whole video was chosen.
-    duration_s
-        The video's.
+    `whole` has the nodes for which the whole video was chosen, which has this duration.
     """
     known = _happening(sdcs)
     problems: list[FieldProblem] = []

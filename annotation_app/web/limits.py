@@ -44,11 +44,8 @@ def limiter(storage: str) -> MovingWindowRateLimiter:
 def limited(often: str, *, by_address: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Refuse what somebody does more often, telling when to come again.
 
-    Parameters
-    ----------
-    by_address
-        Whether it is counted by address also for people who are known. Cookies of new people
-        are to be had for nothing.
+    `by_address` counts by address also for people who are known. Cookies of new people are to be
+    had for nothing.
     """
 
     def decorate(view: Callable[P, R]) -> Callable[P, R]:

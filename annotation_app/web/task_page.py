@@ -26,14 +26,8 @@ def render_task(
 ) -> str:
     """A task's page.
 
-    Parameters
-    ----------
-    data
-        What the page's script gets, but for the labels.
-    with_boat
-        Whether the page is about the app's own practice example.
-    shown
-        What else the template shows.
+    Its script gets `data` and labels, its template all else that is shown. If it is `with_boat`, it
+    is about the app's own practice example.
     """
     texts = page_texts(config, task, with_boat=with_boat)
     return flask.render_template(

@@ -74,10 +74,7 @@ def refused_on(
 ) -> Callable[[Callable[P, Reply]], Callable[P, Reply]]:
     """Show somebody whose request is refused the page that it came from, with the reason why.
 
-    Parameters
-    ----------
-    page
-        Takes the database, the person, what the address names, and ``problem``.
+    The page takes the database, the person, what the address names, and ``problem``.
     """
 
     def decorate(view: Callable[P, Reply]) -> Callable[P, Reply]:
@@ -99,10 +96,7 @@ def refused_on(
 def required_reader(session: Session, role: Role) -> str:
     """Who reads, as the audit trail calls them. A program reads what adjudicators may.
 
-    Raises
-    ------
-    Refusal
-        If nobody is known, a person hasn't the role, or the token isn't one any more.
+    It is refused if nobody is known, a person hasn't the role, or the token isn't one any more.
     """
     token = bearer()
     if token is None:

@@ -35,10 +35,7 @@ def odd_below(payload: Record, body: Record, provenance: Record | None) -> float
 
     It is a little longer than need be, so that rounding doesn't matter. Parameters are as there.
 
-    Returns
-    -------
-    float or None
-        In seconds; None where it may be odd however long it took.
+    It is None where the answer may be odd however long it took.
     """
     words = len(payload.get("text", "").split())
     read = QUICK_S + QUICK_WORD_S * words if is_untouched(provenance) else 0.0

@@ -35,10 +35,7 @@ def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> R
 def gist_of(task_name: TaskName, body: Record) -> str | None:
     """What :attr:`~annotation_app.tasks.task_record.Task.gist` says of an answer.
 
-    Returns
-    -------
-    str or None
-        JSON; None where the task has none, or it is too long for an index.
+    It is JSON; None where the task has none, or it is too long for an index.
     """
     task = find_task(task_name)
     if task is None or task.gist is None:

@@ -33,12 +33,8 @@ def of_kind(words: Worded, ids: Things) -> Things:
 def in_order(words: Worded, modifier: Modifier, found: Things, group: Things) -> Things:
     """Those on a side, or the so many-th from it: of all, of those on a thing, or of a row.
 
-    Parameters
-    ----------
-    found
-        Which things it may be.
-    group
-        The thing that they are on or beside, or the row that they are of; none for all.
+    `found` is what it may be; the group is the thing that they are on or beside, or the row that
+    they are of, and none for all.
     """
     side, number = modifier.side, modifier.ordinal
     on = {i for i in found if (under := carrier(words.state, i)) and under.id in group}
