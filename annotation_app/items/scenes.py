@@ -200,14 +200,10 @@ def aliases(scene: Scene, item_id: str, salt: bytes) -> Aliases:
 def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dict[str, Any]:
     """What a page needs to show a scene.
 
-    Returns
-    -------
-    dict
-        ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
-        ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media),
-        ``width``, ``height`` and ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in
-        pixels of the poster;
-        ``map``: see :func:`_map`.
+    It has ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
+    ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media), ``width``,
+    ``height`` and ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in pixels of the
+    poster; ``map``: see :func:`_map`.
     """
     public = {real: alias for alias, real in names.objects.items()}
     outlines = [
@@ -251,15 +247,11 @@ def film_payload(film: Film, media: Mapping[str, str]) -> dict[str, Any]:
 def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
     """The world from above, in metres.
 
-    Returns
-    -------
-    dict
-        ``bounds``: least and greatest x and y; ``turn``: by how much people see it turned (see
-        :func:`map_turn`); ``robot``: id of the robot, or None; ``missing``: whether only a picture
-        is known, so that there is no map to show; ``objects``:
-        ``id``, ``footprint`` (at the first moment), ``z`` of the top, and for those that
-        move ``track``, rows of seconds, x, y of a point of the thing, and its yaw;
-        ``places``: ``id`` and ``polygon``.
+    It has ``bounds``: least and greatest x and y; ``turn``: by how much people see it turned (see
+    :func:`map_turn`); ``robot``: id of the robot, or None; ``missing``: whether only a picture is
+    known, so that there is no map to show; ``objects``: ``id``, ``footprint`` (at the first
+    moment), ``z`` of the top, and for those that move ``track``, rows of seconds, x, y of a point
+    of the thing, and its yaw; ``places``: ``id`` and ``polygon``.
     """
     public = {real: alias for alias, real in names.objects.items()}
     context = scene.context

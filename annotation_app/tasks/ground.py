@@ -27,10 +27,9 @@ from annotation_app.items.scenes import Aliases, Scene, scene_payload
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
-from annotation_app.tasks.asking_order import asked_clauses
-from annotation_app.tasks.clause_words import clauses_of, phrase_of
+from annotation_app.tasks.clause_words import asked_clauses, clauses_of, phrase_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
-from annotation_app.tasks.exported_groundings import positive
+from annotation_app.tasks.exported_groundings import positive, suggested
 from annotation_app.tasks.grounding_comparison import (
     compare,
     disputed_parts,
@@ -38,7 +37,6 @@ from annotation_app.tasks.grounding_comparison import (
     grounding_key,
     shared_part,
 )
-from annotation_app.tasks.suggested_groundings import suggested
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,

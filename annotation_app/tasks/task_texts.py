@@ -8,7 +8,6 @@ import msgspec
 from markupsafe import Markup
 
 from annotation_app.core.languages import N_, gettext
-from annotation_app.store.models import Record
 from annotation_app.studies.safe_markdown import to_html
 from annotation_app.studies.study_file import (
     Labels,
@@ -61,11 +60,6 @@ def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = Fals
     return PageTexts(
         to_html(own) if own.strip() else Markup(), told(study.statement, robot), study.scale, labels
     )
-
-
-def labels_of(texts: PageTexts) -> Record:
-    """The labels as the page's program gets them."""
-    return {name: getattr(texts.labels, name) for name in ("thing", "place", "robot")}
 
 
 def _own(config: StudyConfig | None, task: Task) -> TaskConfig:

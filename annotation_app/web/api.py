@@ -197,9 +197,7 @@ def answers(item_id: str) -> Response:
     with reading(installation().engine) as session:
         person = required_person(session, "adjudicator")
         found = any_item(session, item_id)
-        given = session.scalars(
-            select(Answer).where(Answer.item_id == item_id).order_by(Answer.id)
-        ).all()
+        given = select(Answer).where(Answer.item_id == item_id).order_by(Answer.id)
         listed = [
             {
                 "answer": a.id,
@@ -207,7 +205,7 @@ def answers(item_id: str) -> Response:
                 "surplus": a.surplus,
                 "body": task_of(found.task).sent_form(session, found, a.body, salt),
             }
-            for a in given
+            for a in session.scalars(given)
         ]
         return json_reply({**page_data(session, item_id, person.id, salt), "answers": listed})
 

@@ -10,7 +10,7 @@ import msgspec
 from annotation_app.store.models import Record
 from annotation_app.studies.study_file import PracticeItem, StudyConfig
 from annotation_app.tasks.task_record import Task
-from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
+from annotation_app.tasks.task_texts import page_texts, task_words
 
 WHO_CHARACTERS = 8
 
@@ -30,12 +30,13 @@ def render_task(
     is about the app's own practice example.
     """
     texts = page_texts(config, task, with_boat=with_boat)
+    labels = {name: getattr(texts.labels, name) for name in ("thing", "place", "robot")}
     return flask.render_template(
         task.template,
         task=task.name,
         words=task_words(config, task),
         texts=texts,
-        data={**data, "labels": labels_of(texts)},
+        data={**data, "labels": labels},
         is_practice=data.get("practice", False),
         **shown,
     )

@@ -6,16 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-from eval.judging.layout import BESIDE_M, NEAR_M, is_between, nearest
-from eval.judging.modifiers import Modifier, is_reflexive, modifiers_of
-from eval.judging.ordered_things import (
+from eval.judging.layout import (
+    BESIDE_M,
+    NEAR_M,
     by_distance,
     in_order,
     inner,
+    is_between,
+    nearest,
     of_kind,
     prisms,
     straight_ahead,
 )
+from eval.judging.modifiers import Modifier, is_reflexive, modifiers_of
 from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import carrier
 from g3.inference.problem.phrases import is_area, is_pronoun

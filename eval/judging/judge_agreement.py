@@ -71,15 +71,8 @@ def confusion(people: Sequence[bool], judge: Sequence[bool]) -> dict[str, int]:
 def cohens_kappa(table: FloatArray) -> FloatArray:
     """Agreement of two raters beyond chance: J. Cohen (Educ. Psychol. Meas. 20, 1960).
 
-    Parameters
-    ----------
-    table
-        Counts by what each of them says, shape (..., k, k).
-
-    Returns
-    -------
-    ndarray
-        Shape (...); NaN where both say the same of everything.
+    The table has counts by what each of them says, shape (..., k, k), and the result shape (...);
+    NaN where both say the same of everything.
     """
     total = table.sum(axis=(-2, -1))
     same = ratio(np.trace(table, axis1=-2, axis2=-1), total)

@@ -43,17 +43,10 @@ def figures(counts: FloatArray) -> FloatArray:
     The plans that the judge calls right, and those that it calls wrong, count as many as there
     are. The rated ones only show how people divide them.
 
-    Parameters
-    ----------
-    counts
-        Shape (..., 3, 2). The last axis is what the judge says, wrong or right; the rows are
-        the weights of plans that people call wrong, of those that they call right, and how many
-        plans there are.
-
-    Returns
-    -------
-    ndarray
-        Shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated plans don't show it.
+    `counts` have shape (..., 3, 2). The last axis is what the judge says, wrong or right; the rows
+    are the weights of plans that people call wrong, of those that they call right, and how many
+    plans there are. Figures have shape (..., 6), in the order of :data:`FIGURES`; NaN where the
+    rated plans don't show it.
     """
     rated, there = counts[..., :2, :], counts[..., 2, :]
     shares = ratio(rated, rated.sum(axis=-2, keepdims=True))

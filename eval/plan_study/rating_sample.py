@@ -129,19 +129,8 @@ def balanced_sample(
     8). Weights of one over the chance make up for the balance (D. G. Horvitz and D. J. Thompson,
     J. Am. Stat. Assoc. 47, 1952), also where a cell gives nothing.
 
-    Parameters
-    ----------
-    cell
-        Number of each item's cell, from 0 without gaps, shape (n,).
-    size
-        How many items are wanted; there may be fewer.
-
-    Returns
-    -------
-    drawn : ndarray
-        Indices of the items drawn, growing.
-    chance : ndarray
-        With which each item is drawn, shape (n,).
+    Cells are numbered from 0 without gaps, shape (n,); of so many items as are wanted there may be
+    fewer. Indices of the items drawn grow, and the chance is that of each item, shape (n,).
     """
     if size <= 0 or len(cell) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(len(cell))

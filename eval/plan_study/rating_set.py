@@ -157,14 +157,6 @@ def most_people(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> dict[st
     return dict(zip(dict.fromkeys(runs), map(bool, majorities(said, codes(runs))), strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class _Errand:
-    folder: Path
-    run: str
-    record: PlanRecord
-    context: Context
-
-
 def _carried_out(
     folder: Path,
     plans: Sequence[DistinctPlan],
@@ -173,7 +165,7 @@ def _carried_out(
 ) -> dict[str, RunOutcome]:
     """Carry out the plans that haven't been yet, in as many processes as there are processors."""
     errands = [
-        _Errand(folder, p.run, p.record, contexts[p.record.command])
+        (folder, p.run, p.record, contexts[p.record.command])
         for p in plans
         if not _outcome_file(folder, p.run).exists()
     ]
@@ -191,12 +183,13 @@ def _carried_out(
     }
 
 
-def _carry_out(errand: _Errand) -> None:
-    failure = carry_out(errand.folder, errand.run, errand.record, errand.context)
-    (run,) = load_corpus(run_corpus(errand.folder, errand.run)).contexts.values()
-    t = run.agent.trajectory.t
+def _carry_out(errand: tuple[Path, str, PlanRecord, Context]) -> None:
+    folder, run, _, _ = errand
+    failure = carry_out(*errand)
+    (context,) = load_corpus(run_corpus(folder, run)).contexts.values()
+    t = context.agent.trajectory.t
     outcome = RunOutcome(float(t[-1] - t[0]), failure)
-    write_bytes(_outcome_file(errand.folder, errand.run), msgspec.json.encode(outcome))
+    write_bytes(_outcome_file(folder, run), msgspec.json.encode(outcome))
 
 
 def _outcome_file(folder: Path, run: str) -> Path:

@@ -175,7 +175,10 @@ def plan_all(
     units = [Unit(which, a) for a in commands for which in CONFIGURATIONS]
     todo = [unit for unit in units if not _kept(folder, unit).exists()]
     done = len(units) - len(todo)
-    learning = _still(on_progress, done, len(units))
+
+    def learning(step: str, _done: int, _total: int) -> None:  # without moving the bar
+        on_progress(step, done, len(units))
+
     for number, (unit, plan, note) in enumerate(_planned(todo, settings, learning), done + 1):
         record = _record(unit, plan, note)
         if not settings.plans and record.script is not None:
@@ -195,11 +198,6 @@ def top(records: list[PlanRecord], configuration: str) -> list[PlanRecord]:
 def run_corpus(folder: Path, run: str) -> Path:
     """The corpus that holds a run as its only context."""
     return folder / RUNS / run
-
-
-def _still(on_progress: OnProgress, done: int, total: int) -> OnProgress:
-    """Names the steps of something else without moving the bar."""
-    return lambda step, _done, _total: on_progress(step, done, total)
 
 
 def _kept(folder: Path, unit: Unit) -> Path:

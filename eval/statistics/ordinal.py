@@ -35,15 +35,9 @@ def cumulative_link(
 ) -> CumulativeLink:
     """Fit a proportional-odds model (P. McCullagh, J. R. Stat. Soc. B 42, 1980).
 
-    Parameters
-    ----------
-    rating
-        Points, shape (n,).
-    predictors
-        Without an intercept, shape (n, k).
-    cluster
-        Each rating's cluster, shape (n,), for standard errors that let ratings in a cluster
-        be alike; None for independent ratings.
+    Ratings have points, shape (n,), and predictors without an intercept, shape (n, k). With
+    clusters, shape (n,), standard errors let ratings in a cluster be alike; None is for independent
+    ratings.
     """
     from statsmodels.miscmodels.ordinal_model import OrderedModel  # noqa: PLC0415 - an extra
 

@@ -45,12 +45,8 @@ def dawid_skene(
     A. P. Dawid and A. M. Skene, Applied Statistics 28 (1979). It begins with each item's shares
     of answers, as they do.
 
-    Parameters
-    ----------
-    item, rater, given
-        Of each answer, numbers from 0 without gaps, shape (n,).
-    classes
-        How many there are; the greatest that was given plus one if None.
+    Of each answer there are an item, a rater and the class that was given: numbers from 0 without
+    gaps, shape (n,). There are so many classes, or the greatest that was given plus one.
     """
     items, raters = int(item.max()) + 1, int(rater.max()) + 1
     k = classes or int(given.max()) + 1
