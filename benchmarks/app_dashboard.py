@@ -40,7 +40,7 @@ from annotation_app.store.models import Answer, Event, Handout, Item, Person, Sl
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
 from annotation_app.work.answer_flags import odd_below
-from annotation_app.work.answer_gist import gist_of
+from annotation_app.work.answer_reading import gist_of
 from benchmarks.app_servers import new_databases
 from benchmarks.timing import aim, best, heading, in_own_process, most_mib
 

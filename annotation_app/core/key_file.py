@@ -24,18 +24,12 @@ SALT_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """What a key file holds. It isn't shown when this is printed.
-
-    Parameters
-    ----------
-    secret
-        What cookies and links are signed with.
-    salt
-        What people's ids are hashed with; None as long as it lies in the database.
-    """
+    """What a key file holds. It isn't shown when this is printed."""
 
     secret: bytes
+    """What cookies and links are signed with."""
     salt: bytes | None
+    """What people's ids are hashed with; None as long as it lies in the database."""
 
     def __repr__(self) -> str:
         return "Keys(...)"
@@ -47,13 +41,7 @@ def new_keys() -> Keys:
 
 
 def read_keys(file: Path) -> Keys:
-    """What a key file holds.
-
-    Raises
-    ------
-    FormatError
-        If it isn't a key file, or a part of one.
-    """
+    """What a key file holds; a FormatError if it isn't one, or a part of one."""
     try:
         return keys_from(file.read_bytes())
     except (OSError, ValueError) as error:
@@ -65,13 +53,7 @@ def read_keys(file: Path) -> Keys:
 
 
 def keys_from(content: bytes) -> Keys:
-    """Keys as :func:`written` has them.
-
-    Raises
-    ------
-    ValueError
-        If there are none.
-    """
+    """Keys as :func:`written` has them; a ValueError if there are none."""
     secret, *others = content.split() or [b""]
     if len(secret) < KEY_BYTES:
         raise ValueError("the secret key is too short")

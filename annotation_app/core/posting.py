@@ -32,10 +32,7 @@ class PostProblem(Exception):  # noqa: N818 - it is no bug, it is what others' s
 def check_address(url: str, *, allows_private: bool) -> SplitResult:
     """Read an address; whether it leads into a private network isn't known yet.
 
-    Raises
-    ------
-    PostProblem
-        If it isn't one, or isn't protected by TLS where that is needed.
+    A PostProblem says that it isn't one, or isn't protected by TLS where that is needed.
     """
     try:
         parts = urlsplit(url)
@@ -52,10 +49,7 @@ def check_address(url: str, *, allows_private: bool) -> SplitResult:
 def addresses_of(parts: SplitResult, *, allows_private: bool) -> list[str]:
     """Where a name leads to.
 
-    Raises
-    ------
-    PostProblem
-        If it leads nowhere, or to somewhere private.
+    A PostProblem says that it leads nowhere, or to somewhere private.
     """
     try:
         found = socket.getaddrinfo(parts.hostname, _port(parts), type=socket.SOCK_STREAM)
@@ -84,10 +78,7 @@ def is_public(address: str) -> bool:
 def post(url: str, content: bytes, headers: Mapping[str, str], *, allows_private: bool) -> None:
     """Send something; done when the server has said that it has it.
 
-    Raises
-    ------
-    PostProblem
-        If it isn't sure that it has it.
+    A PostProblem says that it isn't sure that it has it.
     """
     parts = check_address(url, allows_private=allows_private)
     addresses = addresses_of(parts, allows_private=allows_private)

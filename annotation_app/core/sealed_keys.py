@@ -27,13 +27,7 @@ _PURPOSE = b"ct annotate backup: keys"
 
 
 def seal(keys: Keys, passphrase: str) -> Sealed:
-    """Encrypt keys.
-
-    Raises
-    ------
-    FormatError
-        If the passphrase is too short.
-    """
+    """Encrypt keys; a FormatError if the passphrase is too short."""
     if len(passphrase) < SHORTEST_PASSPHRASE:
         raise FormatError(
             f"the passphrase is shorter than {SHORTEST_PASSPHRASE} characters",
@@ -49,13 +43,7 @@ def seal(keys: Keys, passphrase: str) -> Sealed:
 
 
 def unseal(sealed: Sealed, passphrase: str, where: str) -> Keys:
-    """Decrypt keys.
-
-    Raises
-    ------
-    FormatError
-        If it is another passphrase, or isn't encrypted as this program does.
-    """
+    """Decrypt keys; a FormatError if the passphrase or the program that sealed them is another."""
     try:
         if sealed["method"] != METHOD:
             raise ValueError("method")

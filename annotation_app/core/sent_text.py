@@ -13,25 +13,13 @@ DEEPEST_JSON = 40
 
 
 def check_json(value: Any, depth: int = 0) -> None:
-    """Refuse what no database can keep: NUL characters, and nesting without end.
-
-    Raises
-    ------
-    Refusal
-        With what to do about it.
-    """
+    """Refuse what no database can keep: NUL characters, and nesting without end."""
     if depth > DEEPEST_JSON:
         raise Refusal(422, gettext("This is nested too deeply."))
     if isinstance(value, str) and "\0" in value:
-        raise Refusal(
-            422,
-            gettext("The text has a character that can't be kept (NUL)."),
-            [
-                FieldProblem(
-                    "text", gettext("Remove the invisible character NUL, or type the text again.")
-                )
-            ],
-        )
+        advice = gettext("Remove the invisible character NUL, or type the text again.")
+        problems = [FieldProblem("text", advice)]
+        raise Refusal(422, gettext("The text has a character that can't be kept (NUL)."), problems)
     parts: Iterable[Any] = ()
     if isinstance(value, dict):
         parts = (*value.keys(), *value.values())

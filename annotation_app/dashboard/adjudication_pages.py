@@ -19,9 +19,8 @@ from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_record import Adjudication
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.api import UUID
-from annotation_app.web.needs_login import refused
 from annotation_app.web.task_page import WHO_CHARACTERS, render_task
-from annotation_app.web.who_asks import changed_by, refused_on, seen_by
+from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 from annotation_app.work import adjudicating
 from annotation_app.work.handing_out import find_study
 from annotation_app.work.page_data import page_data

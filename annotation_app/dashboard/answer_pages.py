@@ -15,8 +15,7 @@ from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Item, Person, Record, Study
 from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.task_registry import find_task, task_names
-from annotation_app.web.needs_login import refused
-from annotation_app.web.who_asks import changed_by, refused_on, seen_by
+from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 from annotation_app.work import reviewing
 from annotation_app.work.handing_out import find_study
 from g3.sdc.sdc_notation import format_brackets, from_json

@@ -16,8 +16,7 @@ from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.limits import limited, reads, submissions
-from annotation_app.web.readers import required_reader
-from annotation_app.web.who_asks import changed_by
+from annotation_app.web.who_asks import changed_by, required_reader
 from annotation_app.work.handing_out import find_study
 
 blueprint = Blueprint("answers_interface", __name__, url_prefix="/api/dashboard/studies")

@@ -31,7 +31,7 @@ from annotation_app.tasks.agreement import Measured
 from annotation_app.tasks.task_registry import task_names
 from annotation_app.web.api import json_reply
 from annotation_app.web.limits import limited, reads
-from annotation_app.web.readers import required_reader
+from annotation_app.web.who_asks import required_reader
 from annotation_app.work.handing_out import find_study
 
 READERS: list[dict[str, list[str]]] = [{"session": []}, {"token": []}]

@@ -34,11 +34,9 @@ from annotation_app.store.audit import name_of, note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study
-from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS
+from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS
 from annotation_app.tasks.task_registry import task_of, tasks
-from annotation_app.web.needs_login import refused
-from annotation_app.web.readers import required_reader
-from annotation_app.web.who_asks import changed_by, seen_by
+from annotation_app.web.who_asks import changed_by, refused, required_reader, seen_by
 from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_writing import corpus_files
 from corpus_tools.exporters.slu_core import slu_core_files

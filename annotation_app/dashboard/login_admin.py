@@ -13,8 +13,7 @@ from annotation_app.dashboard.dashboard_charts import in_utc
 from annotation_app.people import account_links, accounts
 from annotation_app.store.audit import actions, name_of, trail
 from annotation_app.store.models import Person, Role
-from annotation_app.web.needs_login import refused
-from annotation_app.web.who_asks import changed_by, refused_on, seen_by
+from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 
 blueprint = Blueprint("login_admin", __name__, url_prefix="/admin")
 blueprint.register_error_handler(Refusal, refused)

@@ -15,8 +15,7 @@ from annotation_app.store.audit import name_of, note
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study
 from annotation_app.store.program_models import Webhook
-from annotation_app.web.needs_login import refused
-from annotation_app.web.who_asks import changed_by, refused_on, seen_by
+from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 from annotation_app.work import webhooks
 from annotation_app.work.handing_out import find_study
 

@@ -14,8 +14,7 @@ from sqlalchemy.orm import Session
 from annotation_app.items.item_scenes import films_of
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
-from annotation_app.tasks.csv_rows import write_csv
-from annotation_app.tasks.task_record import AnswerTable
+from annotation_app.tasks.task_record import AnswerTable, write_csv
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import answer_flags
 from corpus_tools.runtime.parquet import import_pyarrow
@@ -46,13 +45,7 @@ def to_csv(session: Session, study: Study, file: IO[bytes], *, excluded: bool = 
 
 
 def to_parquet(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
-    """A table with a row for each answer, its body as JSON.
-
-    Raises
-    ------
-    FormatError
-        If pyarrow isn't installed.
-    """
+    """A row for each answer, its body as JSON; a FormatError if pyarrow isn't installed."""
     pa, pq = import_pyarrow()
     types = {"answer": pa.int64(), **dict.fromkeys(("at", "seconds", "likeness"), pa.float64())}
     names = ("surplus", "adopted", "attention", "unchanged", "excluded")
@@ -104,15 +97,10 @@ def _flat(row: Record) -> Record:
 
 
 def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[Record]:
-    """The answers in the order in which they came, with fields `FIELDS`.
+    """The answers as they came, if wanted with those that were left out, with fields `FIELDS`.
 
     A few are in memory at a time. PostgreSQL can do so within a transaction only:
     ``reading(engine, one_state=True)``.
-
-    Parameters
-    ----------
-    excluded
-        Whether those are there too that were left out.
     """
     reasons = _reasons(session, study) if excluded else {}
     films = films_of(session, study.id)

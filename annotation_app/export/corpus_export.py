@@ -15,13 +15,7 @@ from g3.errors import FormatError
 
 
 def find_only_study(session: Session, name: str | None) -> Study:
-    """The study of a name, or the only one.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or several and no name.
-    """
+    """The study of a name, or the only one; a FormatError if there is none, or several."""
     studies = session.scalars(select(Study).order_by(Study.name)).all()
     found = [study for study in studies if name in (None, study.name)]
     if len(found) != 1:

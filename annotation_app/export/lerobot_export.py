@@ -38,24 +38,16 @@ Record = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class PeoplesLanguage:
-    """What people have said.
-
-    Parameters
-    ----------
-    dataset
-        The dataset's folder, as the study's table names it.
-    language
-        By the numbers of episodes.
-    files
-        The provenance and the verdicts, by their names in the copy.
-    counts
-        How many of each there are.
-    """
+    """What people have said."""
 
     dataset: Path
+    """The dataset's folder, as the study's table names it."""
     language: Mapping[int, EpisodeLanguage]
+    """By the numbers of episodes."""
     files: Mapping[str, bytes]
+    """The provenance and the verdicts, by their names in the copy."""
     counts: Mapping[str, int]
+    """How many of each there are."""
 
 
 def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
@@ -64,10 +56,7 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
     Descriptions become other wordings of the task (``task_aug``), and the task of an episode that
     had none. Subtasks take the place of the dataset's own and of its plans. Ratings are verdicts.
 
-    Raises
-    ------
-    FormatError
-        If the study's videos are no episodes.
+    A FormatError says that the study's videos are no episodes.
     """
     films = films_of(session, study.id)
     told = {video: film.metadata for video, film in films.items() if "episode" in film.metadata}
@@ -107,20 +96,14 @@ def _of_episode(rows: Sequence[Language]) -> EpisodeLanguage:
 
 @dataclass(slots=True)
 class _Gathered:
-    """What is said of which episode, and by whom.
-
-    Parameters
-    ----------
-    told
-        What the study's table tells of videos, by their names.
-    people
-        What exports call people, by their ids.
-    """
+    """What is said of which episode, and by whom."""
 
     session: Session
     study: Study
     told: Mapping[str, Mapping[str, Any]]
+    """What the study's table tells of videos, by their names."""
     people: Mapping[str, str]
+    """What exports call people, by their ids."""
     said: dict[int, list[Language]] = field(default_factory=lambda: defaultdict(list))
     provenance: list[Record] = field(default_factory=list)
 

@@ -45,39 +45,25 @@ class Part(msgspec.Struct, frozen=True):
 
 class _Manifest(msgspec.Struct, frozen=True):
     sha256: str
-    part: Part | None = None
+    part: Part
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a video, or a part of it, looks like.
-
-    Parameters
-    ----------
-    duration_s
-        How long it is.
-    fps
-        Frames per second.
-    codec
-        How it is encoded, as FFmpeg calls that.
-    picture
-        Its first frame as PNG.
-    """
+    """What a video, or a part of it, looks like."""
 
     duration_s: float
+    """How long it is."""
     fps: float
+    """Frames per second."""
     codec: str
+    """How it is encoded, as FFmpeg calls that."""
     picture: bytes
+    """Its first frame as PNG."""
 
 
 def look_at(file: Path, start_s: float = 0.0, end_s: float | None = None) -> Look:
-    """Look at a video, or at a part of it.
-
-    Raises
-    ------
-    FormatError
-        If it can't be read, or PyAV isn't installed.
-    """
+    """Look at a video, or a part; a FormatError if it can't be read or PyAV isn't installed."""
     with _opened(file) as container:
         stream = container.streams.video[0]
         rate = float(stream.average_rate or stream.guessed_rate or 0)
@@ -92,64 +78,47 @@ def look_at(file: Path, start_s: float = 0.0, end_s: float | None = None) -> Loo
 
 def is_clip(path: Path) -> bool:
     """Whether a file is a part of another one, cut or not yet."""
-    return _part(path) is not None
+    return _manifest(path) is not None
 
 
 def clip_digest(path: Path) -> str | None:
     """What identifies a clip, which is known before it is cut; None for other files."""
-    if path.name != CLIP or (manifest := _manifest(path)) is None or manifest.part is None:
-        return None
-    return manifest.sha256
+    manifest = _manifest(path)
+    return None if manifest is None else manifest.sha256
 
 
 def digest_of_part(sha256: str, start_s: float, end_s: float) -> str:
-    """What identifies a part of a file.
-
-    Parameters
-    ----------
-    sha256
-        The file's.
-    """
+    """What identifies a part of a file, of which the SHA-256 is given."""
     return hashlib.sha256(f"{sha256} {start_s!r} {end_s!r}".encode()).hexdigest()
 
 
 def ensure(path: Path) -> None:
-    """Cut a clip if it isn't there; other files are left alone.
+    """Cut a clip if it isn't there; a FormatError if its video can't be read.
 
     Several servers may do that at once: each writes a file of its own, the last one stays.
-
-    Raises
-    ------
-    FormatError
-        If the video can't be read.
     """
-    part = None if path.is_file() else _part(path)
-    if part is None:
+    manifest = None if path.is_file() else _manifest(path)
+    if manifest is None:
         return
+    part, file = manifest.part, Path(manifest.part.file)
     new = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
-        _cut(Path(part.file), new, part.start_s, part.end_s)
+        # A part can be copied if it can be played by itself, as episodes of datasets can.
+        if not _copied(file, new, part.start_s, part.end_s):
+            _encode(file, new, part.start_s, part.end_s)
         new.replace(path)
     finally:
         new.unlink(missing_ok=True)
 
 
-def _part(path: Path) -> Part | None:
-    manifest = _manifest(path) if path.name == CLIP else None
-    return None if manifest is None else manifest.part
-
-
 def _manifest(path: Path) -> _Manifest | None:
+    """What tells how to cut a clip; None for other files."""
+    if path.name != CLIP:
+        return None
     try:
         return msgspec.json.decode(path.with_name(MANIFEST).read_bytes(), type=_Manifest)
     except (OSError, msgspec.DecodeError):
         return None
-
-
-def _cut(file: Path, target: Path, start_s: float, end_s: float) -> None:
-    """Copy a part that can be played by itself, as episodes of datasets can; else encode it."""
-    if not _copied(file, target, start_s, end_s):
-        _encode(file, target, start_s, end_s)
 
 
 def _copied(file: Path, target: Path, start_s: float, end_s: float) -> bool:
@@ -184,10 +153,7 @@ def _encode(file: Path, target: Path, start_s: float, end_s: float) -> None:
     """Encode the frames of a part anew."""
     import av  # noqa: PLC0415 - large, and not always installed
 
-    with (
-        _opened(file) as container,
-        av.open(str(target), "w", options=FASTSTART) as out,
-    ):
+    with _opened(file) as container, av.open(str(target), "w", options=FASTSTART) as out:
         source = container.streams.video[0]
         rate = source.average_rate or source.guessed_rate or Fraction(25)
         stream = out.add_stream(ENCODER, rate=rate)

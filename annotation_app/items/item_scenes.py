@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from sqlalchemy.orm import Session
 
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.media import Files, media_files
+from annotation_app.items.media import media_files
 from annotation_app.items.new_items import videos_of
 from annotation_app.items.scenes import (
-    MANIFEST,
     Aliases,
     Film,
     Scene,
@@ -24,21 +23,17 @@ from annotation_app.store.models import Record
 
 def scene_of(session: Session, study_id: str, video: str) -> Scene:
     """The world of a video."""
-    return _shown(media_files(session, study_id, video), video)
+    files = media_files(session, study_id, video)
+    return read_scene(files.paths["manifest"].parent, files.paths.get("corpus"), video)
 
 
 def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
     """What is known of a study's videos, by their names; without those whose files are away."""
-    folders = {
-        video: files.paths["manifest"].parent
+    manifests = {
+        video: media_files(session, study_id, video).paths["manifest"]
         for video in videos_of(session, study_id)
-        for files in [media_files(session, study_id, video)]
     }
-    return {
-        video: read_film(folder)
-        for video, folder in folders.items()
-        if (folder / MANIFEST).is_file()
-    }
+    return {v: read_film(file.parent) for v, file in manifests.items() if file.is_file()}
 
 
 def has_things(session: Session, study_id: str, video: str) -> bool:
@@ -74,7 +69,3 @@ def shown_film(session: Session, study_id: str, video: str) -> Record:
     """What a page needs to show a video of which nobody knows what is where."""
     files = media_files(session, study_id, video)
     return film_payload(read_film(files.paths["manifest"].parent), files.public)
-
-
-def _shown(files: Files, video: str) -> Scene:
-    return read_scene(files.paths["manifest"].parent, files.paths.get("corpus"), video)

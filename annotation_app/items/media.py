@@ -75,18 +75,12 @@ def public_name(found: Media) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """A video's files by their roles.
-
-    Parameters
-    ----------
-    public
-        The names under which people may see some of them.
-    paths
-        Where they are.
-    """
+    """A video's files by their roles."""
 
     public: Mapping[str, str]
+    """The names under which people may see some of them."""
     paths: Mapping[str, Path]
+    """Where they are."""
 
 
 MEDIA = core(Media)
@@ -106,12 +100,7 @@ def media_files(session: Session, study_id: str, video: str) -> Files:
 
 def media_path(session: Session, study_id: str, video: str, role: str) -> Path | None:
     """Where one of a video's files is, if it has such a file."""
-    path = session.scalar(
-        select(Media.path).where(
-            Media.study_id == study_id, Media.video == video, Media.role == role
-        )
-    )
-    return None if path is None else Path(path)
+    return media_files(session, study_id, video).paths.get(role)
 
 
 def digest(path: Path) -> str:

@@ -31,25 +31,17 @@ GIVEN = "given "
 @short_repr
 @dataclass(frozen=True, slots=True)
 class NewItem:
-    """An item to be made, if there is none about its subject yet.
-
-    Parameters
-    ----------
-    subject
-        What it is about: nobody answers a task about a subject twice.
-    payload
-        What the server knows of it. All have ``"video"``, and those about a command ``"text"``.
-    author_id
-        Who must not get it.
-    attention
-        Whether the right answer is known.
-    """
+    """An item to be made, if there is none about its subject yet."""
 
     task: TaskName
     subject: str
+    """What it is about: nobody answers a task about a subject twice."""
     payload: Record
+    """What the server knows of it. All have ``"video"``, and those about a command ``"text"``."""
     author_id: str | None = None
+    """Who must not get it."""
     attention: bool = False
+    """Whether the right answer is known."""
 
 
 _VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")

@@ -36,38 +36,26 @@ SAME_S = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A video's world.
-
-    Parameters
-    ----------
-    context
-        What is where, with the trajectories of the video, whose time starts at `start_s`.
-    start_s
-        Time of the first frame on the context's clock.
-    duration_s
-        Of the video.
-    steps
-        Start and end of each step of the robot's script, in seconds from the first frame.
-    segmentation
-        The content of ``segmentation.json``; empty if there is no picture.
-    fps
-        Frames of the video in a second, if that is known.
-    is_picture
-        Whether only a picture is known, without a world: the context is the picture's plane then,
-        with y upwards and a pixel as its unit, and nothing may be exported from it.
-    clock
-        Seconds of the video, and since its start on the context's clock, where the pace changes;
-        empty where both are the same.
-    """
+    """A video's world."""
 
     context: Context
+    """What is where, with the trajectories of the video, whose time starts at `start_s`."""
     start_s: float
+    """Time of the first frame on the context's clock."""
     duration_s: float
+    """Of the video."""
     steps: tuple[tuple[float, float], ...]
+    """Start and end of each step of the robot's script, in seconds from the first frame."""
     segmentation: Mapping[str, Any]
+    """The content of ``segmentation.json``; empty if there is no picture."""
     fps: float | None = None
+    """Frames of the video in a second, if that is known."""
     is_picture: bool = False
+    """Whether only a picture is known, without a world: the context is the picture's plane then,
+    with y upwards and a pixel as its unit, and nothing may be exported from it."""
     clock: tuple[tuple[float, float], ...] = ()
+    """Seconds of the video, and since its start on the context's clock, where the pace changes;
+    empty where both are the same."""
 
     def since_start(self, video_s: float) -> float:
         """Seconds since the start, on the context's clock, of what a second of the video shows."""
@@ -89,17 +77,8 @@ class Scene:
 def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -> Scene:
     """Read a folder of ``ct render-videos``.
 
-    Parameters
-    ----------
-    corpus
-        Where the context is, if the video is a replay of an imported corpus.
-    context_id
-        Which of the corpus's contexts it is.
-
-    Raises
-    ------
-    FormatError
-        If something in it can't be read.
+    A replay of an imported corpus has its context there, by its id. A FormatError says what can't
+    be read.
     """
     manifest_file = folder / MANIFEST
     stamp = manifest_file.stat().st_mtime_ns if manifest_file.exists() else 0
@@ -108,37 +87,22 @@ def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """What a video's manifest says.
-
-    Parameters
-    ----------
-    duration_s
-        Of the video.
-    has_scene
-        Whether there is a world, with what is where in it; not of videos from elsewhere.
-    has_things
-        Whether it is known what is where, if only in a picture.
-    metadata
-        What the study's owner says of a video from elsewhere.
-    fps
-        Frames in a second, if that is known.
-    """
+    """What a video's manifest says."""
 
     duration_s: float
+    """Of the video."""
     has_scene: bool
+    """Whether there is a world, with what is where in it; not of videos from elsewhere."""
     metadata: Mapping[str, Any]
+    """What the study's owner says of a video from elsewhere."""
     fps: float | None = None
+    """Frames in a second, if that is known."""
     has_things: bool = True
+    """Whether it is known what is where, if only in a picture."""
 
 
 def read_film(folder: Path) -> Film:
-    """What a video's manifest tells.
-
-    Raises
-    ------
-    FormatError
-        If it can't be read.
-    """
+    """What a video's manifest tells; a FormatError if it can't be read."""
     file = folder / MANIFEST
     return _read_film(file, file.stat().st_mtime_ns if file.exists() else 0)
 
@@ -203,25 +167,18 @@ def _contexts(corpus: Path) -> Mapping[str, Context]:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        value: dict[str, Any] = msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
+        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
     except (OSError, msgspec.DecodeError) as error:
         raise FormatError(
             f"the file can't be read: {error}",
             where=str(path),
             fix="make the video again with `ct render-videos --force`",
         ) from error
-    return value
 
 
 @dataclass(frozen=True, slots=True)
 class Aliases:
-    """What things are called in one item.
-
-    Parameters
-    ----------
-    objects, places
-        From what people see to an object's id, or a place's index in its context.
-    """
+    """From what people see in one item to an object's id, or a place's index in its context."""
 
     objects: Mapping[str, str]
     places: Mapping[str, int]
@@ -243,14 +200,10 @@ def aliases(scene: Scene, item_id: str, salt: bytes) -> Aliases:
 def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dict[str, Any]:
     """What a page needs to show a scene.
 
-    Returns
-    -------
-    dict
-        ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
-        ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media),
-        ``width``, ``height`` and ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in
-        pixels of the poster;
-        ``map``: see :func:`_map`.
+    It has ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
+    ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media), ``width``,
+    ``height`` and ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in pixels of the
+    poster; ``map``: see :func:`_map`.
     """
     public = {real: alias for alias, real in names.objects.items()}
     outlines = [
@@ -294,15 +247,11 @@ def film_payload(film: Film, media: Mapping[str, str]) -> dict[str, Any]:
 def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
     """The world from above, in metres.
 
-    Returns
-    -------
-    dict
-        ``bounds``: least and greatest x and y; ``turn``: by how much people see it turned (see
-        :func:`map_turn`); ``robot``: id of the robot, or None; ``missing``: whether only a picture
-        is known, so that there is no map to show; ``objects``:
-        ``id``, ``footprint`` (at the first moment), ``z`` of the top, and for those that
-        move ``track``, rows of seconds, x, y of a point of the thing, and its yaw;
-        ``places``: ``id`` and ``polygon``.
+    It has ``bounds``: least and greatest x and y; ``turn``: by how much people see it turned (see
+    :func:`map_turn`); ``robot``: id of the robot, or None; ``missing``: whether only a picture is
+    known, so that there is no map to show; ``objects``: ``id``, ``footprint`` (at the first
+    moment), ``z`` of the top, and for those that move ``track``, rows of seconds, x, y of a point
+    of the thing, and its yaw; ``places``: ``id`` and ``polygon``.
     """
     public = {real: alias for alias, real in names.objects.items()}
     context = scene.context

@@ -32,19 +32,13 @@ from annotation_app.store.models import Answer, Draft, Event, Handout, Record, S
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """What has become of an answer that was sent.
-
-    Parameters
-    ----------
-    state
-        ``accepted``; ``surplus``: kept, though its slot had gone to somebody else;
-        ``repeated``: there is one already, and this one is in the event table only.
-    answer
-        The answer's id, if it was accepted now.
-    """
+    """What has become of an answer that was sent."""
 
     state: Literal["accepted", "surplus", "repeated"]
+    """``accepted``; ``surplus``: kept, though its slot had gone to somebody else; ``repeated``:
+    there is one already, and this one is in the event table only."""
     answer: int | None = None
+    """The answer's id, if it was accepted now."""
 
 
 def submit(
@@ -66,26 +60,9 @@ def submit(
     A late answer takes a free slot of the item, if its own has gone to somebody else. The draft
     goes: what somebody typed and took back isn't kept.
 
-    Parameters
-    ----------
-    item
-        It is or was the person's.
-    who
-        The person's id.
-    uuid
-        Made by the sender, one for each answer.
-    sent
-        What came, for the event.
-    body
-        What is to be kept of it: it has been validated.
-    provenance
-        What a suggestion had to do with it.
-    gist
-        What is counted and compared of it.
-    odd_below_s
-        How long it must take not to be odd.
-    adopted
-        Whether it is adopted at once.
+    The sender makes a `uuid` for each answer. `sent` is what came, for the event; `body` what is to
+    be kept of it, validated; `gist` what is counted and compared. An answer that took
+    `odd_below_s` isn't odd.
     """
     # Who inserts waits for whoever has inserted the same, and for whoever has locked the person
     # that the event refers to: nothing else needs to be locked.
@@ -154,13 +131,7 @@ def add_event(
 def save_draft(
     session: Session, item: AnyItem, who: str, *, revision: int, body: Record, now: float
 ) -> bool:
-    """Keep a draft unless there is an answer, or a draft with a later revision.
-
-    Returns
-    -------
-    bool
-        Whether it is kept, now or since before.
-    """
+    """Keep a draft unless there is an answer, or a later revision; whether it is kept by now."""
     lock_person(session, who)
     values = {
         "item": item.id,

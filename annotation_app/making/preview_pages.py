@@ -23,9 +23,8 @@ from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, tasks
 from annotation_app.tasks.task_texts import task_words
-from annotation_app.web.needs_login import refused
 from annotation_app.web.task_page import render_practice
-from annotation_app.web.who_asks import seen_by
+from annotation_app.web.who_asks import refused, seen_by
 
 WELCOME, OVERVIEW = "welcome", "tasks"
 

@@ -37,8 +37,7 @@ from annotation_app.study_setup.study_drafts import (
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.study_setup.study_starting import StudyParts, prepare_parts, put_parts
 from annotation_app.tasks.task_registry import find_task
-from annotation_app.web.needs_login import cannot_be_done, refused
-from annotation_app.web.who_asks import changed_by, seen_by
+from annotation_app.web.who_asks import cannot_be_done, changed_by, refused, seen_by
 from annotation_app.work.handing_out import find_study
 from g3.errors import CorpusError
 

@@ -45,8 +45,7 @@ from annotation_app.study_setup.study_drafts import (
 )
 from annotation_app.study_setup.study_reading import study_problems
 from annotation_app.tasks.task_registry import tasks
-from annotation_app.web.needs_login import cannot_be_done, refused
-from annotation_app.web.who_asks import seen_by
+from annotation_app.web.who_asks import cannot_be_done, refused, seen_by
 from g3.errors import CorpusError
 
 blueprint = Blueprint(

@@ -26,7 +26,7 @@ from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person
 from annotation_app.web.limits import limited, sign_ins
-from annotation_app.web.needs_login import refused
+from annotation_app.web.who_asks import refused
 
 blueprint = Blueprint("account", __name__)
 blueprint.register_error_handler(Refusal, refused)
@@ -130,11 +130,8 @@ def change_password() -> ResponseReturnValue:
     except Refusal as refusal:
         if refusal.status not in (422, 429):
             raise
-        problem = (
-            gettext("This isn't your password.")
-            if refusal.message == gettext(WRONG)
-            else refusal.message
-        )
+        is_wrong = refusal.message == gettext(WRONG)
+        problem = gettext("This isn't your password.") if is_wrong else refusal.message
         return _account_page(person, problem=problem), refusal.status, _headers(refusal)
     sign_in(person)
     return flask.redirect(flask.url_for("account.own_account", changed="yes"), 303)

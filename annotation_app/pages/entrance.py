@@ -32,7 +32,7 @@ from annotation_app.studies.study_file import (
     told,
 )
 from annotation_app.web.limits import arrivals, limited
-from annotation_app.web.needs_login import sign_in_page
+from annotation_app.web.who_asks import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, Reason, find_study
 
 LONGEST_ANSWER = 500

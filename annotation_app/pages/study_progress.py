@@ -20,30 +20,21 @@ from annotation_app.work.handing_out import must_practise
 
 @dataclass(frozen=True, slots=True)
 class TaskProgress:
-    """A task of a study, as somebody sees it.
-
-    Parameters
-    ----------
-    done
-        How many items the person has answered.
-    items
-        How many those are and what the person may still do; more may come as others answer.
-    is_begun
-        Whether there is a draft to go on with.
-    wants_login, wants_practice
-        What must come first.
-    has_practice
-        Whether there is a practice example.
-    """
+    """A task of a study, as somebody sees it."""
 
     task: TaskName
     words: TaskWords
     done: int
+    """How many items the person has answered."""
     items: int
+    """How many those are and what the person may still do; more may come as others answer."""
     is_begun: bool
+    """Whether there is a draft to go on with."""
     wants_login: bool
     wants_practice: bool
+    """What must come first."""
     has_practice: bool
+    """Whether there is a practice example."""
 
 
 def progress(session: Session, study: Study, person: Person) -> list[TaskProgress]:

@@ -18,8 +18,8 @@ from annotation_app.studies.study_file import in_its_language, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.api import read_task
-from annotation_app.web.needs_login import sign_in_page
 from annotation_app.web.task_page import WHO_CHARACTERS, render_task
+from annotation_app.web.who_asks import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, HOLD_S, Reason, take_work, visit
 from annotation_app.work.page_data import opened_page
 

@@ -34,10 +34,7 @@ TELL_S = 60.0
 class Room:
     """Keeps account of connections; the one thread that reads from them all uses it.
 
-    Parameters
-    ----------
-    most
-        How many connections there are at most; those that are being answered may be more.
+    There are `most` at most, but for those that are being answered.
     """
 
     def __init__(

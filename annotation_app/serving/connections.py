@@ -31,11 +31,6 @@ class Connections(dict[int, Any]):
 
     One that is ready to read and has nothing to write is settled until something comes on it.
     Others wait until the bell rings, which threads do that have answered a request.
-
-    Parameters
-    ----------
-    room
-        Decides which are closed to make room for others.
     """
 
     def __init__(self, room: Room | None = None) -> None:
@@ -94,13 +89,7 @@ class Connections(dict[int, Any]):
             bell.pull_trigger()
 
     def finish(self, within_s: float) -> bool:
-        """Let nobody in any more, finish the requests that were begun, close all connections.
-
-        Returns
-        -------
-        bool
-            Whether all were finished in time.
-        """
+        """Let nobody in, finish what was begun, close all; whether it was done in time."""
         begin = monotonic()
         for connection in list(self.values()):
             if connection.accepting:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable, Sequence
 from urllib.parse import urlsplit
 
 import flask
+import msgspec
 from flask import Flask, Response
 from flask_wtf.csrf import CSRFProtect
 from sqlalchemy import Engine
@@ -30,17 +32,26 @@ from annotation_app.making import BLUEPRINTS as MAKING
 from annotation_app.pages import BLUEPRINTS
 from annotation_app.people.browser_sessions import LONGEST, SessionCookies, wants_json
 from annotation_app.serving import openapi
-from annotation_app.serving.record_types import learn_types
 from annotation_app.store.database import open_database
 from annotation_app.store.installation import Installation, install, installation
 from annotation_app.store.outages import ADVICE, AGAIN_S, TITLE, Outage, outage_of
 from annotation_app.store.salt import installation_salt
+from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.trying import try_pages as trying
+from annotation_app.trying.attempt import Shown
 from annotation_app.trying.attempt_queue import Attempts
 from annotation_app.web import api
 from annotation_app.web.limits import limiter
 from annotation_app.web.page_language import install as install_language
+from corpus_tools.corpus.corpus_records import (
+    AnnotationRecord,
+    CommandRecord,
+    ContextRecord,
+    JudgmentRecord,
+    Manifest,
+)
+from corpus_tools.logs.channels import CHANNELS
 
 log = logging.getLogger(__name__)
 
@@ -48,11 +59,8 @@ log = logging.getLogger(__name__)
 def create_app(config: Config, engine: Engine | None = None) -> Flask:
     """The app, for any WSGI server.
 
-    Parameters
-    ----------
-    engine
-        The database, if it is open already; its tables must be there
-        (:func:`annotation_app.store.schema.migrate`).
+    The database may be open already; its tables must be there
+    (:func:`annotation_app.store.schema.migrate`).
     """
     learn_types()
     app = Flask("annotation_app")
@@ -121,6 +129,24 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
     return app
 
 
+def record_types() -> Iterable[type]:
+    """All types that requests may need."""
+    of_corpora = (AnnotationRecord, CommandRecord, ContextRecord, JudgmentRecord, Manifest)
+    of_logs = (channel.message for channel in CHANNELS.values())
+    answers = (task.answer for task in tasks())
+    return (StudyConfig, Shown, *of_corpora, *of_logs, *api.REQUESTS.values(), *answers)
+
+
+def learn_types() -> None:
+    """Have msgspec look at each type now.
+
+    It does so when a type is first used. If two threads do that at the same time, the process may
+    die of it (msgspec 0.22). A server that was started again under load did.
+    """
+    for record_type in record_types():
+        msgspec.json.Decoder(record_type)
+
+
 def _is_framed(config: Config) -> bool:
     # Browsers keep such cookies only over HTTPS.
     return bool(config.frame_ancestors) and config.https
@@ -146,25 +172,15 @@ def _content_security_policy(config: Config) -> str:
 
 
 def _refused(refusal: Refusal) -> Response:
-    if not wants_json():
-        return _page(refusal.status, refusal.message)
-    reply = {"error": refusal.message}
     problems = [{"field": p.field, "message": p.message} for p in refusal.problems]
-    response = flask.jsonify({**reply, "problems": problems} if problems else reply)
-    response.status_code = refusal.status
-    return response
+    return _failure(refusal.status, refusal.message, problems=problems)
 
 
 def _http_error(error: HTTPException) -> Response:
     status = error.code or 500
     if error.response is not None:
         return flask.make_response(error.response)
-    message = gettext(_MESSAGES.get(status, error.description or error.name))
-    if wants_json():
-        response = flask.jsonify({"error": message})
-        response.status_code = status
-    else:
-        response = _page(status, message)
+    response = _failure(status, gettext(_MESSAGES.get(status, error.description or error.name)))
     response.headers.extend(
         (name, value)
         for name, value in error.get_headers()
@@ -189,15 +205,13 @@ def _unavailable(outage: Outage) -> Response:
     return response
 
 
-def _failure(status: int, title: str, advice: str) -> Response:
-    if not wants_json():
-        return _page(status, title, advice)
-    response = flask.jsonify({"error": f"{title} {advice}"})
-    response.status_code = status
-    return response
-
-
-def _page(status: int, message: str, advice: str = "") -> Response:
+def _failure(
+    status: int, message: str, advice: str = "", problems: Sequence[dict[str, str]] = ()
+) -> Response:
+    """What went wrong: as a page for people, as JSON for scripts and programs."""
+    if wants_json():
+        reply = {"error": f"{message} {advice}" if advice else message}
+        return flask.make_response(reply | ({"problems": problems} if problems else {}), status)
     page = flask.render_template("error.html", status=status, message=message, advice=advice)
     return flask.make_response(page, status)
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import socket
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from typing import Any
 from urllib.parse import quote
 
 import waitress
@@ -19,7 +22,6 @@ from annotation_app.people.accounts import admin_from_environment
 from annotation_app.privacy.retention import expire
 from annotation_app.serving.connection_room import CONNECTIONS, Room
 from annotation_app.serving.connections import Connections
-from annotation_app.serving.ending import asked_to_end
 from annotation_app.serving.factory import create_app
 from annotation_app.serving.webhook_delivery import delivering
 from annotation_app.store import tombstones
@@ -43,6 +45,7 @@ except ImportError:  # there is none on Windows
 log = logging.getLogger(__name__)
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 WAIT_S = 1.0
 """How long to wait for something to come before the connections are looked after."""
 FINISH_S = 7.0
@@ -114,17 +117,9 @@ def note_on_this_machine(config: Config, action: str, about: str, **details: str
 
 @contextmanager
 def bound(host: str, port: int) -> Iterator[list[socket.socket]]:
-    """Take an address, or several that a name stands for; nobody can connect yet.
+    """Take an address, or several of a name, at a port, or any if it is 0; nobody can connect yet.
 
-    Parameters
-    ----------
-    port
-        0 for any that is free.
-
-    Raises
-    ------
-    FormatError
-        If the address can't be had.
+    A FormatError says that the address can't be had.
     """
     flags, stream = socket.AI_PASSIVE, socket.SOCK_STREAM
     with ExitStack() as opened:
@@ -165,21 +160,9 @@ def serve(
     threads: int,
     listening: Callable[[], None] = lambda: None,
 ) -> None:
-    """Answer requests until Ctrl-C is pressed or the process is asked to end, then finish.
+    """Answer requests where :func:`bound` says until Ctrl-C or a signal asks to finish and end.
 
     A second signal ends it at once.
-
-    Parameters
-    ----------
-    bound
-        Where to listen; see :func:`bound`.
-    listening
-        Called when people can connect.
-
-    Raises
-    ------
-    FormatError
-        If somebody else listens there.
     """
     logging.basicConfig()
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)
@@ -211,6 +194,31 @@ def serve(
         server.task_dispatcher.shutdown(timeout=STOP_S)
         with app.app_context():
             attempts().stop()
+
+
+@contextmanager
+def asked_to_end(ring: Callable[[], None]) -> Iterator[threading.Event]:
+    """An event that is set, and rings, when Ctrl-C is pressed or the process asked to end.
+
+    Also where a shell has started the process in the background, and so made it ignore Ctrl-C.
+    """
+    event = threading.Event()
+    if threading.current_thread() is not threading.main_thread():  # others get no signals
+        yield event
+        return
+
+    def ask(_number: int, _frame: Any) -> None:
+        for number in SIGNALS:
+            signal.signal(number, signal.SIG_DFL)
+        event.set()
+        ring()
+
+    before = {number: signal.signal(number, ask) for number in SIGNALS}
+    try:
+        yield event
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _most_connections() -> int:

@@ -25,16 +25,9 @@ def note(
 ) -> None:
     """Note that somebody did something, in the transaction that does it.
 
-    Parameters
-    ----------
-    actor
-        A login, or :data:`COMMAND_LINE`.
-    action
-        A verb in the past, such as ``signed in`` or ``exported``.
-    about
-        A study, a login or a subject.
-    details
-        What else is worth knowing; never a password, a link or what somebody typed.
+    The actor is a login or :data:`COMMAND_LINE`, the action a verb in the past such as ``signed
+    in``, and `about` a study, a login or a subject. The details are never a password, a link or
+    what somebody typed.
     """
     entry = AuditEntry(at=now(), actor=actor, action=action, about=about[:200], details=details)
     session.add(entry)
@@ -57,14 +50,8 @@ def trail(
 ) -> Sequence[AuditEntry]:
     """What was noted, newest first.
 
-    Parameters
-    ----------
-    person
-        Only what this login, or other name, did or what was done to it; all if empty.
-    action
-        Only this; all if empty.
-    before
-        Only entries that were noted before the one with this id.
+    Only what a login, or another name, did or what was done to it; only an action; only entries
+    that were noted before the one with an id.
     """
     wanted = select(AuditEntry).order_by(AuditEntry.id.desc()).limit(most)
     if person:

@@ -23,13 +23,7 @@ def ask(session: Session) -> None:
 
 
 def compact_if_asked(engine: Engine) -> bool:
-    """Write the tables anew if something was deleted that no file must hold.
-
-    Returns
-    -------
-    bool
-        Whether no file holds it any more.
-    """
+    """Write the tables anew if no file must hold what was deleted; whether none holds it."""
     with reading(engine) as session:
         if session.get(Secret, DUE) is None:
             return True

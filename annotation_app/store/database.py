@@ -24,10 +24,14 @@ from sqlalchemy import (
 )
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import ArgumentError, InvalidatePoolError, OperationalError
+from sqlalchemy.exc import (
+    ArgumentError,
+    DisconnectionError,
+    InvalidatePoolError,
+    OperationalError,
+)
 from sqlalchemy.orm import DeclarativeBase, Session
 
-from annotation_app.store.database_file import keep_to
 from g3.errors import FormatError
 
 try:
@@ -56,15 +60,8 @@ SET_UP = 0x63742D616E6E
 def open_database(url_or_path: str | Path) -> Engine:
     """An engine for a database, which isn't connected to yet.
 
-    Parameters
-    ----------
-    url_or_path
-        Path of a SQLite file, or a URL such as ``postgresql://user@host/name``.
-
-    Raises
-    ------
-    FormatError
-        If it is a URL that can't be read.
+    It is a SQLite file, or a URL such as ``postgresql://user@host/name``; a FormatError says that
+    this can't be read.
     """
     url = _url(url_or_path)
     if url.get_backend_name() != "sqlite":
@@ -87,7 +84,7 @@ def open_database(url_or_path: str | Path) -> Engine:
             json_deserializer=_decoded,
         )
         if url.database and url.database != ":memory:":
-            keep_to(engine, Path(url.database))
+            _keep_to(engine, Path(url.database))
         event.listen(engine, "do_connect", _connect_to_file)  # after the check, for it connects
     event.listen(engine, "begin", _begin)
     return engine
@@ -128,11 +125,8 @@ def lock_set_up(connection: Connection) -> None:
 def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
     """A session that only reads, beside whoever writes.
 
-    Parameters
-    ----------
-    one_state
-        Whether all that is read must be of one moment. The database is spared work where each
-        statement may see what has come since the last.
+    Whether all that is read must be of `one_state`: the database is spared work where each
+    statement may see what has come since the last.
     """
     with engine.connect() as connection:
         connection.execution_options(to="read one state" if one_state else "read")
@@ -145,10 +139,7 @@ def compact(engine: Engine, *tables: str) -> bool:
 
     In SQLite it is the whole file. Others wait meanwhile, some seconds for a gigabyte.
 
-    Returns
-    -------
-    bool
-        Whether it was done: others who read may keep SQLite's log from being emptied.
+    It is False if it wasn't done: others who read may keep SQLite's log from being emptied.
     """
     with _turn(engine), engine.connect() as connection:
         connection.execution_options(to="begin nothing")
@@ -241,23 +232,57 @@ def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -
     return _tried(dialect.connect(f"{address}&immutable=1", **options))
 
 
+def _keep_to(engine: Engine, file: Path) -> None:
+    """Use the file that was opened first, which may be made then, as long as it is in its place.
+
+    A program that has a file open goes on writing to it when it is moved or deleted; where there is
+    no file, SQLite makes an empty one. It also reads what was just written to one file into another
+    that was put in its place. All of that would lose answers that were acknowledged.
+    """
+    first: list[tuple[int, int] | None] = []
+
+    def is_there() -> bool:
+        return not first or _identity(file) == first[0]
+
+    def connect(_dialect: Any, _record: Any, _arguments: Any, _options: Any) -> None:
+        if not is_there():
+            raise sqlite3.OperationalError(
+                "unable to open database file: it was moved, deleted or replaced; put it back"
+            )
+
+    def connected(_connection: Any, _record: Any) -> None:
+        if not first:
+            first.append(_identity(file))
+
+    def check(_connection: Any, _record: Any, _proxy: Any) -> None:
+        if not is_there():
+            raise DisconnectionError
+
+    event.listen(engine, "do_connect", connect)
+    event.listen(engine, "connect", connected)
+    event.listen(engine, "checkout", check)
+
+
+def _identity(file: Path) -> tuple[int, int] | None:
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
 def _set_up_sqlite(connection: Any) -> Any:
+    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "secure_delete=FAST")
+    return _tried(connection, *(f"PRAGMA {pragma}" for pragma in pragmas))
+
+
+def _tried(connection: Any, *statements: str) -> Any:
+    """A connection on which statements succeed; it is closed if one doesn't."""
     # SQLAlchemy's documented recipe: the driver must not begin transactions by itself.
     connection.isolation_level = None
-    pragmas = ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", "secure_delete=FAST")
     try:
-        for pragma in pragmas:
-            connection.execute(f"PRAGMA {pragma}")
-    except sqlite3.Error:
-        connection.close()
-        raise
-    return connection
-
-
-def _tried(connection: Any) -> Any:
-    connection.isolation_level = None
-    try:
-        connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        for statement in statements or ("SELECT count(*) FROM sqlite_master",):
+            connection.execute(statement).fetchone()
     except sqlite3.Error:
         connection.close()
         raise

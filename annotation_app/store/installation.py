@@ -18,23 +18,16 @@ _NAME = "annotation"
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """What a running app works with.
-
-    Parameters
-    ----------
-    salt
-        What hides people's ids.
-    limiter
-        Counts how often people do things; None if they may do so as often as they like.
-    outages
-        Logs what goes wrong outside of the program.
-    """
+    """What a running app works with."""
 
     config: Config
     engine: Engine
     salt: bytes
+    """What hides people's ids."""
     limiter: MovingWindowRateLimiter | None
+    """Counts how often people do things; None if they may do so as often as they like."""
     outages: Outages = field(default_factory=Outages)
+    """Logs what goes wrong outside of the program."""
 
 
 def install(app: Flask, installation: Installation) -> None:

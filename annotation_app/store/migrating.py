@@ -45,13 +45,7 @@ def upgrade(connection: Connection, revision: str, scripts: Sequence[Path] = ())
 
 @contextmanager
 def changing_tables(engine: Engine) -> Iterator[Connection]:
-    """A transaction in which tables may be changed.
-
-    Raises
-    ------
-    FormatError
-        If the database isn't one that this program knows.
-    """
+    """A transaction in which tables may be changed; a FormatError if they aren't this program's."""
     try:
         with engine.connect() as connection:
             _enforce_references(connection, False)

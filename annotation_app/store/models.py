@@ -207,7 +207,7 @@ class Handout(Base):
     since_boot_s: Mapped[float | None]
     """Monotonic, so that a change of the machine's clock doesn't change how long an answer took."""
     offer: Mapped[Record | None]
-    """What a program suggested, and whether the person saw it (`annotation_app.work.offers`)."""
+    """What a program suggested, and whether the person saw it (`annotation_app.work.page_data`)."""
 
 
 class Event(Base):
@@ -298,7 +298,7 @@ class Answer(Base):
     odd_below_s: Mapped[float | None]
     """An answer that took as long isn't odd (`annotation_app.work.answer_flags`)."""
     provenance: Mapped[Record | None]
-    """Whether a suggestion was shown, and what became of it (`annotation_app.work.offers`)."""
+    """Whether a suggestion was shown, and what became of it (`annotation_app.work.page_data`)."""
     at: Mapped[float]
 
 

@@ -38,18 +38,12 @@ LONGEST_REASON = 200
 
 @dataclass(frozen=True, slots=True)
 class Outage:
-    """Why something can't be done for a while.
-
-    Parameters
-    ----------
-    kind
-        What is wrong, to be counted.
-    reason
-        In the words of the system or the driver.
-    """
+    """Why something can't be done for a while."""
 
     kind: str
+    """What is wrong, to be counted."""
     reason: str
+    """In the words of the system or the driver."""
 
 
 def outage_of(error: BaseException) -> Outage | None:
@@ -137,13 +131,7 @@ class _Going:
 
 
 class Outages:
-    """Logs what goes wrong outside of the program, once a minute, and when it is over.
-
-    Parameters
-    ----------
-    clock
-        Seconds that go on evenly.
-    """
+    """Logs what goes wrong outside of the program, once a minute, and when it is over."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock

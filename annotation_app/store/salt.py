@@ -30,10 +30,7 @@ CHECK = "salt check"
 def installation_salt(engine: Engine, config: Config) -> bytes:
     """What people's ids are hashed with. It is moved to the key file if it isn't there yet.
 
-    Raises
-    ------
-    FormatError
-        If the database hasn't been set up, or the key file is another installation's.
+    A FormatError says that the database hasn't been set up, or that the key file is another's.
     """
     check_current(engine)
     with reading(engine) as session:
@@ -57,7 +54,11 @@ def _settle(engine: Engine, config: Config) -> bytes:
         keys = read_keys(config.instance / KEY_FILE)
         salt = _move(session, config, keys, kept[SALT]) if SALT in kept else keys.salt
         if salt is None:
-            raise _missing(config)
+            raise _unfit(
+                config,
+                "the key file has no salt, and the database no longer has it",
+                "has brought the database up to date",
+            )
         if CHECK in kept:
             _checked(config, salt, kept[CHECK])
         else:
@@ -96,21 +97,12 @@ def _kept(session: Session) -> dict[str, bytes]:
 
 def _checked(config: Config, salt: bytes, check: bytes) -> bytes:
     if not hmac.compare_digest(check_value(salt), check):
-        raise _foreign(config)
+        what = "the key file isn't the one that this database was made with"
+        raise _unfit(config, what, "has served it, or of its backup")
     return salt
 
 
-def _foreign(config: Config) -> FormatError:
-    return FormatError(
-        "the key file isn't the one that this database was made with",
-        where=str(config.instance / KEY_FILE),
-        fix=f"copy the file {KEY_FILE} of the machine that has served it, or of its backup",
-    )
-
-
-def _missing(config: Config) -> FormatError:
-    return FormatError(
-        "the key file has no salt, and the database no longer has it",
-        where=str(config.instance / KEY_FILE),
-        fix=f"copy the file {KEY_FILE} of the machine that has brought the database up to date",
-    )
+def _unfit(config: Config, what: str, machine: str) -> FormatError:
+    file = config.instance / KEY_FILE
+    fix = f"copy the file {KEY_FILE} of the machine that {machine}"
+    return FormatError(what, where=str(file), fix=fix)

@@ -24,15 +24,8 @@ NEWEST = max(REVISIONS)
 def migrate(engine: Engine, revision: str = "head", scripts: Sequence[Path] = ()) -> None:
     """Make the tables, or bring older ones up to date, keeping what they hold.
 
-    Parameters
-    ----------
-    scripts
-        Folders with migrations that come after the program's own.
-
-    Raises
-    ------
-    FormatError
-        If the database can't be reached, or a newer program has made it.
+    `scripts` are folders with migrations that come after the program's own. A FormatError says that
+    the database can't be reached, or is a newer program's.
     """
     where = engine.url.render_as_string(hide_password=True)
     try:
@@ -59,13 +52,7 @@ def is_current(engine: Engine) -> bool:
 
 
 def check_current(engine: Engine) -> None:
-    """See that the tables are those that this program knows.
-
-    Raises
-    ------
-    FormatError
-        If they aren't.
-    """
+    """See that the tables are those that this program knows; a FormatError if they aren't."""
     if not is_current(engine):
         raise FormatError(
             "the database is not set up, or is an older program's",

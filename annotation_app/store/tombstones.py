@@ -7,7 +7,8 @@ where the database's end doesn't reach it.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
+from itertools import chain
 from pathlib import Path
 
 import msgspec
@@ -29,13 +30,7 @@ class Tombstone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_tombstones(file: Path) -> list[Tombstone]:
-    """What such a file holds.
-
-    Raises
-    ------
-    FormatError
-        If it isn't one.
-    """
+    """What such a file holds; a FormatError if it isn't one."""
     where = str(file)
     found = []
     try:
@@ -74,10 +69,6 @@ def keep(engine: Engine, instance: Path) -> None:
 def joined(*groups: Collection[Tombstone]) -> Mapping[str, Tombstone]:
     """Tombstones by whose they are, the first of each."""
     found: dict[str, Tombstone] = {}
-    for tombstone in _all(groups):
+    for tombstone in chain.from_iterable(groups):
         found.setdefault(tombstone.person, tombstone)
     return found
-
-
-def _all(groups: Iterable[Collection[Tombstone]]) -> Iterable[Tombstone]:
-    return (tombstone for group in groups for tombstone in group)

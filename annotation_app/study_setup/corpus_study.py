@@ -33,7 +33,7 @@ from annotation_app.study_setup.rendered_study import Rendered, add_video, put_m
 from annotation_app.tasks.exported_groundings import shown_groundings
 from annotation_app.work.adoption import answered
 from annotation_app.work.answer_flags import odd_below
-from annotation_app.work.answer_gist import gist_of
+from annotation_app.work.answer_reading import gist_of
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.task_outcomes import contexts_of_commands
 from g3.annotation import Annotation, Command

@@ -1,4 +1,4 @@
-"""How much people agree: F scores of the clauses of SDC trees, and α and κ of what they choose."""
+"""How much people agree: F scores of clauses, α and κ of what is chosen, and what they dispute."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,27 +15,35 @@ from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorf
 from g3.sdc.clauses import CHILD_FIELDS, SDC, all_words
 
 Measure: TypeAlias = Literal["span", "tree"]
+Key: TypeAlias = tuple[str, Any]
+"""A kind of choice, and what was chosen: the name of a thing, the number of a place, corners."""
+CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place", "area"
+
+
+class Part(NamedTuple):
+    """Something that people decided, and whether they decided differently."""
+
+    kind: str
+    """`CLAUSE_TYPE`, `WORDS`, `THING` or `PLACE`."""
+    what: str
+    """A type, words in small letters, the name of a thing, the number of a place."""
+    differs: bool
+    video: str = ""
+    """Where the thing or place is; empty for what is in no video."""
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A measure of agreement.
-
-    Parameters
-    ----------
-    value
-        None where too little has been answered twice, or everybody says the same all the time.
-    units
-        What was answered by two people or more: commands, clauses, pairs.
-    task, answers
-        Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says.
-    """
+    """A measure of agreement."""
 
     measure: str
     value: float | None
+    """None where too little has been answered twice, or everybody says the same all the time."""
     units: int
+    """What was answered by two people or more: commands, clauses, pairs."""
     task: TaskName = ""
     answers: str = "all"
+    """Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says."""
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:

@@ -9,6 +9,7 @@ negatives (section 4.1).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import IO, Any, Literal
@@ -27,14 +28,17 @@ from annotation_app.items.new_items import NewItem, about_answer, draws, videos_
 from annotation_app.items.scenes import scene_payload
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.tasks.agreement import Measured, by_clause, measured
-from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
-from annotation_app.tasks.clause_words import clauses_of
+from annotation_app.tasks.agreement import (
+    CLAUSE_TYPE,
+    WORDS,
+    Measured,
+    Part,
+    by_clause,
+    measured,
+)
+from annotation_app.tasks.clause_words import HAPPENING, clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
-from annotation_app.tasks.csv_rows import write_csv
-from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS, Part
 from annotation_app.tasks.exported_groundings import checked_negative
-from annotation_app.tasks.other_videos import COLUMNS, verdict_rows, with_another_video
 from annotation_app.tasks.practice_example import PracticeExample
 from annotation_app.tasks.task_record import (
     CLAUSES,
@@ -45,9 +49,16 @@ from annotation_app.tasks.task_record import (
     Source,
     Task,
     TaskWords,
+    write_csv,
 )
+from annotation_app.tasks.watched_videos import Seconds, Speed, with_watching
 from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import from_json
+
+COLUMNS = (
+    "item", "command", "video", "shown_video", "clause", "type", "phrase", "objects", "places",
+    "matches", "does_not_match", "cant_tell", "label",
+)  # fmt: skip
 
 
 class Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -129,7 +140,7 @@ def random_groundings(
     others = [video for video in videos if video != own]
     shown: dict[str, Record] = {}
     for node, sdc in enumerate(breadth_first(from_json(item.payload["sdcs"]))):
-        if sdc.type in ("EVENT", "PATH"):
+        if sdc.type in HAPPENING:
             if others:
                 video = others[int(rng.integers(len(others)))]
                 shown[str(node)] = {"video": video, "objects": [], "places": []}
@@ -179,11 +190,50 @@ def _export(parts: CorpusParts) -> None:
 def _without_scenes(
     session: Session, config: StudyConfig, item: Item, answer: Answer
 ) -> Iterable[NewItem]:
-    return with_another_video(session, config, item, answer, "check")
+    """An item that asks of a command's EVENTs and PATHs whether another video shows them.
+
+    It is drawn from the study's videos, but not from those for which somebody has given the very
+    same command. There is none where it is known what is where: then things are drawn, too.
+    """
+    own, text = item.payload["video"], item.payload["text"]
+    if has_things(session, item.study_id, own):
+        return
+    same = select(Item.video).where(
+        Item.study_id == item.study_id, Item.task == item.task, Item.command == text
+    )
+    known = {own, *session.scalars(same)}
+    others = [video for video in videos_of(session, item.study_id) if video not in known]
+    sdcs = answer.body["sdcs"]
+    nodes = [c["node"] for c in clauses_of(from_json(sdcs)) if c["type"] in HAPPENING]
+    if others and nodes:
+        subject = about_answer(answer)
+        video = others[int(draws(config, subject).integers(len(others)))]
+        shown = {str(node): {"video": video, "objects": [], "places": []} for node in nodes}
+        about = {"text": text, "command": item.payload["command"], "video": own, "sdcs": sdcs}
+        yield NewItem("check", subject, {**about, "shown": shown})
 
 
 def _table(session: Session, study: Study, file: IO[bytes]) -> None:
-    write_csv(file, COLUMNS, verdict_rows(session, study))
+    write_csv(file, COLUMNS, _rows(session, study))
+
+
+def _rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
+    """For each clause that was checked: what was shown with it, and how often it matched."""
+    found: dict[str, tuple[Item, list[Record]]] = {}
+    for answer, item in answers_of(session, study, "check", adopted=True):
+        found.setdefault(item.id, (item, []))[1].append(answer.body["verdicts"])
+    for item, verdicts in found.values():
+        for clause in clauses_of(from_json(item.payload["sdcs"])):
+            shown = item.payload["shown"].get(str(clause["node"]))
+            given = Counter(v[str(clause["node"])] for v in verdicts if str(clause["node"]) in v)
+            if shown is not None:
+                yes, no = given[True], given[False]
+                label = "" if yes == no else "true" if yes > no else "false"
+                places = " ".join(map(str, shown["places"]))
+                about = (item.id, item.payload["text"], item.payload["video"], shown["video"])
+                of = (clause["node"], clause["type"], clause["phrase"])
+                counts = (yes, no, given["cant_tell"], label)
+                yield (*about, *of, " ".join(shown["objects"]), places, *counts)
 
 
 def _example(practice: PracticeExample) -> Record:

@@ -1,15 +1,19 @@
-"""Words and clauses of commands, as pages get them."""
+"""Words and clauses of commands, as pages get them, and in which order people are asked of them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from annotation_app.store.models import Record
-from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.language.discourse.anaphora import anaphors
+from g3.language.discourse.groups import group
+from g3.sdc.clauses import SDC, all_words, breadth_first, child_indices
 
 WORD = re.compile(r"\w+(?:[-'’]\w+)*|[^\w\s]")
+HAPPENING = ("EVENT", "PATH")
+"""The types of clauses that say what happens, which videos show."""
 
 
 def words_of(text: str) -> Iterator[dict[str, Any]]:
@@ -17,10 +21,87 @@ def words_of(text: str) -> Iterator[dict[str, Any]]:
     return ({"start": m.start(), "text": m[0]} for m in WORD.finditer(text))
 
 
+def phrase_of(sdc: SDC) -> str:
+    """All words of a clause."""
+    return " ".join(word.text for word in all_words(sdc))
+
+
 def clauses_of(sdcs: tuple[SDC, ...]) -> list[Record]:
     """The clauses that words name: ``node`` (breadth first), ``type`` and ``phrase``."""
     return [
-        {"node": node, "type": sdc.type, "phrase": " ".join(word.text for word in all_words(sdc))}
+        {"node": node, "type": sdc.type, "phrase": phrase_of(sdc)}
         for node, sdc in enumerate(breadth_first(sdcs))
         if not sdc.is_implicit
     ]
+
+
+def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
+    """The clauses that words name, in the order in which people are asked about them.
+
+    Things and places come first, as the command names them: the parts of a clause before the
+    clause, and what a pronoun may stand for before the pronoun. Then comes what happens, each
+    EVENT before what is said of its way.
+
+    Of each it has what :func:`clauses_of` tells, ``several``: whether its words speak of several
+    things, and ``during``: the EVENT that a PATH is within, or None.
+    """
+    nodes = list(breadth_first(sdcs))
+    known = {clause["node"]: clause for clause in clauses_of(sdcs)}
+    events = _events(sdcs, nodes)
+    return [
+        {
+            **known[node],
+            "several": nodes[node].type == "OBJECT" and group(nodes[node]).number == "plural",
+            "during": events.get(node),
+        }
+        for node in (*_things(sdcs, nodes, known), *_happenings(nodes, known))
+    ]
+
+
+def _things(
+    sdcs: tuple[SDC, ...], nodes: Sequence[SDC], known: Mapping[int, Record]
+) -> Iterator[int]:
+    """Things and places, by where their words end; each after what it needs."""
+    parts = [[c for group in of.values() for c in group] for of in child_indices(sdcs)]
+    needed = {a.index: [one.index for one in a.antecedents] for a in anaphors(sdcs)}
+    order = sorted(
+        (node for node in known if nodes[node].type not in HAPPENING),
+        key=lambda node: _extent(nodes[node])[1:],
+    )
+    begun: set[int] = set()
+
+    def before_and(node: int) -> Iterator[int]:
+        if node in begun:
+            return
+        begun.add(node)
+        for other in (*parts[node], *needed.get(node, ())):
+            yield from before_and(other)
+        if node in known and nodes[node].type not in HAPPENING:
+            yield node
+
+    for node in order:
+        yield from before_and(node)
+
+
+def _happenings(nodes: Sequence[SDC], known: Mapping[int, Record]) -> list[int]:
+    """What happens, by where its words begin; the longer of two that begin at the same word."""
+    found = [node for node in known if nodes[node].type in HAPPENING]
+    extents = {node: _extent(nodes[node]) for node in found}
+    return sorted(found, key=lambda node: (extents[node][0], -extents[node][2]))
+
+
+def _extent(sdc: SDC) -> tuple[int, int, int]:
+    """Where a clause's words begin and end, and how many there are."""
+    words = all_words(sdc)
+    starts, ends = [word.start for word in words], [word.end for word in words]
+    return min(starts, default=0), max(ends, default=0), len(words)
+
+
+def _events(sdcs: tuple[SDC, ...], nodes: Sequence[SDC]) -> Mapping[int, int]:
+    """The EVENT that each PATH is within."""
+    inside: dict[int, int] = {}
+    for node, of in enumerate(child_indices(sdcs)):
+        event = node if nodes[node].type == "EVENT" else inside.get(node)
+        if event is not None:
+            inside |= {child: event for children in of.values() for child in children}
+    return {node: event for node, event in inside.items() if nodes[node].type == "PATH"}

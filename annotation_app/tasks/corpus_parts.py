@@ -12,13 +12,12 @@ from annotation_app.items.item_scenes import films_of, scene_of
 from annotation_app.items.media import media_path
 from annotation_app.items.new_items import REPLACED, videos_of
 from annotation_app.items.scenes import Scene
-from annotation_app.items.trims import shifted
 from annotation_app.people.participants import subject_of
 from annotation_app.store.models import Answer, Item, Person, Study, TaskName
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.annotation import Annotation, Command, Judgment
-from g3.groundings import Context
+from g3.groundings import Context, PhysicalObject, Trajectory
 from g3.short_repr import short_repr
 
 LOG_INTERVAL_S = 10_000.0
@@ -42,26 +41,18 @@ class World:
 @short_repr
 @dataclass(slots=True)
 class CorpusParts:
-    """What tasks add to: those whose answers are commands first, then the others in their order.
-
-    Parameters
-    ----------
-    original
-        The corpus that the study is of, if it is of one.
-    worlds
-        By video.
-    people
-        What exports call people, by their ids.
-    commands
-        By the id of the answer that the command is.
-    """
+    """What tasks add to: those whose answers are commands first, then the others in their order."""
 
     session: Session
     study: Study
     original: Corpus | None
+    """The corpus that the study is of, if it is of one."""
     worlds: Mapping[str, World]
+    """By video."""
     people: Mapping[str, str]
+    """What exports call people, by their ids."""
     commands: dict[int, Command] = field(default_factory=dict)
+    """By the id of the answer that the command is."""
     annotations: list[Annotation] = field(default_factory=list)
     judgments: list[Judgment] = field(default_factory=list)
 
@@ -129,7 +120,13 @@ def _worlds(session: Session, study: Study) -> dict[str, World]:
         scene = scene_of(session, study.id, video)
         context = scene.context
         if media_path(session, study.id, video, "corpus") is None:
-            objects = tuple(shifted(o, number * LOG_INTERVAL_S) for o in context.objects)
+            objects = tuple(_shifted(o, number * LOG_INTERVAL_S) for o in context.objects)
             context = replace(context, objects=objects)
         worlds[video] = World(scene, context)
     return worlds
+
+
+def _shifted(item: PhysicalObject, seconds: float) -> PhysicalObject:
+    """The same on another clock."""
+    path = item.trajectory
+    return replace(item, trajectory=Trajectory(path.t + seconds, path.xyz, path.yaw))

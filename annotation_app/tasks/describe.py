@@ -19,10 +19,16 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
 from annotation_app.store.models import Record
-from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
-from annotation_app.tasks.corpus_parts import CorpusParts, add_commands
+from annotation_app.tasks.corpus_parts import add_commands
 from annotation_app.tasks.task_record import COMMAND, VIDEO_KEYS, Counts, Task, TaskWords
-from annotation_app.tasks.watched_videos import item_of_video, not_watched, video_payload
+from annotation_app.tasks.watched_videos import (
+    Seconds,
+    Speed,
+    item_of_video,
+    not_watched,
+    video_payload,
+    with_watching,
+)
 
 LONGEST_TEXT = 2000
 LONGEST_COMMAND_WORDS = 200
@@ -53,12 +59,8 @@ def text_problems(text: str) -> Iterator[FieldProblem]:
     if not any(character.isalnum() for character in text):
         yield FieldProblem("text", gettext("Type what you would tell the operator to do."))
     elif len(text) > LONGEST_TEXT:
-        message = gettext(
-            "This is %(long)s characters long. Use at most %(most)s.",
-            long=len(text),
-            most=LONGEST_TEXT,
-        )
-        yield FieldProblem("text", message)
+        told = gettext("This is %(long)s characters long. Use at most %(most)s.")
+        yield FieldProblem("text", told % {"long": len(text), "most": LONGEST_TEXT})
     elif len(text.split()) > LONGEST_COMMAND_WORDS:
         yield FieldProblem(
             "text",
@@ -82,10 +84,6 @@ def _check(
     if not answer.played_to_end:
         problems.insert(0, not_watched())
     return with_watching({"text": text}, answer), problems
-
-
-def _export(parts: CorpusParts) -> None:
-    add_commands(parts, "describe")
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
@@ -123,7 +121,7 @@ DESCRIBE = Task(
     practises=("video",),
     gives=COMMAND,
     of_video=item_of_video("describe"),
-    export=_export,
+    export=lambda parts: add_commands(parts, "describe"),
     counts=Counts(
         CommandCounts,
         _counts,

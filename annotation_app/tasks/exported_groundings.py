@@ -1,23 +1,42 @@
-"""Between the answers of people and a corpus: what they showed, and what was drawn at random."""
+"""Between answers and groundings: what people showed, what was drawn, what a model suggests.
+
+The model that suggests is the installation's own (``--model`` of ``ct annotate serve``); without
+one there are no suggestions, for training the bundled model takes minutes. It is never asked when
+something happens in a video: people choose that without a preset.
+"""
 
 from __future__ import annotations
 
+import functools
+import threading
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from sqlalchemy.orm import Session
 
-from annotation_app.items.trims import trimmed
+from annotation_app.items.item_scenes import scene_of
+from annotation_app.items.scenes import footprint_at
+from annotation_app.store.installation import installation
 from annotation_app.store.models import Answer, Item, Record
+from annotation_app.tasks.clause_words import HAPPENING
 from annotation_app.tasks.corpus_parts import World
 from g3.annotation import Annotation, Command
+from g3.errors import CorpusError
 from g3.geometry.footprints import covers
-from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism
+from g3.groundings import Context, Grounding, PhysicalObject, Place, Prism, Trajectory
 from g3.groundings import Path as GroundedPath
 from g3.sdc.clauses import SDC, breadth_first, child_indices
 from g3.sdc.sdc_notation import from_json
 
+if TYPE_CHECKING:
+    from g3.inference.grounder import Grounder
+
 PLACE_HEIGHT_M = 0.3
+_ONE_AT_A_TIME = threading.Lock()
 
 
 def positive(
@@ -30,7 +49,7 @@ def positive(
     things = {thing.id: thing for thing in world.context.objects}
     groundings: list[tuple[Grounding, ...]] = []
     for node, sdc in enumerate(breadth_first(sdcs)):
-        if sdc.type in ("EVENT", "PATH"):
+        if sdc.type in HAPPENING:
             # In a world of which no log tells what moved, nothing happens.
             moves = len(world.context.agent.trajectory) > 1
             groundings.append((_happening(world, sdc, trims[node]),) if moves else ())
@@ -67,7 +86,7 @@ def checked_negative(
             continue
         world = worlds[shown["video"]]
         things = {thing.id: thing for thing in world.context.objects}
-        happens = sdc.type in ("EVENT", "PATH")
+        happens = sdc.type in HAPPENING
         groundings.append(
             (_happening(world, sdc, None),)
             if happens
@@ -115,6 +134,44 @@ def as_answered(groundings: Iterable[Grounding], context: Context) -> Record:
     }
 
 
+def suggested(session: Session, item: Item) -> Record | None:
+    """``{"groundings": {node: grounding}}``; None without a model, or if it finds nothing to do.
+
+    An item may come with a suggestion of its own.
+    """
+    given: Record | None = item.payload.get("suggestion")
+    model = installation().config.model
+    if given is not None or model is None:
+        return given
+    scene = scene_of(session, item.study_id, item.payload["video"])
+    if scene.is_picture:  # where things lie in a picture is no world
+        return None
+    return _proposed(model, from_json(item.payload["sdcs"]), scene.context)
+
+
+def _proposed(model: Path, sdcs: tuple[SDC, ...], context: Context) -> Record | None:
+    try:
+        with _ONE_AT_A_TIME:
+            plan = _grounder(model).follow(sdcs, context, least=0.0, insist=True).plan
+    except CorpusError:  # the model's file can't be read, or the clauses can't be followed
+        return None
+    found = {
+        str(clause.node): as_answered(clause.group, context)
+        for clause in (plan.groundings if plan else ())
+        if clause.sdc.type in ("OBJECT", "PLACE") and not clause.sdc.is_implicit
+    }
+    named = {node: one for node, one in found.items() if one["objects"] or one["places"]}
+    return {"groundings": named} if named else None
+
+
+@functools.lru_cache(maxsize=1)
+def _grounder(model: Path) -> Grounder:
+    from g3.inference.grounder import Grounder  # noqa: PLC0415 - slow to import
+    from g3.learning.grounding_model import GroundingModel  # noqa: PLC0415 - as above
+
+    return Grounder.load(GroundingModel.load(model))
+
+
 def _trims(
     sdcs: tuple[SDC, ...], trims: Mapping[str, Sequence[float]]
 ) -> dict[int, Sequence[float] | None]:
@@ -132,8 +189,23 @@ def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Groundin
     agent = world.context.agent
     if trim is not None:
         start, end = (world.start_s + world.scene.since_start(moment) for moment in trim)
-        agent = trimmed(agent, start, end)
+        agent = _trimmed(agent, start, end)
     return agent if sdc.type == "EVENT" else GroundedPath(agent.trajectory)
+
+
+def _trimmed(item: PhysicalObject, start: float, end: float) -> PhysicalObject:
+    """What an object does between two times of its clock; its shape is that at the first."""
+    path = item.trajectory
+    first, last = np.clip([start, end], path.t[0], path.t[-1])
+    inner = path.t[(path.t > first) & (path.t < last)]
+    t = np.unique(np.concatenate(([first], inner, [last])))
+    xyz = np.column_stack([np.interp(t, path.t, path.xyz[:, k]) for k in range(3)])
+    part = Trajectory(t, xyz, np.interp(t, path.t, np.unwrap(path.yaw)))
+    rise = float(xyz[0, 2] - path.xyz[0, 2])
+    prism = Prism(
+        footprint_at(item, float(first)), item.prism.z_min + rise, item.prism.z_max + rise
+    )
+    return replace(item, prism=prism, trajectory=part)
 
 
 def _place(place: Record, context: Context) -> Place:

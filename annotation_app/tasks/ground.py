@@ -9,9 +9,9 @@ segmentation is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import IO, Annotated, Any, TypeAlias
 
 import msgspec
 import numpy as np
@@ -20,17 +20,16 @@ from sqlalchemy.orm import Session
 from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.item_scenes import aliases_of
+from annotation_app.items.item_scenes import aliases_of, scene_of
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer
 from annotation_app.items.scenes import Aliases, Scene, scene_payload
-from annotation_app.store.models import Answer, Item, Record
+from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
-from annotation_app.tasks.answer_types import Coordinate, Seconds, Speed, with_watching
-from annotation_app.tasks.asking_order import asked_clauses
+from annotation_app.tasks.clause_words import asked_clauses, clauses_of, phrase_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
-from annotation_app.tasks.exported_groundings import positive
+from annotation_app.tasks.exported_groundings import positive, suggested
 from annotation_app.tasks.grounding_comparison import (
     compare,
     disputed_parts,
@@ -38,8 +37,6 @@ from annotation_app.tasks.grounding_comparison import (
     grounding_key,
     shared_part,
 )
-from annotation_app.tasks.grounding_table import write_groundings
-from annotation_app.tasks.suggested_groundings import suggested
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,
@@ -50,16 +47,25 @@ from annotation_app.tasks.task_record import (
     Source,
     Task,
     TaskWords,
+    write_csv,
 )
 from annotation_app.tasks.video_parts import must_be_chosen, read_parts, sent_parts
+from annotation_app.tasks.watched_videos import Seconds, Speed, with_watching
 from g3.geometry.plane import area, convex_hull
-from g3.sdc.clauses import all_words, breadth_first
+from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import from_json
 
 MOST_THINGS = 50
 SMALLEST_PLACE_M2 = 0.01
 FAR_M = 200.0
 """How far from the map's things a place may be marked."""
+COLUMNS = (
+    "answer", "command", "video", "clause", "type", "phrase", "things", "labels", "boxes", "places",
+    "cant_tell", "from_s", "to_s",
+)  # fmt: skip
+
+
+Coordinate: TypeAlias = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 
 
 class MarkedPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -149,13 +155,9 @@ def _check(
     for node in sorted(wanted, key=int):
         grounding = answer.groundings.get(node)
         if grounding is None or not (grounding.objects or grounding.places or grounding.cant_tell):
-            phrase = " ".join(word.text for word in all_words(nodes[int(node)]))
-            problems.append(
-                FieldProblem(
-                    node,
-                    gettext("Show what “%(phrase)s” is, or choose “can't tell”.", phrase=phrase),
-                )
-            )
+            phrase = phrase_of(nodes[int(node)])
+            message = gettext("Show what “%(phrase)s” is, or choose “can't tell”.", phrase=phrase)
+            problems.append(FieldProblem(node, message))
         else:
             kept[node] = _clause_grounding(node, grounding, scene, names, problems)
     parts, more = read_parts(sdcs, answer.trims, answer.whole, scene.duration_s)
@@ -254,6 +256,47 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
     return measured(by_clause(items, "groundings", grounding_key))
 
 
+def _table(session: Session, study: Study, file: IO[bytes]) -> None:
+    """A row for each clause that an adopted answer grounds.
+
+    ``things`` are ids: of annotations, if the things come from a COCO file. ``boxes`` are x, y,
+    width and height in pixels of the picture.
+    """
+    write_csv(file, COLUMNS, _rows(session, study))
+
+
+def _rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
+    for answer, item in answers_of(session, study, "ground", adopted=True):
+        scene = scene_of(session, study.id, item.payload["video"])
+        for clause in clauses_of(from_json(item.payload["sdcs"])):
+            node = str(clause["node"])
+            grounding = answer.body["groundings"].get(node)
+            part = answer.body["trims"].get(node)
+            if grounding is not None or part is not None:
+                about = (answer.id, item.payload["text"], item.payload["video"], node)
+                of = (clause["type"], clause["phrase"])
+                yield (*about, *of, *_shown_in(grounding, scene), *(part or ("", "")))
+
+
+def _shown_in(grounding: Record | None, scene: Scene) -> tuple[object, ...]:
+    if grounding is None:
+        return "", "", "", "", ""
+    ids = grounding["objects"]
+    labels = {thing.id: " ".join(thing.labels) for thing in scene.context.objects}
+    boxes = {one["id"]: one["box"] for one in scene.segmentation.get("objects", [])}
+    return (
+        " ".join(ids),
+        "; ".join(labels.get(one, "") for one in ids),
+        _json([boxes.get(one) for one in ids]),
+        _json(grounding["places"]),
+        grounding["cant_tell"],
+    )
+
+
+def _json(value: object) -> str:
+    return msgspec.json.encode(value).decode() if value else ""
+
+
 GROUND = Task(
     name="ground",
     words=TaskWords(
@@ -326,5 +369,5 @@ GROUND = Task(
     counts=Counts(GroundingCounts, _counts, {"groundings": "groundings"}),
     agreement=_measured,
     disputed=disputed_parts,
-    tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", write_groundings)},
+    tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", _table)},
 )

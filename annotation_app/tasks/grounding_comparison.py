@@ -1,8 +1,8 @@
-"""Answers to a grounding beside each other: what they share, and in what they differ."""
+"""Answers to a grounding beside each other: what they share, in words and drawn, and what not."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,33 +11,27 @@ from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import aliases_of
 from annotation_app.items.media import media_files
-from annotation_app.items.scenes import scene_payload
+from annotation_app.items.scenes import Scene, scene_payload
 from annotation_app.store.models import Item, Record
-from annotation_app.tasks.clause_words import clauses_of
-from annotation_app.tasks.disputed_parts import AREA, CLAUSE_TYPE, PLACE, THING, WORDS, Key, Part
-from annotation_app.tasks.grounding_pictures import draw
+from annotation_app.tasks.agreement import AREA, CLAUSE_TYPE, PLACE, THING, WORDS, Key, Part
+from annotation_app.tasks.clause_words import HAPPENING, clauses_of
 from annotation_app.tasks.task_record import Compared
 from g3.sdc.clauses import SDC, breadth_first
 from g3.sdc.sdc_notation import from_json
 
+MARGIN_M = 2.0
+
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Something that an answer says of a clause.
-
-    Parameters
-    ----------
-    text
-        In words.
-    shown
-        What the worker's page calls the thing or place; empty for all else.
-    differs
-        Whether another answer doesn't say so.
-    """
+    """Something that an answer says of a clause."""
 
     text: str
+    """In words."""
     shown: str
+    """What the worker's page calls the thing or place; empty for all else."""
     differs: bool
+    """Whether another answer doesn't say so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +48,37 @@ class ComparedClause:
     def differs(self) -> bool:
         """Whether the answers don't all say the same."""
         return any(choice.differs for choices in self.choices for choice in choices)
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Something to draw, as SVG has it."""
+
+    kind: str
+    """``thing``, ``place`` or ``area``: one that an answer has drawn."""
+    shown: str
+    """What the worker's page calls it; empty for what no answer speaks of."""
+    differs: bool
+    """Whether the answers don't agree on it."""
+    polygons: tuple[str, ...]
+    """Corners of each, as the attribute ``points``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Two views of a scene."""
+
+    video: str | None
+    """Its public name; None without pictures."""
+    size: tuple[int, int]
+    """Of the video, in pixels."""
+    seen: tuple[Outline, ...]
+    """Outlines on the first frame, in pixels."""
+    view: str
+    """The map's ``viewBox``, in metres with y downwards. The page's script turns the map as the
+    worker's is."""
+    mapped: tuple[Outline, ...]
+    """Outlines on the map, in the same; none where only a picture is known."""
 
 
 def grounding_key(grounding: Record) -> bytes:
@@ -91,16 +116,14 @@ def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes)
     }
     files = media_files(session, item.study_id, video).public
     clauses = list(_clauses(item, bodies, scene.duration_s, shown))
-    picture = draw(scene, files.get("video"), _all_keys(bodies), shown, _disputed_keys(bodies))
+    picture = _drawn(scene, files.get("video"), _all_keys(bodies), shown, _disputed_keys(bodies))
     about = {"clauses": clauses, "picture": picture, "scene": scene_payload(scene, names, files)}
     return Compared(tuple(range(len(bodies))), about)
 
 
 def disputed_parts(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
     """The clauses of a command, their words, and the things and places that people chose."""
-    sdcs = _nodes(item)
-    for clause in clauses_of(from_json(item.payload["sdcs"])):
-        said = [_said(body, str(clause["node"]), sdcs[clause["node"]]) for body in bodies]
+    for clause, _, said in _said_of(item, bodies):
         differs = len(set(said)) > 1
         yield Part(CLAUSE_TYPE, clause["type"], differs)
         yield Part(WORDS, clause["phrase"].lower(), differs)
@@ -110,19 +133,24 @@ def disputed_parts(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
                 yield Part(kind, str(what), not in_all, item.payload["video"])
 
 
-def _nodes(item: Item) -> list[SDC]:
-    return list(breadth_first(from_json(item.payload["sdcs"])))
+def _said_of(
+    item: Item, bodies: Sequence[Record]
+) -> Iterator[tuple[Record, SDC, list[tuple[Key, ...]]]]:
+    """The clauses of a command, and what each answer says of them."""
+    sdcs = from_json(item.payload["sdcs"])
+    nodes = list(breadth_first(sdcs))
+    for clause in clauses_of(sdcs):
+        sdc = nodes[clause["node"]]
+        yield clause, sdc, [_said(body, str(clause["node"]), sdc) for body in bodies]
 
 
 def _clauses(
     item: Item, bodies: Sequence[Record], duration_s: float, shown: Mapping[Key, str]
 ) -> Iterator[ComparedClause]:
-    sdcs = _nodes(item)
-    for clause in clauses_of(from_json(item.payload["sdcs"])):
-        sdc, node = sdcs[clause["node"]], str(clause["node"])
-        said = [_said(body, node, sdc) for body in bodies]
+    for clause, sdc, said in _said_of(item, bodies):
         times: tuple[tuple[float, float], ...] = ()
-        if sdc.type in ("EVENT", "PATH"):
+        if sdc.type in HAPPENING:
+            node = str(clause["node"])
             parts = (body["trims"].get(node, (0.0, duration_s)) for body in bodies)
             whole = max(duration_s, 0.1)
             times = tuple(
@@ -140,7 +168,7 @@ def _clauses(
 
 def _said(body: Record, node: str, sdc: SDC) -> tuple[Key, ...]:
     """What an answer says of a clause."""
-    if sdc.type in ("EVENT", "PATH"):
+    if sdc.type in HAPPENING:
         part = body["trims"].get(node)
         return (("time", None if part is None else tuple(part)),)
     return tuple(_chosen(body["groundings"].get(node))) or (("nothing", None),)
@@ -192,3 +220,55 @@ def _all_keys(bodies: Iterable[Record]) -> list[Key]:
     """What answers choose for any clause, each once, in the order of the answers."""
     groundings = (grounding for body in bodies for grounding in body["groundings"].values())
     return list(dict.fromkeys(key for grounding in groundings for key in _chosen(grounding)))
+
+
+def _drawn(
+    scene: Scene,
+    video: str | None,
+    keys: Sequence[Key],
+    shown: Mapping[Key, str],
+    disputed: Collection[Key],
+) -> Picture:
+    """A scene with what answers speak of; on what is `disputed` of it they don't agree."""
+    size = scene.segmentation.get("width", 0), scene.segmentation.get("height", 0)
+
+    def outline(key: Key, polygons: Sequence[Sequence[Sequence[float]]]) -> Outline:
+        points = tuple(map(_svg_points, polygons))
+        name = shown.get(key, "") if key in keys else ""
+        return Outline(key[0], name, key in disputed, points)
+
+    seen = [
+        outline((THING, thing["id"]), thing["polygons"])
+        for thing in scene.segmentation.get("objects", [])
+        if (THING, thing["id"]) in keys and thing["polygons"]
+    ]
+    if scene.is_picture:
+        return Picture(video if all(size) else None, size, tuple(seen), "", ())
+    # Those that are spoken of come last, to lie on top.
+    things = sorted(scene.context.objects, key=lambda thing: (THING, thing.id) in keys)
+    mapped = [outline((THING, thing.id), [_turned(thing.prism.xy.tolist())]) for thing in things]
+    for key in keys:
+        if key[0] == PLACE:
+            mapped.append(outline(key, [_turned(scene.context.places[key[1]].prism.xy.tolist())]))
+        elif key[0] == AREA:
+            mapped.append(outline(key, [_turned(key[1])]))
+    return Picture(video if all(size) else None, size, tuple(seen), _view(scene), tuple(mapped))
+
+
+def _turned(corners: Iterable[Sequence[float]]) -> list[tuple[float, float]]:
+    return [(x, -y) for x, y in corners]
+
+
+def _view(scene: Scene) -> str:
+    prisms = [
+        *(thing.prism for thing in scene.context.objects),
+        *(place.prism for place in scene.context.places),
+    ]
+    corners = [corner for prism in prisms for corner in prism.xy.tolist()]
+    xs, ys = [x for x, _ in corners], [-y for _, y in corners]
+    left, top = min(xs) - MARGIN_M, min(ys) - MARGIN_M
+    return f"{left:.2f} {top:.2f} {max(xs) - left + MARGIN_M:.2f} {max(ys) - top + MARGIN_M:.2f}"
+
+
+def _svg_points(corners: Iterable[Sequence[float]]) -> str:
+    return " ".join(f"{x:.2f},{y:.2f}" for x, y in corners)

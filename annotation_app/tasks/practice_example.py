@@ -18,30 +18,20 @@ COMMAND = N_("Sail to the buoy by the lighthouse.")
 
 
 class PracticeExample(msgspec.Struct, frozen=True):
-    """What there is to make a task's practice example of.
-
-    Parameters
-    ----------
-    command
-        What somebody has typed for the video.
-    words
-        Its words, and where each starts.
-    sdcs
-        Its SDC trees, as :func:`g3.sdc.sdc_notation.to_json` writes them.
-    clauses
-        Node, type and phrase of each clause that words name.
-    watched
-        What a page needs to show the video.
-    scene
-        The same, with outlines and a map.
-    """
+    """What there is to make a task's practice example of."""
 
     command: str
+    """What somebody has typed for the video."""
     words: list[dict[str, Any]]
+    """Its words, and where each starts."""
     sdcs: list[Record]
+    """Its SDC trees, as :func:`g3.sdc.sdc_notation.to_json` writes them."""
     clauses: list[Record]
+    """Node, type and phrase of each clause that words name."""
     watched: Record
+    """What a page needs to show the video."""
     scene: Record
+    """The same, with outlines and a map."""
 
 
 def practice_example() -> PracticeExample:

@@ -23,8 +23,7 @@ from annotation_app.items.new_items import NewItem, draws, videos_of
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, measured
-from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
-from annotation_app.tasks.corpus_parts import CorpusParts, answers_of, people_of
+from annotation_app.tasks.corpus_parts import answers_of, people_of
 from annotation_app.tasks.task_record import (
     COMMAND,
     VIDEO_KEYS,
@@ -33,6 +32,7 @@ from annotation_app.tasks.task_record import (
     Task,
     TaskWords,
 )
+from annotation_app.tasks.watched_videos import Seconds, Speed, with_watching
 from corpus_tools.world.scenarios.documents import Problem
 from g3.annotation import RATINGS, Judgment
 
@@ -137,10 +137,6 @@ def _study_problem(study: StudyConfig) -> Problem | None:
     return None
 
 
-def _export(parts: CorpusParts) -> None:
-    parts.judgments += judgments(parts.session, parts.study)
-
-
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     found = Counter(body["rating"] for body, _ in answers)
     return RatingCounts({value: found[value] for value in range(1, 6)})
@@ -183,7 +179,7 @@ RATE = Task(
     study_problem=_study_problem,
     in_random_order=True,
     passes=passes,
-    export=_export,
+    export=lambda parts: parts.judgments.extend(judgments(parts.session, parts.study)),
     counts=Counts(RatingCounts, _counts, {}, "dashboard/rating_counts.html"),
     agreement=_measured,
     gist=lambda body: {"rating": body["rating"]},

@@ -26,9 +26,8 @@ from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.studies.suggestions import suggest, warm_up
-from annotation_app.tasks.agreement import Measure, Measured, mean_pairwise, tree_f
+from annotation_app.tasks.agreement import Measure, Measured, Part, mean_pairwise, tree_f
 from annotation_app.tasks.clause_words import words_of
-from annotation_app.tasks.disputed_parts import Part
 from annotation_app.tasks.task_record import (
     CLAUSES,
     COMMAND,
@@ -71,39 +70,26 @@ class ShownTrees:
     clauses: tuple[MarkedClause, ...]
 
 
-def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> list[FieldProblem]:
+def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> Iterator[FieldProblem]:
     """What is wrong with the SDC trees of a command, beyond their form."""
-    problems = []
-    if not any(not sdc.is_implicit for sdc in breadth_first(sdcs)):
-        problems.append(FieldProblem("sdcs", gettext("Mark at least one clause.")))
+    if all(sdc.is_implicit for sdc in breadth_first(sdcs)):
+        yield FieldProblem("sdcs", gettext("Mark at least one clause."))
     for i, tree in enumerate(sdcs):
         words = all_words(tree)
         for word in words:
             if text[word.start : word.end] != word.text:
-                problems.append(
-                    FieldProblem(
-                        f"sdcs[{i}]",
-                        gettext("“%(word)s” is not in the command there.", word=word.text),
-                    )
-                )
+                told = gettext("“%(word)s” is not in the command there.", word=word.text)
+                yield FieldProblem(f"sdcs[{i}]", told)
         for word in sorted({w for w, following in pairwise(words) if w == following}):
-            problems.append(
-                FieldProblem(
-                    f"sdcs[{i}]",
-                    gettext(
-                        "The word “%(word)s” is used twice. Use it in one place.", word=word.text
-                    ),
-                )
+            told = gettext(
+                "The word “%(word)s” is used twice. Use it in one place.", word=word.text
             )
+            yield FieldProblem(f"sdcs[{i}]", told)
     for node, sdc in enumerate(breadth_first(sdcs)):
         is_figure = any(sdc is figure for parent in breadth_first(sdcs) for figure in parent.figure)
         if sdc.is_implicit and not (sdc.type == "OBJECT" and is_figure):
-            problems.append(
-                FieldProblem(
-                    str(node), gettext("This clause has no words. Give it some, or remove it.")
-                )
-            )
-    return problems
+            told = gettext("This clause has no words. Give it some, or remove it.")
+            yield FieldProblem(str(node), told)
 
 
 def _suggestion(_session: Session, item: Item) -> Any:
@@ -116,11 +102,7 @@ def _likeness(suggestion: Any, body: Record) -> float:
 
 def _payload(session: Session, item: Item, _salt: bytes) -> Record:
     text = item.payload["text"]
-    return {
-        "command": text,
-        "words": list(words_of(text)),
-        **watched(session, item),
-    }
+    return {"command": text, "words": list(words_of(text)), **watched(session, item)}
 
 
 def _check(
@@ -133,7 +115,7 @@ def _check(
         why = f"{message} {error.fix}".strip()
         problem = gettext("The clauses can't be read: %(why)s", why=why)
         return {}, [FieldProblem(error.where, problem)]
-    return {"sdcs": to_json(sdcs)}, segmentation_problems(sdcs, item.payload["text"])
+    return {"sdcs": to_json(sdcs)}, [*segmentation_problems(sdcs, item.payload["text"])]
 
 
 def _items(
@@ -192,13 +174,7 @@ def _became_of(provenance: Record | None) -> str:
 
 
 def to_conllu(session: Session, study: Study, file: IO[bytes]) -> None:
-    """The words of commands with the clauses that they are in, as far as those are adopted.
-
-    Raises
-    ------
-    FormatError
-        If the parser of English isn't installed.
-    """
+    """The adopted clauses with their words; a FormatError if the English parser isn't installed."""
     from g3.language.parsing.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
     from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
 

@@ -24,9 +24,15 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.store.models import Record
 from annotation_app.tasks.agreement import Measured
-from annotation_app.tasks.answer_types import Seconds, Speed, with_watching
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
-from annotation_app.tasks.watched_videos import item_of_video, not_watched, video_payload
+from annotation_app.tasks.watched_videos import (
+    Seconds,
+    Speed,
+    item_of_video,
+    not_watched,
+    video_payload,
+    with_watching,
+)
 
 LONGEST_TEXT = 300
 MOST_SUBTASKS = 200

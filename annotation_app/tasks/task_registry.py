@@ -46,13 +46,7 @@ def task_names() -> tuple[TaskName, ...]:
 
 
 def task_of(name: TaskName) -> Task:
-    """The task of a name.
-
-    Raises
-    ------
-    Refusal
-        If there is none.
-    """
+    """The task of a name; refused if there is none."""
     task = TASKS.get(name)
     if task is None:
         raise Refusal(404, gettext("There is no such task here any more."))

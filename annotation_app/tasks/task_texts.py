@@ -8,7 +8,6 @@ import msgspec
 from markupsafe import Markup
 
 from annotation_app.core.languages import N_, gettext
-from annotation_app.store.models import Record
 from annotation_app.studies.safe_markdown import to_html
 from annotation_app.studies.study_file import (
     Labels,
@@ -25,22 +24,15 @@ BOAT, THE_BOAT = N_("boat"), N_("the boat")
 
 @dataclass(frozen=True, slots=True)
 class PageTexts:
-    """What a task's page says besides the task's words.
-
-    Parameters
-    ----------
-    instructions
-        The study's own as HTML; empty if the task's words are to be shown.
-    statement, scale
-        What is rated, and the five levels.
-    labels
-        What things are called.
-    """
+    """What a task's page says besides the task's words."""
 
     instructions: Markup
+    """The study's own as HTML; empty if the task's words are to be shown."""
     statement: str
     scale: tuple[str, ...]
+    """What is rated, and the five levels."""
     labels: Labels
+    """What things are called."""
 
 
 def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
@@ -58,10 +50,7 @@ def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
 def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = False) -> PageTexts:
     """The texts of a task's page in a study, if it is in one.
 
-    Parameters
-    ----------
-    with_boat
-        Whether the page is about the app's own practice example.
+    A page that is about the app's own practice example is `with_boat`.
     """
     study = in_its_language(config or StudyConfig(name="-", title="-", tasks={}))
     robot, labels = study.robot, study.labels
@@ -71,11 +60,6 @@ def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = Fals
     return PageTexts(
         to_html(own) if own.strip() else Markup(), told(study.statement, robot), study.scale, labels
     )
-
-
-def labels_of(texts: PageTexts) -> Record:
-    """The labels as the page's program gets them."""
-    return {name: getattr(texts.labels, name) for name in ("thing", "place", "robot")}
 
 
 def _own(config: StudyConfig | None, task: Task) -> TaskConfig:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from annotation_app.tasks.disputed_parts import CLAUSE_TYPE, WORDS, Part
+from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS, Part
 from g3.sdc.clauses import CHILD_FIELDS, SDC, Span
 
 FIELD_WORDS = {"f": "figure", "l": "landmark", "l2": "second landmark"}
@@ -13,28 +13,19 @@ FIELD_WORDS = {"f": "figure", "l": "landmark", "l2": "second landmark"}
 
 @dataclass(frozen=True, slots=True)
 class MarkedClause:
-    """A clause of one tree, and how it differs from the other trees.
-
-    Parameters
-    ----------
-    number
-        Depth first from 1, as drawings have it.
-    depth
-        0 for one that stands alone.
-    place
-        Which field of the clause above it is in; empty if it stands alone.
-    words
-        Its own words, and whether another tree has each in no or another sort of clause.
-    notes
-        What other trees have instead, in plain words.
-    """
+    """A clause of one tree, and how it differs from the other trees."""
 
     number: int
+    """Depth first from 1, as drawings have it."""
     depth: int
+    """0 for one that stands alone."""
     type: str
     place: str
+    """Which field of the clause above it is in; empty if it stands alone."""
     words: tuple[tuple[str, bool], ...]
+    """Its own words, and whether another tree has each in no or another sort of clause."""
     notes: tuple[str, ...]
+    """What other trees have instead, in plain words."""
 
     @property
     def differs(self) -> bool:

@@ -13,7 +13,8 @@ from collections.abc import Collection, Mapping
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.store.models import Record
-from g3.sdc.clauses import SDC, all_words, breadth_first
+from annotation_app.tasks.clause_words import HAPPENING, phrase_of
+from g3.sdc.clauses import SDC, breadth_first
 
 SLACK_S = 0.5
 """How far beyond a video's end a part may go: players round."""
@@ -24,11 +25,7 @@ def must_be_chosen(sdcs: tuple[SDC, ...]) -> Mapping[str, str]:
     named = [(str(n), sdc) for n, sdc in enumerate(breadth_first(sdcs)) if not sdc.is_implicit]
     if sum(sdc.type == "EVENT" for _, sdc in named) < 2:
         return {}
-    return {
-        node: " ".join(word.text for word in all_words(sdc))
-        for node, sdc in named
-        if sdc.type in ("EVENT", "PATH")
-    }
+    return {node: phrase_of(sdc) for node, sdc in named if sdc.type in HAPPENING}
 
 
 def read_parts(
@@ -39,37 +36,28 @@ def read_parts(
 ) -> tuple[Record, list[FieldProblem]]:
     """The parts that somebody chose as they are kept, and what is wrong with them.
 
-    Parameters
-    ----------
-    whole
-        The nodes for which the whole video was chosen.
-    duration_s
-        The video's.
+    `whole` has the nodes for which the whole video was chosen, which has this duration.
     """
     known = _happening(sdcs)
-    problems = []
+    problems: list[FieldProblem] = []
+
+    def refuse(node: str, message: str) -> None:
+        problems.append(FieldProblem(node, message))
+
     for node, (start, end) in sorted(trims.items()):
         if node not in known:
-            problems.append(FieldProblem(node, gettext("There is no such clause to trim.")))
+            refuse(node, gettext("There is no such clause to trim."))
         elif not start < end <= duration_s + SLACK_S:
-            problems.append(
-                FieldProblem(node, gettext("The part of the video must begin before it ends."))
-            )
+            refuse(node, gettext("The part of the video must begin before it ends."))
     for node in sorted(set(whole)):
         if node not in known:
-            problems.append(FieldProblem(node, gettext("There is no such clause to trim.")))
+            refuse(node, gettext("There is no such clause to trim."))
         elif node in trims:
-            problems.append(
-                FieldProblem(node, gettext("Choose either the whole video or a part of it."))
-            )
+            refuse(node, gettext("Choose either the whole video or a part of it."))
     for node, phrase in must_be_chosen(sdcs).items():
         if node not in trims and node not in whole:
-            problems.append(
-                FieldProblem(
-                    node,
-                    gettext("Choose which part of the video shows “%(phrase)s”.", phrase=phrase),
-                )
-            )
+            told = gettext("Choose which part of the video shows “%(phrase)s”.", phrase=phrase)
+            refuse(node, told)
     left = [node for node in known if node not in trims]
     kept = {
         "trims": {node: list(trim) for node, trim in trims.items()},
@@ -90,4 +78,4 @@ def sent_parts(sdcs: tuple[SDC, ...], body: Record) -> Record:
 
 def _happening(sdcs: tuple[SDC, ...]) -> list[str]:
     nodes = enumerate(breadth_first(sdcs))
-    return [str(node) for node, sdc in nodes if sdc.type in ("EVENT", "PATH")]
+    return [str(node) for node, sdc in nodes if sdc.type in HAPPENING]

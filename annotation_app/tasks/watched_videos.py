@@ -1,9 +1,11 @@
-"""What tasks share in which people watch one whole video: `describe` and `subtasks`."""
+"""What tasks share in which people watch videos."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Annotated, Any, TypeAlias
 
+import msgspec
 from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import gettext
@@ -11,6 +13,20 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Item, Record, TaskName
+
+Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
+Speed: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=4)]
+"""How fast a video may be played: the player offers up to 4 times."""
+
+
+def with_watching(body: Record, answer: Any) -> Record:
+    """A kept answer with what the page has reported of watching.
+
+    That is ``watched_s``, seconds of videos that were played, at any speed, and ``speed``, the
+    fastest that they were played at.
+    """
+    told = {"watched_s": answer.watched_s, "speed": answer.speed}
+    return body | {name: value for name, value in told.items() if value is not None}
 
 
 def not_watched() -> FieldProblem:

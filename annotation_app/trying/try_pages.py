@@ -20,7 +20,7 @@ from annotation_app.trying.attempt import PICTURE, TREE, VIDEO, Asked, Shown, sc
 from annotation_app.trying.attempt_queue import attempts
 from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.limits import limited, tries
-from annotation_app.web.needs_login import sign_in_page
+from annotation_app.web.who_asks import sign_in_page
 from g3.scene_drawing import scene_svg
 
 LONGEST_COMMAND = 500

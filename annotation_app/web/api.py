@@ -24,13 +24,12 @@ from annotation_app.store.models import Answer, Item, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
-from annotation_app.work import adjudicating, adoption, offers
+from annotation_app.work import adjudicating, adoption
 from annotation_app.work.answer_flags import odd_below
-from annotation_app.work.answer_gist import gist_of
-from annotation_app.work.answer_reading import read_answer
+from annotation_app.work.answer_reading import gist_of, read_answer
 from annotation_app.work.finished_items import after_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
-from annotation_app.work.page_data import opened_page, page_data
+from annotation_app.work.page_data import opened_page, page_data, provenance
 
 blueprint = Blueprint("api", __name__, url_prefix="/api")
 
@@ -111,22 +110,17 @@ def lease(study_name: str, task_name: str) -> Response:
 @blueprint.get("/items/<item_id>")
 def item(item_id: str) -> Response:
     """An item that is or was this person's, with their draft."""
-    with reading(installation().engine) as session:
-        found = item_of(session, item_id)
-    return json_reply(opened_page(installation().engine, item_id, found.who, installation().salt))
+    who = _own_item(item_id).who
+    return json_reply(opened_page(installation().engine, item_id, who, installation().salt))
 
 
 @blueprint.post("/items/<item_id>/begin")
 @limited(submissions)
 def begin(item_id: str) -> Response:
     """Keep an item for somebody who has begun to work on it."""
-    engine = installation().engine
-    with reading(engine) as session:
-        found = item_of(session, item_id)
-    until = lease_s(restored(found.config), found.task)
-    with transaction(engine) as session:
-        held = extend(session, found.id, found.who, now=now(), lease_s=until)
-    return json_reply({"leased": held})
+    found = _own_item(item_id)
+    with transaction(installation().engine) as session:
+        return json_reply({"leased": _extended(session, found)})
 
 
 @blueprint.put("/items/<item_id>/draft")
@@ -134,20 +128,12 @@ def begin(item_id: str) -> Response:
 def draft(item_id: str) -> Response:
     """Keep what somebody has done so far, and the item for them."""
     request = read_request(DraftRequest)
-    engine = installation().engine
-    with reading(engine) as session:
-        found = item_of(session, item_id)
-    with transaction(engine) as session:
+    found = _own_item(item_id)
+    with transaction(installation().engine) as session:
         kept = save_draft(
             session, found, found.who, revision=request.revision, body=request.body, now=now()
         )
-        held = kept and extend(
-            session,
-            found.id,
-            found.who,
-            now=now(),
-            lease_s=lease_s(restored(found.config), found.task),
-        )
+        held = kept and _extended(session, found)
     return json_reply({"kept": kept, "leased": held})
 
 
@@ -160,7 +146,7 @@ def answer(item_id: str) -> Response:
     with reading(engine) as session:
         found = item_of(session, item_id)
         kept = read_answer(session, found, request.body, installation().salt)
-        provenance = offers.provenance(session, found, found.who, kept)
+        origin = provenance(session, found, found.who, kept)
     with transaction(engine) as session:
         receipt = submit(
             session,
@@ -169,9 +155,9 @@ def answer(item_id: str) -> Response:
             uuid=request.uuid,
             sent=request.body,
             body=kept,
-            provenance=provenance,
+            provenance=origin,
             gist=gist_of(found.task, kept),
-            odd_below_s=odd_below(found.payload, kept, provenance),
+            odd_below_s=odd_below(found.payload, kept, origin),
             now=now(),
             adopted=task_of(found.task).adjudication is None,
         )
@@ -211,9 +197,7 @@ def answers(item_id: str) -> Response:
     with reading(installation().engine) as session:
         person = required_person(session, "adjudicator")
         found = any_item(session, item_id)
-        given = session.scalars(
-            select(Answer).where(Answer.item_id == item_id).order_by(Answer.id)
-        ).all()
+        given = select(Answer).where(Answer.item_id == item_id).order_by(Answer.id)
         listed = [
             {
                 "answer": a.id,
@@ -221,7 +205,7 @@ def answers(item_id: str) -> Response:
                 "surplus": a.surplus,
                 "body": task_of(found.task).sent_form(session, found, a.body, salt),
             }
-            for a in given
+            for a in session.scalars(given)
         ]
         return json_reply({**page_data(session, item_id, person.id, salt), "answers": listed})
 
@@ -261,26 +245,14 @@ def practice(task_name: str) -> Response:
 
 
 def read_task(name: str) -> TaskName:
-    """A task by its name.
-
-    Raises
-    ------
-    Refusal
-        If there is none.
-    """
+    """A task by its name; refused if there is none."""
     if find_task(name) is None:
         raise Refusal(404, gettext("There is no such task."))
     return name
 
 
 def read_request(record_type: type[T]) -> T:
-    """The JSON that was sent.
-
-    Raises
-    ------
-    Refusal
-        If it has another form.
-    """
+    """The JSON that was sent; refused if it has another form."""
     try:
         request = msgspec.json.decode(flask.request.get_data(), type=record_type)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -290,17 +262,23 @@ def read_request(record_type: type[T]) -> T:
 
 
 def any_item(session: Session, item_id: str) -> Item:
-    """An item, whoever has it.
-
-    Raises
-    ------
-    Refusal
-        If there is none.
-    """
+    """An item, whoever has it; refused if there is none."""
     found = session.get(Item, item_id)
     if found is None:
         raise Refusal(404, gettext("There is no such item."))
     return found
+
+
+def _own_item(item_id: str) -> Work:
+    """An item of theirs whose request this is, read beside whoever writes."""
+    with reading(installation().engine) as session:
+        return item_of(session, item_id)
+
+
+def _extended(session: Session, item: Work) -> bool:
+    """Lease an item on to the person who has it; whether they still have it."""
+    until = lease_s(restored(item.config), item.task)
+    return extend(session, item.id, item.who, now=now(), lease_s=until)
 
 
 def _note(session: Session, item: Work, name: Any, request: NoteRequest) -> None:

@@ -44,22 +44,16 @@ def limiter(storage: str) -> MovingWindowRateLimiter:
 def limited(often: str, *, by_address: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Refuse what somebody does more often, telling when to come again.
 
-    Parameters
-    ----------
-    by_address
-        Whether it is counted by address also for people who are known. Cookies of new people
-        are to be had for nothing.
+    `by_address` counts by address also for people who are known. Cookies of new people are to be
+    had for nothing.
     """
-    limits = parse_many(often)
 
     def decorate(view: Callable[P, R]) -> Callable[P, R]:
         @functools.wraps(view)
         def counted(*args: P.args, **kwargs: P.kwargs) -> R:
-            counter = installation().limiter
-            if counter is not None:
+            if installation().limiter is not None:
                 whose = str(flask.request.remote_addr) if by_address else _whose()
-                for limit in limits:
-                    _count(counter, limit, (view.__name__, whose))
+                count_now(often, view.__name__, whose)
             return view(*args, **kwargs)
 
         return counted
@@ -71,8 +65,11 @@ def count_now(often: str, what: str, whose: str) -> None:
     """Count something that was done, and refuse it if it was done too often."""
     counter = installation().limiter
     if counter is not None:
-        for limit in parse_many(often):
+        for limit in _limits(often):
             _count(counter, limit, (what, whose))
+
+
+_limits = functools.cache(parse_many)
 
 
 def bearer() -> str | None:

@@ -32,10 +32,7 @@ AMOUNT = "#,##0.00 ¤¤"
 def install(app: Flask, in_english: Collection[str]) -> None:
     """Have an app's pages speak.
 
-    Parameters
-    ----------
-    in_english
-        The blueprints whose pages are English, whatever the browser asks for: researchers'.
+    The pages of some blueprints, researchers', are English, whatever the browser asks for.
     """
 
     @app.before_request

@@ -10,7 +10,7 @@ import msgspec
 from annotation_app.store.models import Record
 from annotation_app.studies.study_file import PracticeItem, StudyConfig
 from annotation_app.tasks.task_record import Task
-from annotation_app.tasks.task_texts import labels_of, page_texts, task_words
+from annotation_app.tasks.task_texts import page_texts, task_words
 
 WHO_CHARACTERS = 8
 
@@ -26,22 +26,17 @@ def render_task(
 ) -> str:
     """A task's page.
 
-    Parameters
-    ----------
-    data
-        What the page's script gets, but for the labels.
-    with_boat
-        Whether the page is about the app's own practice example.
-    shown
-        What else the template shows.
+    Its script gets `data` and labels, its template all else that is shown. If it is `with_boat`, it
+    is about the app's own practice example.
     """
     texts = page_texts(config, task, with_boat=with_boat)
+    labels = {name: getattr(texts.labels, name) for name in ("thing", "place", "robot")}
     return flask.render_template(
         task.template,
         task=task.name,
         words=task_words(config, task),
         texts=texts,
-        data={**data, "labels": labels_of(texts)},
+        data={**data, "labels": labels},
         is_practice=data.get("practice", False),
         **shown,
     )

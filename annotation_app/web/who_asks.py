@@ -1,4 +1,8 @@
-"""The database, for whoever asks for a page that only people with a role may see."""
+"""Who asks: a person with a role, or a program with a token.
+
+A request with ``Authorization: Bearer`` is a program's, whatever cookies come with it. It may
+read, and nothing else: what changes something asks for a person.
+"""
 
 from __future__ import annotations
 
@@ -7,28 +11,30 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import ParamSpec, TypeAlias
 
+import flask
 from flask.typing import ResponseReturnValue as Reply
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
+from annotation_app.people import api_tokens
 from annotation_app.people.browser_sessions import required_person
-from annotation_app.store.database import reading, transaction
+from annotation_app.store.audit import name_of
+from annotation_app.store.database import OnlyReadError, reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Role
+from annotation_app.web.limits import bearer, count_now
+from g3.errors import CorpusError
 
 P = ParamSpec("P")
 Asked: TypeAlias = Iterator[tuple[Session, Person]]
+WRONG_TOKENS = "60/minute"
+"""By address: guessing is hopeless anyway, and isn't to be for nothing."""
 
 
 @contextmanager
 def seen_by(role: Role, *, one_state: bool = False) -> Asked:
-    """Read the database for whose request this is, who must have a role.
-
-    Raises
-    ------
-    Refusal
-        As :func:`annotation_app.people.browser_sessions.required_person` does.
-    """
+    """Read the database for whose request this is, who must have a role or is refused."""
     with reading(installation().engine, one_state=one_state) as session:
         yield session, required_person(session, role)
 
@@ -40,15 +46,35 @@ def changed_by(role: Role) -> Asked:
         yield session, required_person(session, role)
 
 
+def sign_in_page() -> Reply:
+    """Off to sign in, and back here."""
+    return flask.redirect(flask.url_for("account.login", next=flask.request.path))
+
+
+def cannot_be_done(error: CorpusError) -> Reply:
+    """What is wrong with a file that can't be read or written."""
+    return refused(Refusal(422, f"This can't be done: {error}."))
+
+
+def refused(refusal: Refusal) -> Reply:
+    """Off to sign in and back, or the reason why not."""
+    if refusal.status == 401 and flask.request.method == "GET":
+        return sign_in_page()
+    page = flask.render_template(
+        "error.html",
+        status=refusal.status,
+        message=refusal.message,
+        to_sign_in=refusal.status == 401,
+    )
+    return page, refusal.status
+
+
 def refused_on(
     page: Callable[..., str], role: Role = "admin"
 ) -> Callable[[Callable[P, Reply]], Callable[P, Reply]]:
     """Show somebody whose request is refused the page that it came from, with the reason why.
 
-    Parameters
-    ----------
-    page
-        Takes the database, the person, what the address names, and ``problem``.
+    The page takes the database, the person, what the address names, and ``problem``.
     """
 
     def decorate(view: Callable[P, Reply]) -> Callable[P, Reply]:
@@ -65,3 +91,24 @@ def refused_on(
         return shown
 
     return decorate
+
+
+def required_reader(session: Session, role: Role) -> str:
+    """Who reads, as the audit trail calls them. A program reads what adjudicators may.
+
+    It is refused if nobody is known, a person hasn't the role, or the token isn't one any more.
+    """
+    token = bearer()
+    if token is None:
+        return name_of(required_person(session, role))
+    found = api_tokens.find_token(session, token)
+    if found is None or role == "admin":
+        count_now(WRONG_TOKENS, "wrong token", str(flask.request.remote_addr))
+        raise Refusal(401, "This token isn't one, was revoked, or has run out.")
+    if api_tokens.is_newly_used(found):
+        try:
+            with transaction(installation().engine) as writing:
+                api_tokens.note_use(writing, found)
+        except (SQLAlchemyError, OnlyReadError, OSError):
+            pass  # who can't be noted may read all the same
+    return api_tokens.actor_of(found)

@@ -32,10 +32,7 @@ def choose(
 ) -> None:
     """Adopt one of an item's answers. The same decision sent again does nothing.
 
-    Raises
-    ------
-    Refusal
-        If it isn't one of them, or the comment is too long.
+    It is refused if it isn't one of them, or the comment is too long.
     """
     words = read_comment(comment)
     answer = session.get(Answer, answer_id) if answer_id < 2**31 else None
@@ -61,17 +58,9 @@ def answer_instead(
     uuid: str,
     now: float,
 ) -> None:
-    """Adopt an answer of the adjudicator's own. Sent again it does nothing.
+    """Adopt an answer of the adjudicator's own, as it came and is kept. Sent again it does nothing.
 
-    Parameters
-    ----------
-    sent, body
-        The answer as it came, and as it is kept.
-
-    Raises
-    ------
-    Refusal
-        If the comment is too long.
+    It is refused if the comment is too long.
     """
     words = read_comment(comment)
     if was_received(session, person.id, uuid):
@@ -94,10 +83,7 @@ def ask_one_more(
 ) -> None:
     """Make room for one more answer; the item waits for it. Sent again it does nothing.
 
-    Raises
-    ------
-    Refusal
-        If nobody can be asked, or somebody is being asked already.
+    It is refused if nobody can be asked, or somebody is being asked already.
     """
     words = read_comment(comment)
     if was_received(session, person.id, uuid):

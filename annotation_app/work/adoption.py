@@ -17,7 +17,7 @@ from annotation_app.store.models import Answer, Item, Person, Record, Slot, Stud
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import makers, task_of
 from annotation_app.work.answer_flags import odd_below
-from annotation_app.work.answer_gist import gist_of
+from annotation_app.work.answer_reading import gist_of
 
 _ANSWERED = (
     select(Answer, Item, Study)

@@ -35,10 +35,7 @@ def odd_below(payload: Record, body: Record, provenance: Record | None) -> float
 
     It is a little longer than need be, so that rounding doesn't matter. Parameters are as there.
 
-    Returns
-    -------
-    float or None
-        In seconds; None where it may be odd however long it took.
+    It is None where the answer may be odd however long it took.
     """
     words = len(payload.get("text", "").split())
     read = QUICK_S + QUICK_WORD_S * words if is_untouched(provenance) else 0.0
@@ -50,17 +47,7 @@ def odd_below(payload: Record, body: Record, provenance: Record | None) -> float
 def answer_flags(
     payload: Record, body: Record, provenance: Record | None, seconds: float | None
 ) -> Iterator[str]:
-    """What is odd about an answer.
-
-    Parameters
-    ----------
-    payload
-        The item's.
-    body, provenance
-        The answer's.
-    seconds
-        How long the person had the item; None if that isn't known.
-    """
+    """What is odd about an answer to an item that somebody had for so long, if that is known."""
     if seconds is None:
         return
     words = len(payload.get("text", "").split())

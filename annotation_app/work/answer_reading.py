@@ -1,6 +1,8 @@
-"""Reading what people answer, and telling them what can't be kept."""
+"""Reading what people answer, telling them what can't be kept, and what is counted of the rest."""
 
 from __future__ import annotations
+
+import json
 
 import msgspec
 from sqlalchemy.orm import Session
@@ -8,18 +10,12 @@ from sqlalchemy.orm import Session
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import FieldProblem, Refusal
 from annotation_app.items.assignment import AnyItem
-from annotation_app.store.models import Record
-from annotation_app.tasks.task_registry import task_of
+from annotation_app.store.models import LONGEST_GIST, Record, TaskName
+from annotation_app.tasks.task_registry import find_task, task_of
 
 
 def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> Record:
-    """An answer as it is kept.
-
-    Raises
-    ------
-    Refusal
-        With all that is wrong with it, in plain words.
-    """
+    """An answer as it is kept; refused with all that is wrong with it, in plain words."""
     task = task_of(item.task)
     try:
         answer = msgspec.convert(body, task.answer)
@@ -34,3 +30,15 @@ def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> R
     if problems:
         raise Refusal(422, gettext("Something in the answer must be changed."), list(problems))
     return kept
+
+
+def gist_of(task_name: TaskName, body: Record) -> str | None:
+    """What :attr:`~annotation_app.tasks.task_record.Task.gist` says of an answer.
+
+    It is JSON; None where the task has none, or it is too long for an index.
+    """
+    task = find_task(task_name)
+    if task is None or task.gist is None:
+        return None
+    text = json.dumps(task.gist(body))
+    return text if len(text) <= LONGEST_GIST else None

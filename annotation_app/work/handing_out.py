@@ -52,13 +52,7 @@ _VISIT = _STUDY.add_columns(Person).join(
 
 
 def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
-    """Whose request this is, and the study that it is about.
-
-    Raises
-    ------
-    Refusal
-        If there is no such study.
-    """
+    """Whose request this is, and the study that it is about; refused if there is no such study."""
     whose = {"who": current_id(), "number": current_number()}
     row = session.execute(_VISIT, {**whose, "study": study_name}).first()
     person, study = (None, find_study(session, study_name)) if row is None else (row[1], row[0])
@@ -67,13 +61,7 @@ def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
 
 
 def find_study(session: Session, name: str) -> Study:
-    """A study by its name.
-
-    Raises
-    ------
-    Refusal
-        If there is none.
-    """
+    """A study by its name; refused if there is none."""
     study = session.scalars(_STUDY, {"study": name}).first()
     if study is None:
         raise Refusal(404, gettext("There is no such study."))
@@ -119,10 +107,7 @@ def take_work(
 ) -> Lease | Reason:
     """Give somebody an item of a task, or say why not.
 
-    Parameters
-    ----------
-    hold_s
-        How long they have it if they do nothing; else as long as the study says.
+    They have it for `hold_s` if they do nothing, else as long as the study says.
     """
     config = restored(study.config)
     reason = obstacle(study, config, task, person)
@@ -148,13 +133,7 @@ def lease_s(config: StudyConfig, task: TaskName) -> float:
 
 
 def item_of(session: Session, item_id: str) -> Work:
-    """An item that is or was theirs whose request this is.
-
-    Raises
-    ------
-    Refusal
-        If it never was, whether there is such an item or not.
-    """
+    """An item that is or was theirs whose request this is; refused if it never was."""
     found = assignment.handed_out(session, item_id, current_id() or "", current_number())
     if found is None:
         required_person(session)

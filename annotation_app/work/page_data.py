@@ -1,15 +1,32 @@
-"""What a page gets to know of an item."""
+"""What a page gets to know of an item, what a program suggests there, and what becomes of it.
+
+An offer is ``{"state", "suggestion"}``, kept with the handout when somebody first opens an item's
+page. So it stays what they saw, whatever the program or the study's file says by then. States:
+
+- ``shown``: the person saw the suggestion;
+- ``withheld``: there is one, and the draw of a study with ``half`` has left it out;
+- ``off``: the study shows none;
+- ``none``: the program had nothing to suggest, isn't installed, or doesn't know the language.
+
+An answer's provenance is ``{"suggestion": state, "likeness", "unchanged"}``, the last two where
+there is a suggestion. So answers can also be compared with suggestions that nobody saw.
+"""
 
 from __future__ import annotations
 
-from sqlalchemy import Engine, and_, bindparam, select
+from typing import Any
+
+from sqlalchemy import Engine, and_, bindparam, select, update
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import SOURCE
+from annotation_app.items.assignment import AnyItem
+from annotation_app.items.new_items import draws
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import Draft, Item, Record, Study
-from annotation_app.studies.study_file import restored
+from annotation_app.store.models import Draft, Handout, Item, Record, Study
+from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.task_registry import task_of
-from annotation_app.work.offers import keep_offer, new_offer, offered, seen
+from annotation_app.work.handing_out import task_config
 
 _ITEM = (
     select(Item, Draft)
@@ -49,3 +66,61 @@ def opened_page(engine: Engine, item_id: str, who: str, salt: bytes) -> Record:
             kept = offered(session, item_id, who)
             data["payload"]["suggestion"] = seen(session, item, kept, salt)
     return data
+
+
+def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | None:
+    """What to offer for an item; None if its task has no suggestions."""
+    suggestion = task_of(item.task).suggestion
+    if suggestion is None:
+        return None
+    wanted = task_config(config, item.task).suggestions
+    if wanted == "off":
+        return {"state": "off", "suggestion": None}
+    # The programs that suggest something know English.
+    is_english = config.locale.split("-")[0] == SOURCE
+    found = suggestion(session, item) if is_english else None
+    if found is None:
+        return {"state": "none", "suggestion": None}
+    is_shown = wanted == "on" or draws(config, f"suggestion for {item.id}").random() < 0.5
+    return {"state": "shown" if is_shown else "withheld", "suggestion": found}
+
+
+def seen(session: Session, item: Item, offer: Record | None, salt: bytes) -> Any:
+    """What somebody sees of an offer."""
+    if offer is None or offer["state"] != "shown":
+        return None
+    return task_of(item.task).shown_suggestion(session, item, offer["suggestion"], salt)
+
+
+def offered(session: Session, item_id: str, who: str) -> Record | None:
+    """What was offered to somebody."""
+    return session.scalar(
+        select(Handout.offer).where(Handout.item_id == item_id, Handout.person_id == who)
+    )
+
+
+def keep_offer(session: Session, item_id: str, who: str, offer: Record) -> None:
+    """Keep what is offered to somebody, unless something was before."""
+    session.execute(
+        update(Handout)
+        .where(Handout.item_id == item_id, Handout.person_id == who, Handout.offer.is_(None))
+        .values(offer=offer)
+    )
+
+
+def provenance(session: Session, item: AnyItem, who: str, body: Record) -> Record | None:
+    """What a suggestion had to do with somebody's answer; None if they were offered nothing."""
+    task = task_of(item.task)
+    if task.likeness is None:
+        return None
+    offer = offered(session, item.id, who)
+    if offer is None:
+        return None
+    if offer["suggestion"] is None:
+        return {"suggestion": offer["state"]}
+    likeness = task.likeness(offer["suggestion"], body)
+    return {
+        "suggestion": offer["state"],
+        "unchanged": likeness == 1.0,
+        "likeness": round(likeness, 3),
+    }

@@ -35,17 +35,8 @@ def exclude(
 ) -> None:
     """Leave an answer out of corpora and numbers.
 
-    Parameters
-    ----------
-    reason
-        Why, in words.
-    again
-        Whether the item goes back to the queue, for somebody else to answer.
-
-    Raises
-    ------
-    Refusal
-        If there is no reason, the answer is left out already, or nobody else can be asked.
+    `again` sends the item back to the queue, for somebody else to answer. It is refused without a
+    reason, if the answer is left out already, and if nobody else can be asked.
     """
     words = read_comment(reason, "Say why.")
     item = _locked(session, answer)
@@ -67,14 +58,9 @@ def exclude(
 def take_back(
     session: Session, study: Study, answer: Answer, person: Person, *, now: float
 ) -> None:
-    """Let an answer count again, and what was made of it.
+    """Let an answer count again, and what was made of it; refused if it isn't left out.
 
     If somebody else has taken its place meanwhile, it counts as one that came late.
-
-    Raises
-    ------
-    Refusal
-        If it isn't left out.
     """
     item = _locked(session, answer)
     if not answer.excluded:
@@ -101,13 +87,7 @@ def take_back(
 def comment(
     session: Session, study: Study, answer: Answer, person: Person, text: str, *, now: float
 ) -> None:
-    """Keep what a reviewer says about an answer.
-
-    Raises
-    ------
-    Refusal
-        If it is empty or too long.
-    """
+    """Keep what a reviewer says about an answer; refused if it is empty or too long."""
     words = read_comment(text, "Type a comment.")
     remark(session, study, answer, person, kind="commented", text=words, now=now)
 
@@ -115,15 +95,8 @@ def comment(
 def read_comment(text: str, if_empty: str = "") -> str:
     """A comment as it is kept.
 
-    Parameters
-    ----------
-    if_empty
-        What to tell whose comment is empty; empty if it may be.
-
-    Raises
-    ------
-    Refusal
-        If it is too long, or empty where it may not be.
+    It is refused if it is too long. Whose comment is empty is told `if_empty`, if that says
+    anything.
     """
     words = clean_text(text)
     if if_empty and not words:
@@ -148,10 +121,8 @@ def _withdraw(session: Session, answer: Answer) -> Iterator[Record]:
     made = or_(
         Item.subject == about_answer(answer), Item.payload["command"].as_integer() == answer.id
     )
-    items = session.scalars(
-        select(Item).where(Item.study_id == _study_id(session, answer), made)
-    ).all()
-    for item in items:
+    study_id = session.get_one(Item, answer.item_id).study_id
+    for item in session.scalars(select(Item).where(Item.study_id == study_id, made)).all():
         if item.subject.startswith(REPLACED):
             continue
         for other in session.scalars(select(Answer).where(Answer.item_id == item.id)).all():
@@ -244,7 +215,3 @@ def remark(
         )
     )
     note(session, name_of(person), f"{kind} an answer", study.name, answer=answer.id)
-
-
-def _study_id(session: Session, answer: Answer) -> str:
-    return session.get_one(Item, answer.item_id).study_id

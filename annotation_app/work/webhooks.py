@@ -9,6 +9,7 @@ import base64
 import hashlib
 import hmac
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 from sqlalchemy import delete, func, select, update
@@ -53,10 +54,7 @@ class WebhookState:
 def check_webhook(url: str, *, links_to: str, allows_private: bool = False) -> None:
     """Check whether an address may get messages. Its name is looked up, so it may take seconds.
 
-    Raises
-    ------
-    Refusal
-        If nothing may be sent there.
+    It is refused if nothing may be sent there.
     """
     if len(url) > 2000 or len(links_to) > 2000:
         raise Refusal(422, "The address is too long. Use at most 2000 characters.")
@@ -102,13 +100,7 @@ def add_webhook(
 
 
 def remove_webhook(session: Session, webhook_id: str, *, actor: str) -> None:
-    """Tell an address nothing any more, also not what still waits.
-
-    Raises
-    ------
-    Refusal
-        If there is no such webhook.
-    """
+    """Tell an address nothing any more, also not what still waits; refused if there is none."""
     found = session.get(Webhook, webhook_id)
     if found is None:
         raise Refusal(404, "There is no such webhook. Look at the list of webhooks.")
@@ -126,34 +118,20 @@ def webhook_states(session: Session) -> list[WebhookState]:
         .join(Study, Study.id == Webhook.study_id)
         .order_by(Webhook.made_at, Webhook.id)
     ).all()
-    rows = session.execute(
-        select(WebhookMessage.webhook_id, WebhookMessage.state, func.count()).group_by(
-            WebhookMessage.webhook_id, WebhookMessage.state
-        )
-    ).all()
-    counts = {(hook, state): count for hook, state, count in rows}
-    sent = select(WebhookMessage.webhook_id, func.max(WebhookMessage.ended_at)).where(
-        WebhookMessage.state == "sent"
-    )
-    ends = session.execute(sent.group_by(WebhookMessage.webhook_id)).all()
-    last = {row[0]: row[1] for row in ends}
-    return [
-        WebhookState(
-            hook.id,
-            study,
-            hook.url,
-            hook.with_answers,
-            hook.allows_private,
-            hook.made_by,
-            hook.made_at,
-            counts.get((hook.id, "waiting"), 0),
-            counts.get((hook.id, "sent"), 0),
-            counts.get((hook.id, "given up"), 0),
-            _last_problem(session, hook.id),
-            last.get(hook.id),
-        )
-        for hook, study in hooks
-    ]
+    state, ended = WebhookMessage.state, WebhookMessage.ended_at
+    numbers = [func.count().filter(state == one) for one in ("waiting", "sent", "given up")]
+    last_sent = func.max(ended).filter(state == "sent")
+    told = select(WebhookMessage.webhook_id, last_sent, *numbers)
+    rows = session.execute(told.group_by(WebhookMessage.webhook_id))
+    known: dict[str, tuple[Any, ...]] = {hook: tuple(rest) for hook, *rest in rows}
+    found = []
+    for hook, study in hooks:
+        last, waiting, sent, given_up = known.get(hook.id, (None, 0, 0, 0))
+        allowed = (hook.with_answers, hook.allows_private)
+        about = (hook.id, study, hook.url, *allowed, hook.made_by, hook.made_at)
+        problem = _last_problem(session, hook.id)
+        found.append(WebhookState(*about, waiting, sent, given_up, problem, last))
+    return found
 
 
 def last_messages(session: Session, webhook_id: str, most: int) -> list[tuple[WebhookMessage, str]]:

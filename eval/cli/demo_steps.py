@@ -96,13 +96,7 @@ def steps(out: Path) -> list[Step]:
 
 
 def write_few(path: Path, most: dict[str, int] | None = None) -> None:
-    """Write a part of the bundled corpus.
-
-    Parameters
-    ----------
-    most
-        How many commands of which scenarios; all of :data:`LEARNED_LAYOUTS` if left out.
-    """
+    """Write so many of some scenarios' bundled commands, or all of :data:`LEARNED_LAYOUTS`."""
     whole = open_corpus(CORPUS)
     left = dict(most) if most else None
     chosen = set()

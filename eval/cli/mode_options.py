@@ -86,12 +86,7 @@ def draws_option(default: int = 2000) -> Callable[[Command], Command]:
 def form_options(given: str, made: str, form: str) -> Callable[[Command], Command]:
     """Add ``--write-tasks``, and the option that takes what other programs make of its form.
 
-    Parameters
-    ----------
-    given
-        Name of that option.
-    made, form
-        What it does, and what the form has.
+    `given` is the name of that option, `made` what it does, and `form` what the form has.
     """
     taken = click.option(
         given,

@@ -13,7 +13,7 @@ from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import FOLLOWED, OUT, SEED, TRAIN, draws_option, is_terminal, write
-from eval.cli.option_sets import OptionSet, takes_one_of
+from eval.cli.modes import OptionSet, takes_one_of
 
 
 def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[str, ...]:

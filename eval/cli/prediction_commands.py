@@ -28,7 +28,7 @@ from eval.cli.mode_options import (
     is_terminal,
     write,
 )
-from eval.cli.option_sets import OptionSet, takes_one_of
+from eval.cli.modes import OptionSet, takes_one_of
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers

@@ -37,23 +37,16 @@ TURNS_M = 0.7
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """Where something comes to.
-
-    Parameters
-    ----------
-    thing
-        Its id.
-    first, last
-        Its shape where it starts and where it ends.
-    short
-        Whether it is a load that is on the forks still.
-    """
+    """Where something comes to."""
 
     thing: str
+    """Its id."""
     first: Prism
     last: Prism
+    """Its shape where it starts and where it ends."""
     state: State
     short: bool = False
+    """Whether it is a load that is on the forks still."""
     robot: bool = False
 
     @property

@@ -6,16 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-from eval.judging.layout import BESIDE_M, NEAR_M, is_between, nearest
-from eval.judging.modifiers import Modifier, is_reflexive, modifiers_of
-from eval.judging.ordered_things import (
+from eval.judging.layout import (
+    BESIDE_M,
+    NEAR_M,
     by_distance,
     in_order,
     inner,
+    is_between,
+    nearest,
     of_kind,
     prisms,
     straight_ahead,
 )
+from eval.judging.modifiers import Modifier, is_reflexive, modifiers_of
 from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import carrier
 from g3.inference.problem.phrases import is_area, is_pronoun
@@ -30,10 +33,7 @@ def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
     A modifier that can't be measured allows only the annotated thing. In the world that was
     annotated this is always allowed.
 
-    Parameters
-    ----------
-    also
-        Words elsewhere that say more of it: "from the right".
+    `also` are words elsewhere that say more of it: "from the right".
     """
     own = words.things[node]
     if not words.annotated[node] or words.robot in own or is_pronoun(words.tree.nodes[node]):

@@ -46,15 +46,10 @@ _FORKS = r" (?:forks?|forklift|lift|prongs?)\b(?! (?:pallet|of))"
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """Words of a command that ask for something measurable.
-
-    Parameters
-    ----------
-    relation
-        What they ask for, one of :data:`RELATIONS`.
-    """
+    """Words of a command that ask for something measurable."""
 
     relation: str
+    """What they ask for, one of :data:`RELATIONS`."""
     start: int
     end: int
 
@@ -62,21 +57,15 @@ class Mention:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What a plan does for the clause that mentions something.
-
-    Parameters
-    ----------
-    way
-        The robot's x, y, yaw, shape (n, 3).
-    marks
-        What the plan takes the landmark for, where it is before; none without one.
-    """
+    """What a plan does for the clause that mentions something."""
 
     action: Action
     before: State
     after: State
     way: FloatArray
+    """The robot's x, y, yaw, shape (n, 3)."""
     marks: tuple[Grounding, ...]
+    """What the plan takes the landmark for, where it is before; none without one."""
 
     @property
     def outline(self) -> FloatArray:
@@ -153,44 +142,31 @@ def _lowers(done: Done) -> bool:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """Something that words ask for.
+    """Something that words ask for, and whether there is a landmark that it is done to."""
 
-    Parameters
-    ----------
-    has_landmark
-        Whether there is something that it is done to.
-    """
-
-    words: re.Pattern[str]
+    words: str
+    """A regular expression, for which letters' case doesn't matter."""
     holds: Callable[[Done], bool]
     has_landmark: bool = True
 
 
-def _said(words: str) -> re.Pattern[str]:
-    return re.compile(words, re.IGNORECASE)
-
-
 RELATIONS = {
-    "turn away": Relation(
-        _said(r"\bturn\w*(?: \w+)? away from\b"), lambda d: d.bearing >= np.pi / 2
-    ),
+    "turn away": Relation(r"\bturn\w*(?: \w+)? away from\b", lambda d: d.bearing >= np.pi / 2),
     "away": Relation(
-        _said(
-            r"(?<!\bfeet )(?<!metres )(?<!meters )(?<!distance )(?<!turn )(?<!facing )\baway from\b"
-        ),
+        r"(?<!\bfeet )(?<!metres )(?<!meters )(?<!distance )(?<!turn )(?<!facing )\baway from\b",
         _away,
     ),
-    "past": Relation(_said(r"\bpast\b|\bpass(?:ed)?(?= (?:the|a|it|him)\b)"), _past),
+    "past": Relation(r"\bpast\b|\bpass(?:ed)?(?= (?:the|a|it|him)\b)", _past),
     "raise forks": Relation(
-        _said(rf"\b(?:raise|lift|elevate)\b{_OWN}{_FORKS}"),
+        rf"\b(?:raise|lift|elevate)\b{_OWN}{_FORKS}",
         lambda d: d.stays and d.after.forks_m - d.before.forks_m >= RAISED_M,
         has_landmark=False,
     ),
     "lower forks": Relation(
-        _said(rf"\b(?:lower|drop)(?:ing)?\b{_OWN}{_FORKS}"), _lowers, has_landmark=False
+        rf"\b(?:lower|drop)(?:ing)?\b{_OWN}{_FORKS}", _lowers, has_landmark=False
     ),
     "face": Relation(
-        _said(
+        (
             r"(?<!-)\b(?:face|faces|facing)\b"
             r"|\bturn(?:ing)?(?: the \w+)?(?: around)? (?:to|towards?)"
             r"(?= (?:the|a|an) (?!left|right))"
@@ -198,14 +174,12 @@ RELATIONS = {
         lambda d: not d.action.kind.handles and d.bearing <= FACING_RAD,
     ),
     "line up": Relation(
-        _said(r"\baligned? (?:\w+ )?with\b|\bline up\b|\bin line with\b"),
+        r"\baligned? (?:\w+ )?with\b|\bline up\b|\bin line with\b",
         _lined_up,
     ),
-    "park": Relation(
-        _said(r"\bpark\b"), lambda d: not d.action.kind.handles and d.gaps[-1] <= AT_M
-    ),
+    "park": Relation(r"\bpark\b", lambda d: not d.action.kind.handles and d.gaps[-1] <= AT_M),
     "wait": Relation(
-        _said(r"(?<!the )(?<!a )\b(?:wait|stop|stopping|stay|halt|pause)\b"),
+        r"(?<!the )(?<!a )\b(?:wait|stop|stopping|stay|halt|pause)\b",
         _waits,
         has_landmark=False,
     ),
@@ -217,7 +191,7 @@ def mentions(text: str) -> Iterator[Mention]:
     """What a command asks for that can be measured."""
     taken: list[Mention] = []
     for name, relation in RELATIONS.items():
-        for found in relation.words.finditer(text):
+        for found in re.finditer(relation.words, text, re.IGNORECASE):
             if not any(m.start < found.end() and found.start() < m.end for m in taken):
                 taken.append(Mention(name, *found.span()))
     yield from sorted(taken, key=lambda m: m.start)

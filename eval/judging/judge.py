@@ -29,18 +29,12 @@ AT_M = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the judge says.
-
-    Parameters
-    ----------
-    correct
-        Whether the plan did what the log did.
-    reason
-        What differs; empty if nothing does.
-    """
+    """What the judge says."""
 
     correct: bool
+    """Whether the plan did what the log did."""
     reason: str = ""
+    """What differs; empty if nothing does."""
 
 
 def judge(context: Context, final: State) -> Verdict:

@@ -18,27 +18,18 @@ Resampled = Callable[[FloatArray], FloatArray]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """A verdict against the majority of people.
-
-    Parameters
-    ----------
-    counts
-        Pairs by what people and the judge say.
-    kappa
-        Cohen's κ.
-    precision
-        The part of what the judge calls right that people accept.
-    recall
-        The part of what people accept that the judge calls right.
-    accuracy
-        The part of which both say the same.
-    """
+    """A verdict against the majority of people."""
 
     counts: dict[str, int]
+    """Pairs by what people and the judge say."""
     kappa: Estimate
+    """Cohen's κ."""
     precision: Estimate
+    """The part of what the judge calls right that people accept."""
     recall: Estimate
+    """The part of what people accept that the judge calls right."""
     accuracy: Estimate
+    """The part of which both say the same."""
 
     @property
     def n(self) -> int:
@@ -51,10 +42,7 @@ def agreement(
 ) -> Agreement:
     """Compare what a judge says with what people say, with whole videos resampled.
 
-    Parameters
-    ----------
-    video
-        Code of each pair's video, shape (n,).
+    `video` is the code of each pair's video, shape (n,).
     """
     counts = confusion(people, judge)
     tables = _tables(np.array(people, dtype=np.bool_), np.array(judge, dtype=np.bool_), video)
@@ -83,15 +71,8 @@ def confusion(people: Sequence[bool], judge: Sequence[bool]) -> dict[str, int]:
 def cohens_kappa(table: FloatArray) -> FloatArray:
     """Agreement of two raters beyond chance: J. Cohen (Educ. Psychol. Meas. 20, 1960).
 
-    Parameters
-    ----------
-    table
-        Counts by what each of them says, shape (..., k, k).
-
-    Returns
-    -------
-    ndarray
-        Shape (...); NaN where both say the same of everything.
+    The table has counts by what each of them says, shape (..., k, k), and the result shape (...);
+    NaN where both say the same of everything.
     """
     total = table.sum(axis=(-2, -1))
     same = ratio(np.trace(table, axis1=-2, axis2=-1), total)

@@ -28,28 +28,19 @@ AUTOMATIC = "automatic"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedPlan:
-    """A plan for a command, carried out.
-
-    Parameters
-    ----------
-    deeds
-        What was done: the worlds before and after, the robot's way, the loads that were moved.
-    actions
-        What was done as actions; none where it is known only by its log.
-    context
-        The command's own world, with its log.
-    annotation
-        The command's clauses and groundings by people; None if nobody has annotated it.
-    done
-        What is known of what was done for the command; None where the log shows it.
-    """
+    """A plan for a command, carried out."""
 
     text: str
     deeds: Deeds
+    """What was done: the worlds before and after, the robot's way, the loads that were moved."""
     actions: tuple[Action, ...]
+    """What was done as actions; none where it is known only by its log."""
     context: Context
+    """The command's own world, with its log."""
     annotation: Annotation | None = None
+    """The command's clauses and groundings by people; None if nobody has annotated it."""
     done: Expected | None = None
+    """What is known of what was done for the command; None where the log shows it."""
 
 
 class PlanJudge(Protocol):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Literal
 
 from rich.table import Table
@@ -37,7 +38,7 @@ def render(
     """The agreement of the judge with people, and every pair of which they disagree."""
     about = {"judge": "automatic", "compared_with": "people", "study": validity.study, **metadata}
     if form == "json":
-        listed = [_listed(pair) for pair in validity.disagreements]
+        listed = [asdict(pair) for pair in validity.disagreements]
         return document({**summary(validity), "disagreements": listed}, about)
     near = [p for p in validity.disagreements if not p.original]
     own = [p for p in validity.disagreements if p.original]
@@ -131,14 +132,9 @@ def _unannotated(validity: Validity) -> int:
 
 
 def _figures(found: Agreement) -> dict[str, object]:
-    return {
-        "kappa": found.kappa._asdict(),
-        "precision": found.precision._asdict(),
-        "recall": found.recall._asdict(),
-        "accuracy": found.accuracy._asdict(),
-        "counts": found.counts,
-        "n": found.n,
-    }
+    named = ("kappa", "precision", "recall", "accuracy")
+    figures = {name: getattr(found, name)._asdict() for name in named}
+    return {**figures, "counts": found.counts, "n": found.n}
 
 
 def _near_misses(validity: Validity) -> Table:
@@ -185,20 +181,6 @@ def _disagreements(pairs: Sequence[JudgedPair], validity: Validity) -> Table:
 def _reasons(pair: JudgedPair) -> list[str]:
     short = {ENDS: "by log", WORDS: "by words"}
     return [f"{short.get(v, v)}: {said.reason}" for v, said in pair.verdicts.items() if said.reason]
-
-
-def _listed(pair: JudgedPair) -> dict[str, object]:
-    return {
-        "command": pair.command,
-        "command_video": pair.command_video,
-        "shown_video": pair.shown_video,
-        "scenario": pair.scenario,
-        "ratings": list(pair.ratings),
-        "people": pair.people,
-        "verdicts": {
-            v: {"correct": said.correct, "reason": said.reason} for v, said in pair.verdicts.items()
-        },
-    }
 
 
 def _yes(said: bool) -> str:

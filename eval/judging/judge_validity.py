@@ -17,15 +17,14 @@ import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.parallel import Executor
-from eval.judging.deeds import logged
+from eval.judging.deeds import logged, replayed
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import Agreement, Resampled, agreement
 from eval.judging.judge_registry import JudgedPlan, PlanJudge
-from eval.judging.replayed import replayed
 from eval.judging.words_judge import judge_by_words
 from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
 from eval.statistics.intervals import percentiles
-from eval.statistics.ratings import AGREES, check_judgments, codes, of_study
+from eval.statistics.ratings import AGREES, check_judgments, codes, of_study, shown_pair
 from eval.statistics.resampling import resampled_sums
 from g3.annotation import RATINGS, Annotation, Judgment
 from g3.errors import FormatError
@@ -55,29 +54,20 @@ other one of its 15 in the order of their names. All others are its test."""
 @short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedPair:
-    """A command with a video, as people and the judge see it.
-
-    Parameters
-    ----------
-    command, command_video, shown_video
-        The words, the video that they were typed for, and the one that was shown.
-    scenario
-        The scenario that the command was typed for.
-    ratings
-        What people gave it, from 1 to 5, ascending.
-    people
-        Whether more than half of them agree.
-    verdicts
-        What the judge says, by verdict. A command that nobody has annotated has no second one.
-    """
+    """A command with a video, as people and the judge see it."""
 
     command: str
     command_video: str
     shown_video: str
+    """The words, the video that they were typed for, and the one that was shown."""
     scenario: str
+    """The scenario that the command was typed for."""
     ratings: tuple[int, ...]
+    """What people gave it, from 1 to 5, ascending."""
     people: bool
+    """Whether more than half of them agree."""
     verdicts: Mapping[str, Verdict]
+    """What the judge says, by verdict. A command that nobody has annotated has no second one."""
 
     @property
     def original(self) -> bool:
@@ -88,35 +78,24 @@ class JudgedPair:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Validity:
-    """How well the judge agrees with the majority of people.
-
-    Parameters
-    ----------
-    left_out
-        How many pairs people judged of which a video has no log here.
-    near_misses
-        By verdict, the agreement on pairs with another video than the command's own: on ``all``,
-        on those of the scenarios that the second verdict's rules were ``chosen_on``, and on
-        ``others``.
-    own_videos
-        By verdict, the agreement on pairs with the command's own video.
-    together
-        The first verdict's agreement on all pairs.
-    auc
-        How probably a pair that the first verdict calls right has a higher mean rating than one
-        that it calls wrong; equal ones count half. The judge itself has no degrees.
-    titles
-        What the verdicts are, by their names in JSON.
-    """
+    """How well the judge agrees with the majority of people."""
 
     pairs: tuple[JudgedPair, ...]
     left_out: int
+    """How many pairs people judged of which a video has no log here."""
     study: str
     near_misses: Mapping[str, Mapping[str, Agreement]]
+    """By verdict, the agreement on pairs with another video than the command's own: on ``all``, on
+    those of the scenarios that the second verdict's rules were ``chosen_on``, and on ``others``."""
     own_videos: Mapping[str, Agreement]
+    """By verdict, the agreement on pairs with the command's own video."""
     together: Agreement
+    """The first verdict's agreement on all pairs."""
     auc: Estimate
+    """How probably a pair that the first verdict calls right has a higher mean rating than one that
+    it calls wrong; equal ones count half. The judge itself has no degrees."""
     titles: Mapping[str, str] = field(default_factory=lambda: VERDICTS)
+    """What the verdicts are, by their names in JSON."""
 
     @property
     def disagreements(self) -> tuple[JudgedPair, ...]:
@@ -220,8 +199,7 @@ def _judged(
     scenarios = {command.video: command.scenario for command in corpus.commands.values()}
     ratings: dict[tuple[str, str, str], list[int]] = {}
     for j in judgments:
-        key = (j.command, j.command_video, j.shown_video)
-        ratings.setdefault(key, []).append(RATINGS.index(j.rating) + 1)
+        ratings.setdefault(shown_pair(j), []).append(RATINGS.index(j.rating) + 1)
     known = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
     ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in known}
     deeds = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}

@@ -20,29 +20,20 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class JudgedClause:
-    """A top-level EVENT.
-
-    Parameters
-    ----------
-    verbs
-        Classes of its verb.
-    handles
-        Whether it handles a load. Otherwise the robot drives.
-    themes
-        What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads
-        are on.
-    goals
-        Clauses that say where the load, or the robot, comes to.
-    passed
-        Clauses that say what the robot comes by.
-    """
+    """A top-level EVENT."""
 
     root: int
     verbs: frozenset[str]
+    """Classes of its verb."""
     handles: bool
+    """Whether it handles a load. Otherwise the robot drives."""
     themes: tuple[Things, ...]
+    """What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads are
+    on."""
     goals: tuple[int, ...]
+    """Clauses that say where the load, or the robot, comes to."""
     passed: tuple[int, ...]
+    """Clauses that say what the robot comes by."""
 
 
 def judged_clauses(words: Worded) -> list[JudgedClause]:

@@ -1,4 +1,4 @@
-"""How things lie to each other and to who looks at them, as a judge measures it."""
+"""How things lie to each other and to who looks at them, and which are left, ahead or nearest."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from itertools import combinations
 
 import numpy as np
 
+from eval.judging.modifiers import Modifier
+from eval.judging.worded import Things, Worded
+from g3.actions.grounding_candidates import carrier
 from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, gap, rotate
 from g3.groundings import FloatArray, Prism
+from g3.language.lexicon.concepts import Concept
 
 BESIDE_M = 4.0
 """What is next to a thing is no further from its border."""
@@ -17,6 +21,10 @@ NEAR_M = 6.0
 """What is near a thing, or before or behind it, is no further from its border."""
 ASIDE_M = 3.0
 """What is between two things is no further from the line between their middles."""
+AHEAD = np.pi / 3
+"""What is in front of somebody is no further off the way that they look."""
+ASIDE = np.pi / 12
+"""What is to the left or the right of somebody is at least so far off it."""
 
 
 def nearest(one: Prism, others: Iterable[Prism]) -> float:
@@ -49,3 +57,120 @@ def _between(point: FloatArray, a: FloatArray, b: FloatArray) -> bool:
         return False
     along, aside = seen(np.array([*a, np.arctan2(way[1], way[0])]), point[None])[0]
     return bool(0 < along < length and abs(aside) <= ASIDE_M)
+
+
+def prisms(words: Worded, ids: Things) -> list[Prism]:
+    """Where things are before anything is done."""
+    return [words.state.thing(i).prism for i in sorted(ids)]
+
+
+def of_kind(words: Worded, ids: Things) -> Things:
+    """Things that share a label with some of those given, and these."""
+    known = {label for i in ids for label in words.state.thing(i).labels}
+    things = words.state.context.objects
+    return frozenset(o.id for o in things if o.id != words.robot and known & set(o.labels))
+
+
+def in_order(words: Worded, modifier: Modifier, found: Things, group: Things) -> Things:
+    """Those on a side, or the so many-th from it: of all, of those on a thing, or of a row.
+
+    `found` is what it may be; the group is the thing that they are on or beside, or the row that
+    they are of, and none for all.
+    """
+    side, number = modifier.side, modifier.ordinal
+    on = {i for i in found if (under := carrier(words.state, i)) and under.id in group}
+    among = frozenset(on) or (group & found) or found
+    if group and among == found and not (on or group & found):
+        return _beside_group(words, found, group, side)
+    sets = _together(words, among)
+    if number and not group:
+        # "The third pallet" may count pallets of other kinds in the row, too.
+        sets += _together(words, of_kind(words, among))
+    fitting = {i for ids in sets for i in _placed(_from_left(words, ids), side, number)}
+    if side and not number and not group:
+        fitting |= {i for i in found if _is_aside(words, i, side)}
+    return found & fitting
+
+
+def inner(words: Worded, found: Things) -> Things:
+    """Those of a row that aren't at its ends."""
+    rows = _together(words, of_kind(words, found))
+    return found & frozenset(i for ids in rows for i in _from_left(words, ids)[1:-1])
+
+
+def straight_ahead(words: Worded, found: Things, way: int = 1) -> Things:
+    """The nearest and the straightest in front of the robot, or behind it; what it holds, too."""
+    ids = sorted(found)
+    if not ids:
+        return found
+    place = way * seen(words.state.pose, _middles(words, ids))
+    off = np.abs(np.arctan2(place[:, 1], place[:, 0]))
+    away = np.where(off <= AHEAD, np.linalg.norm(place, axis=1), np.inf)
+    best = {ids[k] for k in (int(np.argmin(off)), int(np.argmin(away))) if off[k] <= AHEAD}
+    return frozenset(best) | (found & {words.state.held or ""})
+
+
+def by_distance(words: Worded, found: Things, *, far: bool) -> Things:
+    """The nearest to the robot, or the farthest."""
+    ids = sorted(found)
+    if not ids:
+        return found
+    away = np.linalg.norm(_middles(words, ids) - words.state.pose[:2], axis=1)
+    return frozenset({ids[int(np.argmax(away) if far else np.argmin(away))]})
+
+
+def _placed(order: list[str], side: Concept | None, number: int | None) -> list[str]:
+    """Those at a place from a side, from either if none is said; without one those of its half."""
+    count = len(order)
+    found = []
+    for left, i in enumerate(order, start=1):
+        right = count + 1 - left
+        places = {"left": (left,), "right": (right,)}.get(side or "", (left, right))
+        if number in places or (not number and (count == 1 or 2 * places[0] < count + 1)):
+            found.append(i)
+    return found
+
+
+def _together(words: Worded, ids: Things) -> list[Things]:
+    """Those that stand on the same thing, or on the ground; all if each stands on another."""
+    by: dict[str, set[str]] = {}
+    for i in ids:
+        under = carrier(words.state, i)
+        by.setdefault(under.id if under else "", set()).add(i)
+    return [frozenset(own) for own in by.values() if len(own) > 1] or [ids]
+
+
+def _from_left(words: Worded, ids: Things) -> list[str]:
+    order = sorted(ids)
+    if not order:
+        return []
+    points = _middles(words, order)
+    leftward = seen(looking_at(words.state.pose, points), points)[:, 1]
+    return [order[i] for i in np.argsort(-leftward, kind="stable")]
+
+
+def _middles(words: Worded, ids: list[str]) -> FloatArray:
+    return np.array([centre(words.state.thing(i).prism) for i in ids])
+
+
+def _is_aside(words: Worded, thing: str, side: Concept) -> bool:
+    [[ahead, left]] = seen(words.state.pose, _middles(words, [thing]))
+    angle = float(np.arctan2(left, ahead))
+    return (angle if side == "left" else -angle) >= ASIDE
+
+
+def _beside_group(words: Worded, found: Things, group: Things, side: Concept | None) -> Things:
+    """Those near a group, on its side as an onlooker sees it."""
+    if side is None:
+        return frozenset()
+    around = prisms(words, group)
+    points = _middles(words, sorted(group))
+    view = looking_at(words.state.pose, points)
+    middle = float(seen(view, points)[:, 1].mean())
+    sign = 1 if side == "left" else -1
+    return frozenset(
+        i
+        for i in found
+        if nearest(words.state.thing(i).prism, around) <= NEAR_M
+        and sign * (float(seen(view, _middles(words, [i]))[0, 1]) - middle) > 0
+    )

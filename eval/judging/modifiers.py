@@ -20,21 +20,14 @@ _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Modifier:
-    """Words that say where a thing is.
-
-    Parameters
-    ----------
-    words
-        In their normal form.
-    landmarks
-        The clauses of what it is related to.
-    negative
-        Whether they say where it isn't.
-    """
+    """Words that say where a thing is."""
 
     words: tuple[str, ...]
+    """In their normal form."""
     landmarks: tuple[int, ...] = ()
+    """The clauses of what it is related to."""
     negative: bool = False
+    """Whether they say where it isn't."""
 
     @property
     def concepts(self) -> frozenset[Concept]:
@@ -59,10 +52,7 @@ class Modifier:
 def modifiers_of(words: Worded, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
     """The modifiers of an OBJECT; those of order are one: "the second pallet" "from the right".
 
-    Parameters
-    ----------
-    also
-        Words elsewhere that say more of it.
+    `also` are words elsewhere that say more of it.
     """
     found = [_modifier(words, n) for n in _same_thing(words, node)]
     found.append(Modifier(unstressed(field_words(also))))

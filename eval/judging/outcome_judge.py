@@ -21,21 +21,14 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What the outcomes of a command say together.
-
-    Parameters
-    ----------
-    last
-        Of each thing that was picked up, its last outcome.
-    is_whole
-        Whether nothing else was picked up.
-    is_determined
-        Whether nothing is unknown, but which of several carriers a thing was put on: any is right.
-    """
+    """What the outcomes of a command say together."""
 
     last: Mapping[str, TaskOutcome]
+    """Of each thing that was picked up, its last outcome."""
     is_whole: bool
+    """Whether nothing else was picked up."""
     is_determined: bool
+    """Whether nothing is unknown but which of several carriers a thing was put on: any is right."""
 
     @property
     def picked(self) -> frozenset[str]:
@@ -59,15 +52,7 @@ def expected(outcomes: Sequence[TaskOutcome]) -> Expected:
 
 
 def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: State) -> Verdict:
-    """Compare a plan with what was done.
-
-    Parameters
-    ----------
-    picked
-        What the plan picks up (:func:`eval.judging.picked_up.picked_up`).
-    start, final
-        Where the plan begins, and what it leads to.
-    """
+    """Compare what a plan picks up (`picked_up`) and what it leads to with what was done."""
     missing, strange = want.picked - picked, picked - want.picked
     if missing:
         return Verdict(False, f"it doesn't pick up {', '.join(sorted(missing))}")

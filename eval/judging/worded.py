@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eval.judging.replayed import counterparts, replayed
+from eval.judging.deeds import counterparts, replayed
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.geometry.footprints import apart
@@ -38,37 +38,25 @@ _FUNCTION = frozenset(
 @short_repr
 @dataclass(frozen=True)
 class Worded:
-    """A command's clauses, and what their annotated groundings are in a world.
-
-    Parameters
-    ----------
-    state
-        The world before anything is done.
-    own
-        Whether it is the world that was annotated.
-    annotated
-        For each clause the ids of the things it is grounded in, as they were annotated.
-    things
-        The same things as they are in the world, where they are in it.
-    labels
-        For each clause the labels of these things.
-    places
-        For each clause the regions it is grounded in.
-    fixed
-        Things that stand where they stood when they were annotated.
-    state_after
-        The world after its own log; None in another world.
-    """
+    """A command's clauses, and what their annotated groundings are in a world."""
 
     tree: Tree
     state: State
+    """The world before anything is done."""
     own: bool
+    """Whether it is the world that was annotated."""
     annotated: tuple[Things, ...]
+    """For each clause the ids of the things it is grounded in, as they were annotated."""
     things: tuple[Things, ...]
+    """The same things as they are in the world, where they are in it."""
     labels: tuple[frozenset[tuple[str, ...]], ...]
+    """For each clause the labels of these things."""
     places: tuple[tuple[Place, ...], ...]
+    """For each clause the regions it is grounded in."""
     fixed: Things
+    """Things that stand where they stood when they were annotated."""
     state_after: State | None
+    """The world after its own log; None in another world."""
 
     @property
     def robot(self) -> str:

@@ -38,13 +38,7 @@ ASIDE_M = 1.0
 
 
 def judge_by_words(annotation: Annotation, deeds: Deeds) -> Verdict:
-    """Compare what was done, in the command's own world or another one, with its words.
-
-    Parameters
-    ----------
-    deeds
-        What was done (:func:`eval.judging.deeds.logged`, :func:`eval.judging.deeds.planned`).
-    """
+    """Compare what was done, in the command's own world or another one, with its words."""
     words = worded(annotation, deeds.start)
     clauses = judged_clauses(words)
     handles = any(c.handles for c in clauses)

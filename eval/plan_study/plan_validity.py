@@ -22,27 +22,19 @@ ALL = "all"
 
 @dataclass(frozen=True, slots=True)
 class PlanAgreement:
-    """The judge against the majority of people on the plans of a configuration, or on all.
-
-    Parameters
-    ----------
-    configuration
-        Its name, or ``all``, where a plan of several configurations counts once.
-    plans
-        How many plans there are, rated or not.
-    counts
-        Rated plans by what people and the judge say, as ``people_yes_judge_no``.
-    figures
-        Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision: of the plans
-        that the judge calls right, the part that people call right too. Recall: of the plans that
-        people call right, the part that the judge does.
-    """
+    """The judge against the majority of people on the plans of a configuration, or on all."""
 
     configuration: str
+    """Its name, or ``all``, where a plan of several configurations counts once."""
     plans: int
+    """How many plans there are, rated or not."""
     rated: int
     counts: Mapping[str, int]
+    """Rated plans by what people and the judge say, as ``people_yes_judge_no``."""
     figures: Mapping[str, Estimate]
+    """Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision: of the plans
+    that the judge calls right, the part that people call right too. Recall: of the plans that
+    people call right, the part that the judge does."""
 
 
 def figures(counts: FloatArray) -> FloatArray:
@@ -51,17 +43,10 @@ def figures(counts: FloatArray) -> FloatArray:
     The plans that the judge calls right, and those that it calls wrong, count as many as there
     are. The rated ones only show how people divide them.
 
-    Parameters
-    ----------
-    counts
-        Shape (..., 3, 2). The last axis is what the judge says, wrong or right; the rows are
-        the weights of plans that people call wrong, of those that they call right, and how many
-        plans there are.
-
-    Returns
-    -------
-    ndarray
-        Shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated plans don't show it.
+    `counts` have shape (..., 3, 2). The last axis is what the judge says, wrong or right; the rows
+    are the weights of plans that people call wrong, of those that they call right, and how many
+    plans there are. Figures have shape (..., 6), in the order of :data:`FIGURES`; NaN where the
+    rated plans don't show it.
     """
     rated, there = counts[..., :2, :], counts[..., 2, :]
     shares = ratio(rated, rated.sum(axis=-2, keepdims=True))
@@ -94,14 +79,8 @@ def agreements(
 ) -> list[PlanAgreement]:
     """A row for all plans, and one for each configuration.
 
-    Parameters
-    ----------
-    plans
-        All plans, rated or not.
-    people
-        By the run of a rated plan, whether most people call it right.
-    verdict
-        The verdict of the judge that is compared.
+    `plans` are all, rated or not; `people` says whether most people call a rated plan right, by its
+    run; `verdict` is the one of the judge that is compared.
     """
     rows = []
     for name in (ALL, *CONFIGURATIONS):

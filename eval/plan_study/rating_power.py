@@ -29,38 +29,26 @@ STUDIES = 2000
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """What is planned.
-
-    Parameters
-    ----------
-    plans
-        How many plans there are by the judge's verdict, each once.
-    without
-        Commands in a configuration for which there is no plan.
-    stopped
-        How many plans were drawn that physics stopped; nobody rates them.
-    pairs
-        How many are rated, by the judge's verdict.
-    configurations
-        The same by configuration; a plan of two counts in both.
-    seconds_each
-        That a pair takes, on average.
-    minutes
-        That one person takes for all pairs.
-    half_widths
-        Expected of the figures' 95 % intervals; NaN where there will be no figure.
-    """
+    """What is planned."""
 
     plans: Mapping[str, int]
+    """How many plans there are by the judge's verdict, each once."""
     without: int
+    """Commands in a configuration for which there is no plan."""
     stopped: int
+    """How many plans were drawn that physics stopped; nobody rates them."""
     pairs: Mapping[str, int]
+    """How many are rated, by the judge's verdict."""
     configurations: Mapping[str, Mapping[str, int]]
+    """The same by configuration; a plan of two counts in both."""
     scenarios: int
     raters: int
     seconds_each: float
+    """That a pair takes, on average."""
     minutes: float
+    """That one person takes for all pairs."""
     half_widths: Mapping[str, float]
+    """Expected of the figures' 95 % intervals; NaN where there will be no figure."""
 
     @property
     def total(self) -> int:
@@ -77,13 +65,7 @@ def planned(
     stopped: int,
     seed: int,
 ) -> Planned:
-    """What is planned for a sample.
-
-    Parameters
-    ----------
-    without, stopped
-        How many commands have no plan, and how many plans physics stopped.
-    """
+    """What is planned for a sample, with how many have no plan or one that physics stopped."""
     chosen = [p for p in plans if p.run in sample.chance]
     whole = float(sum(seconds)) + ANSWER_S * len(chosen)
     return Planned(
@@ -115,12 +97,8 @@ def half_widths(
     shares are drawn from beta distributions with the wanted correlation, the majority of each
     pair from those. The half width is that of the middle of the studies' figures.
 
-    Parameters
-    ----------
-    shares
-        Part of the plans that most people call right, by the judge's verdict.
-    correlation
-        Between plans of a scenario, of the same verdict.
+    `shares` are the part of the plans that most people call right, by the judge's verdict; the
+    correlation is between plans of a scenario, of the same verdict.
     """
     chosen = [p for p in plans if p.run in sample.chance]
     if not chosen:

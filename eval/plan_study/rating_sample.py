@@ -11,7 +11,7 @@ import numpy as np
 
 from eval.plan_study.study_plans import FIRST, PlanRecord
 from eval.plan_study.study_settings import Settings
-from eval.statistics.sampling import balanced_sample
+from eval.statistics.estimates import FloatArray, IntArray
 from g3.storage.atomic_file import write_bytes
 
 SAMPLE = "sample.json"
@@ -23,18 +23,12 @@ show the judge's precision, nor its kappa."""
 
 @dataclass(frozen=True, slots=True)
 class DistinctPlan:
-    """A plan for a command, once however many configurations made it.
-
-    Parameters
-    ----------
-    run
-        Name of its run and of its video; it doesn't say who made it.
-    record
-        The plan as the first of its configurations has it.
-    """
+    """A plan for a command, once however many configurations made it."""
 
     run: str
+    """Name of its run and of its video; it doesn't say who made it."""
     record: PlanRecord
+    """The plan as the first of its configurations has it."""
     configurations: tuple[str, ...]
 
     @property
@@ -44,19 +38,13 @@ class DistinctPlan:
 
 
 class Sample(msgspec.Struct, frozen=True):
-    """What was drawn.
-
-    Parameters
-    ----------
-    judge
-        The verdict that it was drawn by.
-    chance
-        By the run of each plan that was drawn, the chance that it had.
-    """
+    """What was drawn."""
 
     seed: int
     judge: str
+    """The verdict that it was drawn by."""
     chance: dict[str, float]
+    """By the run of each plan that was drawn, the chance that it had."""
 
 
 def kind_of(plan: DistinctPlan, verdict: str) -> str:
@@ -80,12 +68,8 @@ def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
 def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
     """How many plans of each kind are drawn.
 
-    Parameters
-    ----------
-    sizes
-        How many there are of each kind, that which counts first first.
-    most
-        How many may be drawn; 0 for all.
+    `sizes` says how many there are of each kind, that which counts first first; `most` how many may
+    be drawn, 0 for all.
     """
     if not most:
         return dict(sizes)
@@ -101,13 +85,8 @@ def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
 def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: int) -> Sample:
     """Draw plans of some kinds, balanced over scenarios and over who made them.
 
-    Parameters
-    ----------
-    kinds
-        Some of :data:`KINDS`; of two, the second gets only :data:`RESERVED` of the pairs while
-        there are enough plans of the first.
-    most
-        How many plans at most; 0 for all.
+    Of two :data:`KINDS`, the second gets only :data:`RESERVED` of the pairs while there are enough
+    plans of the first. There are at most so many, 0 for all.
     """
     rng = np.random.default_rng(seed)
     of_kind = {kind: [p for p in plans if p.kind == kind] for kind in kinds}
@@ -137,3 +116,36 @@ def sampled(folder: Path, plans: Sequence[DistinctPlan], settings: Settings) -> 
 
 def _cell(plan: DistinctPlan) -> tuple[tuple[str, ...], str]:
     return plan.configurations, plan.record.scenario
+
+
+def balanced_sample(
+    cell: IntArray, size: int, rng: np.random.Generator
+) -> tuple[IntArray, FloatArray]:
+    """Draw as evenly from all cells as their sizes allow.
+
+    Every cell gives the same number, or all that it has. What is left over is less than one item
+    for each cell that has more. It is drawn from these cells systematically, which spreads it over
+    their order and gives each the same chance (W. G. Cochran, Sampling Techniques, 1977, chapter
+    8). Weights of one over the chance make up for the balance (D. G. Horvitz and D. J. Thompson,
+    J. Am. Stat. Assoc. 47, 1952), also where a cell gives nothing.
+
+    Cells are numbered from 0 without gaps, shape (n,); of so many items as are wanted there may be
+    fewer. Indices of the items drawn grow, and the chance is that of each item, shape (n,).
+    """
+    if size <= 0 or len(cell) == 0:
+        return np.zeros(0, dtype=np.int64), np.zeros(len(cell))
+    sizes = np.bincount(cell)
+    each = max(k for k in range(sizes.max() + 1) if np.minimum(sizes, k).sum() <= size)
+    taken = np.minimum(sizes, each)
+    larger = np.flatnonzero(sizes > each)
+    rest = min(size, len(cell)) - int(taken.sum())
+    chance = taken / sizes
+    if rest:
+        chance[larger] += rest / len(larger) / sizes[larger]
+        steps = (rng.random() + np.arange(rest)) * len(larger) / rest
+        taken[larger[steps.astype(np.int64)]] += 1
+    drawn = [
+        rng.choice(np.flatnonzero(cell == number), int(count), replace=False)
+        for number, count in enumerate(taken)
+    ]
+    return np.sort(np.concatenate(drawn)), chance[cell]

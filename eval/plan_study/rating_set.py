@@ -13,11 +13,10 @@ import numpy as np
 from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from eval.plan_study.filming import film_all
 from eval.plan_study.plan_validity import PlanAgreement, agreements, tells_of_all
 from eval.plan_study.rating_power import Planned, planned
 from eval.plan_study.rating_sample import DistinctPlan, Sample, distinct_plans, sampled
-from eval.plan_study.study_pairs import Pair, write_study
+from eval.plan_study.study_pairs import Pair, film_all, write_study
 from eval.plan_study.study_plans import (
     FIRST,
     RUNS,
@@ -31,8 +30,8 @@ from eval.plan_study.study_results import check_ratings
 from eval.plan_study.study_settings import Settings, check_settings
 from eval.plan_study.whole_study import ratings_so_far
 from eval.statistics.raters import majorities
-from eval.statistics.ratings import AGREES, codes
-from g3.annotation import RATINGS, Judgment
+from eval.statistics.ratings import agrees, codes
+from g3.annotation import Judgment
 from g3.groundings import Context
 from g3.storage.atomic_file import write_bytes
 
@@ -40,60 +39,41 @@ PLANNED = "planned.json"
 
 
 class RunOutcome(msgspec.Struct, frozen=True):
-    """What came of a run, kept beside its corpus when that is whole.
-
-    Parameters
-    ----------
-    failure
-        Why physics stopped it; empty if it didn't.
-    """
+    """What came of a run, kept beside its corpus when that is whole."""
 
     seconds: float
     failure: str
+    """Why physics stopped it; empty if it didn't."""
 
 
 @dataclass(frozen=True, slots=True)
 class RatingSet:
-    """A rating set before its videos are made.
-
-    Parameters
-    ----------
-    plans
-        All plans, each once.
-    sample
-        Those that people rate. Plans that physics stopped aren't among them, for their videos
-        don't show what the judge has judged.
-    """
+    """A rating set before its videos are made."""
 
     folder: Path
     settings: Settings
     plans: Sequence[DistinctPlan]
+    """All plans, each once."""
     sample: Sample
+    """Those that people rate. Plans that physics stopped aren't among them, for their videos don't
+    show what the judge has judged."""
     pairs: Sequence[Pair]
     planned: Planned
 
 
 @dataclass(frozen=True, slots=True)
 class Rated:
-    """A rating set as far as people have come.
-
-    Parameters
-    ----------
-    file
-        What ``ct annotate`` serves.
-    judgments
-        How many there are.
-    people
-        By the run of each rated plan, whether most people call it right.
-    agreements
-        By verdict of the judge; empty without ratings.
-    """
+    """A rating set as far as people have come."""
 
     of: RatingSet
     file: Path
+    """What ``ct annotate`` serves."""
     judgments: int
+    """How many there are."""
     people: Mapping[str, bool]
+    """By the run of each rated plan, whether most people call it right."""
     agreements: Mapping[str, Sequence[PlanAgreement]]
+    """By verdict of the judge; empty without ratings."""
 
 
 def prepare(
@@ -102,11 +82,6 @@ def prepare(
     """Make and draw plans, carry out what was drawn, and say what is planned.
 
     What is there already isn't made again.
-
-    Raises
-    ------
-    CorpusError
-        If the folder is of another study.
     """
     check_settings(folder, settings)
     records = plan_all(folder, settings, on_progress)
@@ -149,15 +124,7 @@ def finish(
 ) -> Rated:
     """Make the videos that aren't there yet and the study's file, and read the ratings so far.
 
-    Parameters
-    ----------
-    ratings, pay, draws
-        As :func:`eval.plan_study.whole_study.go_on` takes them.
-
-    Raises
-    ------
-    FormatError
-        If a rating is of a pair that the study hasn't, with its row.
+    All is taken and refused as by :func:`eval.plan_study.whole_study.go_on`.
     """
     folder, seed = found.folder, found.settings.seed
     film_all(folder, found.settings.test, [*found.pairs], on_progress)
@@ -181,27 +148,13 @@ def verdicts(plans: Sequence[DistinctPlan], sample: Sample) -> list[str]:
 
 
 def most_people(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> dict[str, bool]:
-    """By the run of each rated pair, whether more than half of its judgments agree.
-
-    Raises
-    ------
-    FormatError
-        If a rating is of another pair, or a second one by the same person, with its row.
-    """
+    """Whether most people agree, by the run of each rated pair; see :func:`check_ratings`."""
     check_ratings(pairs, judgments)
     if not judgments:
         return {}
-    agrees = np.array([RATINGS.index(j.rating) + 1 >= AGREES for j in judgments])
+    said = np.array([agrees(j) for j in judgments])
     runs = [j.shown_video for j in judgments]
-    return dict(zip(dict.fromkeys(runs), map(bool, majorities(agrees, codes(runs))), strict=True))
-
-
-@dataclass(frozen=True, slots=True)
-class _Errand:
-    folder: Path
-    run: str
-    record: PlanRecord
-    context: Context
+    return dict(zip(dict.fromkeys(runs), map(bool, majorities(said, codes(runs))), strict=True))
 
 
 def _carried_out(
@@ -212,7 +165,7 @@ def _carried_out(
 ) -> dict[str, RunOutcome]:
     """Carry out the plans that haven't been yet, in as many processes as there are processors."""
     errands = [
-        _Errand(folder, p.run, p.record, contexts[p.record.command])
+        (folder, p.run, p.record, contexts[p.record.command])
         for p in plans
         if not _outcome_file(folder, p.run).exists()
     ]
@@ -230,12 +183,13 @@ def _carried_out(
     }
 
 
-def _carry_out(errand: _Errand) -> None:
-    failure = carry_out(errand.folder, errand.run, errand.record, errand.context)
-    (run,) = load_corpus(run_corpus(errand.folder, errand.run)).contexts.values()
-    t = run.agent.trajectory.t
+def _carry_out(errand: tuple[Path, str, PlanRecord, Context]) -> None:
+    folder, run, _, _ = errand
+    failure = carry_out(*errand)
+    (context,) = load_corpus(run_corpus(folder, run)).contexts.values()
+    t = context.agent.trajectory.t
     outcome = RunOutcome(float(t[-1] - t[0]), failure)
-    write_bytes(_outcome_file(errand.folder, errand.run), msgspec.json.encode(outcome))
+    write_bytes(_outcome_file(folder, run), msgspec.json.encode(outcome))
 
 
 def _outcome_file(folder: Path, run: str) -> Path:

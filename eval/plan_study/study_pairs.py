@@ -1,19 +1,27 @@
-"""What people are to rate: commands with videos of plans, and with known right and wrong ones."""
+"""What people are to rate: commands with videos, of plans and of known right and wrong pairs."""
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import yaml
 
+from corpus_tools.runtime.parallel import Workers
+from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.video.items import ContextItem, Item
+from corpus_tools.video.manifest import MANIFEST, Settings
+from corpus_tools.video.render_batch import produce_all
 from corpus_tools.world.scenarios.documents import read_document
-from eval.plan_study.study_plans import PlanRecord, top
+from eval.plan_study.study_plans import PlanRecord, run_corpus, top
 from g3.annotation import Annotation
+from g3.errors import CorpusError
 from g3.storage.atomic_file import write_bytes
 
 STUDY, VIDEOS = "study.yaml", "videos"
+HOW = Settings(fps=15, quality="draft")
 INSTANCE = "annotation"
 """The annotation app's folder in the study's."""
 ANSWERS = 5
@@ -28,23 +36,21 @@ HEAD = """\
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """A command with a video.
-
-    Parameters
-    ----------
-    video
-        Name of the run, or of the context of the test corpus whose log is shown.
-    own_video
-        Name of the context whose log the command was typed for.
-    configuration
-        ``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair.
-    """
+    """A command with a video."""
 
     text: str
     video: str
+    """Name of the run, or of the context of the test corpus whose log is shown."""
     own_video: str
+    """Name of the context whose log the command was typed for."""
     configuration: str
+    """``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair."""
     command: str
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """As :func:`eval.statistics.ratings.shown_pair` has it of a judgment."""
+        return self.text, self.own_video, self.video
 
     @property
     def is_plan(self) -> bool:
@@ -84,12 +90,8 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
 def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = None) -> Path:
     """Write the study's file for ``ct annotate``; its pairs don't say what made them.
 
-    What somebody has changed in the file is kept, but for the pairs.
-
-    Parameters
-    ----------
-    pay
-        What is paid for a pair, in dollars; None leaves that as it is.
+    What somebody has changed in the file is kept, but for the pairs, and for what is paid for each
+    in dollars if that is said here.
     """
     path = folder / STUDY
     study: dict[str, object] = {
@@ -110,3 +112,25 @@ def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = 
     text = yaml.safe_dump(study, sort_keys=False, allow_unicode=True, width=100)
     write_bytes(path, (HEAD + text).encode())
     return path
+
+
+def film_all(
+    folder: Path, test: str, pairs: list[Pair], on_progress: OnProgress = no_progress
+) -> None:
+    """Make the videos of all pairs that aren't there yet; a CorpusError if one can't be made."""
+    wanted = {pair.video: pair for pair in pairs}
+    items: list[Item] = [
+        ContextItem(video, str(run_corpus(folder, video)) if pair.is_plan else test, video)
+        for video, pair in sorted(wanted.items())
+        if not (folder / VIDEOS / video / MANIFEST).exists()
+    ]
+    if not items:
+        return
+    (folder / VIDEOS).mkdir(exist_ok=True)
+    workers = Workers(min(os.cpu_count() or 1, len(items)))
+    before = len(wanted) - len(items)
+    outcomes = produce_all(items, folder / VIDEOS, HOW, workers=workers, force=False)
+    for number, outcome in enumerate(outcomes, before + 1):
+        if outcome.problem:
+            raise CorpusError(outcome.problem, where=f"the video {outcome.name}")
+        on_progress(f"videos: {outcome.name}", number, len(wanted))

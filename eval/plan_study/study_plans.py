@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,25 +11,28 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import msgspec
+import numpy as np
 
 from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.following.bundled_grounder import to_script
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
+from corpus_tools.world.state.robot_script import Script
 from eval.judging.deeds import planned
 from eval.judging.judge import Verdict, judge
 from eval.judging.words_judge import judge_by_words
-from eval.plan_study.plan_scripts import PlanScript, script_of
 from eval.plan_study.study_settings import Settings
 from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.plan_rows import TOP
 from eval.table_3.search_examples import data_of
-from g3.actions.robot_state import start_state
+from g3.actions.action_kinds import Action
+from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
-from g3.groundings import Context
+from g3.groundings import Context, Place, Prism
 from g3.inference.grounder import Grounder, Plan
 from g3.inference.problem.costs import RandomCost
 from g3.storage.atomic_file import write_bytes
@@ -36,6 +41,8 @@ CONFIGURATIONS = ("random", "gold", "auto")
 RATE_HZ = 10.0
 """How often the things in a run are noted down; videos draw what is between."""
 PLANS, RUNS = "plans", "runs"
+DIGITS = 3
+"""Plans whose numbers agree to so many digits, in metres and degrees, are the same."""
 
 Judge: TypeAlias = Callable[[Annotation, Plan], Verdict]
 
@@ -52,22 +59,53 @@ JUDGES: Mapping[str, Judge] = MappingProxyType(
 FIRST = next(iter(JUDGES))
 
 
-class PlanRecord(msgspec.Struct, frozen=True):
-    """A plan as it is kept.
+class KeptPlace(msgspec.Struct, frozen=True):
+    """A place that a script names: corners in metres, heights of bottom and top."""
 
-    Parameters
-    ----------
-    run
-        Name of the run that it was carried out in; empty if there is no plan.
-    correct, reason
-        The automatic judge's first verdict: whether it ends where the log ends.
-    failure
-        Why physics stopped the run; empty if it didn't.
-    script
-        What the robot is to do; None if there is no plan.
-    verdicts
-        Whether it is right, by each of :data:`JUDGES`; empty if there is no plan.
-    """
+    xy: tuple[tuple[float, float], ...]
+    z_min: float
+    z_max: float
+    name: str = ""
+
+
+class PlanScript(msgspec.Struct, frozen=True):
+    """What a plan has the robot do: steps, and the places by the names that these use."""
+
+    steps: Script
+    kept_places: dict[str, KeptPlace] = {}
+
+    @property
+    def places(self) -> dict[str, Place]:
+        """The places by their names, as :func:`~corpus_tools.world.physics.execute` takes them."""
+        return {
+            key: Place(Prism(np.array(p.xy), p.z_min, p.z_max), p.name)
+            for key, p in self.kept_places.items()
+        }
+
+    @property
+    def digest(self) -> str:
+        """The same for plans that do the same."""
+        text = json.dumps(_rounded(msgspec.to_builtins(self)), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:10]
+
+
+def script_of(start: State, actions: tuple[Action, ...]) -> PlanScript:
+    """Write a plan as a script."""
+    told = to_script(start, actions)
+    places = {
+        key: KeptPlace(
+            tuple((float(x), float(y)) for x, y in place.prism.xy),
+            float(place.prism.z_min),
+            float(place.prism.z_max),
+            place.name,
+        )
+        for key, place in told.places.items()
+    }
+    return PlanScript(told.script, places)
+
+
+class PlanRecord(msgspec.Struct, frozen=True):
+    """A plan as it is kept."""
 
     configuration: str
     command: str
@@ -76,15 +114,30 @@ class PlanRecord(msgspec.Struct, frozen=True):
     probability: float
     correct: bool
     reason: str
+    """The automatic judge's first verdict: whether it ends where the log ends."""
     run: str = ""
+    """Name of the run that it was carried out in; empty if there is no plan."""
     failure: str = ""
+    """Why physics stopped the run; empty if it didn't."""
     script: PlanScript | None = None
+    """What the robot is to do; None if there is no plan."""
     verdicts: dict[str, bool] = {}
+    """Whether it is right, by each of :data:`JUDGES`; empty if there is no plan."""
 
     @property
     def by_words(self) -> bool | None:
         """Whether it does what the words say: no without a plan, None in older studies."""
         return self.verdicts.get(WORDS) if self.script or self.run else False
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, float):
+        return round(value, DIGITS) + 0.0  # -0.0 is 0.0
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_rounded(item) for item in value]
+    return value
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +175,10 @@ def plan_all(
     units = [Unit(which, a) for a in commands for which in CONFIGURATIONS]
     todo = [unit for unit in units if not _kept(folder, unit).exists()]
     done = len(units) - len(todo)
-    learning = _still(on_progress, done, len(units))
+
+    def learning(step: str, _done: int, _total: int) -> None:  # without moving the bar
+        on_progress(step, done, len(units))
+
     for number, (unit, plan, note) in enumerate(_planned(todo, settings, learning), done + 1):
         record = _record(unit, plan, note)
         if not settings.plans and record.script is not None:
@@ -142,11 +198,6 @@ def top(records: list[PlanRecord], configuration: str) -> list[PlanRecord]:
 def run_corpus(folder: Path, run: str) -> Path:
     """The corpus that holds a run as its only context."""
     return folder / RUNS / run
-
-
-def _still(on_progress: OnProgress, done: int, total: int) -> OnProgress:
-    """Names the steps of something else without moving the bar."""
-    return lambda step, _done, _total: on_progress(step, done, total)
 
 
 def _kept(folder: Path, unit: Unit) -> Path:
@@ -190,13 +241,7 @@ def _record(unit: Unit, plan: Plan | None, note: str) -> PlanRecord:
 
 
 def carry_out(folder: Path, run: str, record: PlanRecord, context: Context) -> str:
-    """Carry a plan out in physics and write what happens; why it was stopped, or nothing.
-
-    Raises
-    ------
-    ValueError
-        If the record has no plan.
-    """
+    """Carry a plan out in physics and write what happens; why it was stopped, or nothing."""
     if record.script is None:
         raise ValueError(f"there is no plan for {record.command}")
     script = record.script

@@ -43,27 +43,11 @@ def offer(
 
     Doing it again offers only what is missing. What there is then is told, and where.
 
-    Parameters
-    ----------
-    file
-        The study's, with what is paid for a pair unless only links are made.
-    platform
-        One of ``ct crowd publish``.
-    url
-        Address at which people reach the app.
-    items
-        How many pairs an assignment asks for, at most.
-    sandbox
-        Whether to use the platform's test mode, in which no money is paid.
-    endpoint
-        Another address of the platform's interface, such as a stand-in's.
-
-    Raises
-    ------
-    FormatError
-        If there is no such platform, nothing is paid, or credentials are missing.
-    PlatformError
-        If the platform refuses.
+    The study's file says what is paid for a pair, unless only links are made; people reach the app
+    at the URL, and an assignment asks for so many pairs at most. In the platform's sandbox no money
+    is paid; the endpoint is another address of its interface. A FormatError says that there is no
+    such platform, nothing is paid, or credentials are missing; a PlatformError that the platform
+    refuses.
     """
     provider = find_provider(platform)
     if provider is None:

@@ -14,12 +14,12 @@ from eval.statistics.comparison import Comparison
 from eval.statistics.estimates import Estimate
 from eval.statistics.intervals import bootstrap, two_way
 from eval.statistics.raters import majorities
-from eval.statistics.ratings import AGREES, codes
+from eval.statistics.ratings import agrees, codes, shown_pair
 from eval.table_3.baselines import BASELINES, missing
 from eval.table_3.outcomes import JudgedRow, judged_row
 from eval.table_3.plan_rows import MODELS
 from eval.tables.comparison_report import compare_commands
-from g3.annotation import RATINGS, Judgment
+from g3.annotation import Judgment
 from g3.errors import FormatError
 
 ROWS = {
@@ -34,29 +34,20 @@ KNOWN = ("right", "wrong")
 
 @dataclass(frozen=True, slots=True)
 class RatedRow:
-    """What people say of a configuration.
-
-    Parameters
-    ----------
-    share
-        Judgments that agree, with whole scenarios resampled.
-    two_way
-        The same for other scenarios and other raters.
-    majority
-        The part of the pairs of which more than half of the judgments agree.
-    judgments, rated
-        How many judgments there are, and of how many pairs.
-    n
-        How many pairs there are to rate.
-    """
+    """What people say of a configuration."""
 
     configuration: str
     share: Estimate
+    """Judgments that agree, with whole scenarios resampled."""
     two_way: Estimate
+    """The same for other scenarios and other raters."""
     majority: float
+    """The part of the pairs of which more than half of the judgments agree."""
     judgments: int
     rated: int
+    """How many judgments there are, and of how many pairs."""
     n: int
+    """How many pairs there are to rate."""
 
 
 def by_people(
@@ -67,13 +58,7 @@ def by_people(
     seed: int,
     draws: int,
 ) -> list[RatedRow]:
-    """The rows that people's ratings give so far; those that nobody has rated are left out.
-
-    Raises
-    ------
-    FormatError
-        If a rating is of a pair that the study hasn't, with its row.
-    """
+    """The rows that people's ratings give so far; those that nobody has rated are left out."""
     check_ratings(pairs, judgments)
     scenarios = _scenarios(records)
     rows = []
@@ -88,17 +73,11 @@ def by_people(
 
 
 def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
-    """Refuse ratings of other studies, and second ones by the same person.
-
-    Raises
-    ------
-    FormatError
-        With the row.
-    """
-    known = {(p.text, p.own_video, p.video) for p in pairs}
+    """Refuse ratings of other studies, and second ones by the same person, naming the row."""
+    known = {p.key for p in pairs}
     seen: Counter[tuple[str, ...]] = Counter()
     for row, j in enumerate(judgments, start=1):
-        key = (j.command, j.command_video, j.shown_video)
+        key = shown_pair(j)
         where = f"judgments.jsonl: line {row}"
         if key not in known:
             raise FormatError(
@@ -136,16 +115,15 @@ def compare_people(
     draws: int,
 ) -> list[Comparison]:
     """What people say of configurations, compared on the commands that were rated in both."""
-    of_pair = {(p.text, p.own_video, p.video): p for p in pairs if p.is_plan}
-    agrees: dict[str, dict[str, list[bool]]] = {name: {} for name in CONFIGURATIONS}
+    of_pair = {p.key: p for p in pairs if p.is_plan}
+    said: dict[str, dict[str, list[bool]]] = {name: {} for name in CONFIGURATIONS}
     for j in judgments:
-        pair = of_pair.get((j.command, j.command_video, j.shown_video))
+        pair = of_pair.get(shown_pair(j))
         if pair is not None:
-            told = agrees[pair.configuration].setdefault(pair.command, [])
-            told.append(RATINGS.index(j.rating) + 1 >= AGREES)
+            said[pair.configuration].setdefault(pair.command, []).append(agrees(j))
     shares = {
         name: {command: float(np.mean(told)) for command, told in own.items()}
-        for name, own in agrees.items()
+        for name, own in said.items()
     }
     return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
 
@@ -173,23 +151,19 @@ def _rated(
     rng: np.random.Generator,
     draws: int,
 ) -> RatedRow | None:
-    wanted = {(p.text, p.own_video, p.video): p for p in pairs}
-    mine = [
-        (wanted[key], j)
-        for j in judgments
-        if (key := (j.command, j.command_video, j.shown_video)) in wanted
-    ]
+    wanted = {p.key: p for p in pairs}
+    mine = [(wanted[key], j) for j in judgments if (key := shown_pair(j)) in wanted]
     if not mine:
         return None
-    agrees = np.array([RATINGS.index(j.rating) + 1 >= AGREES for _, j in mine])
+    said = np.array([agrees(j) for _, j in mine])
     pair = codes([(p.command, p.video) for p, _ in mine])
     place = codes([scenarios[p.command] for p, _ in mine])
     rater = codes([j.subject for _, j in mine])
     return RatedRow(
         name,
-        bootstrap(agrees, place, rng=rng, draws=draws),
-        two_way(agrees, place, rater),
-        float(majorities(agrees, pair).mean()),
+        bootstrap(said, place, rng=rng, draws=draws),
+        two_way(said, place, rater),
+        float(majorities(said, pair).mean()),
         len(mine),
         len(np.unique(pair)),
         len(pairs),

@@ -14,29 +14,21 @@ SETTINGS = "settings.json"
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """What a study is made of; a folder holds one study only.
-
-    Parameters
-    ----------
-    train
-        The corpora to learn from, with commas between, without the scenario that is tested.
-    most
-        How many commands of each scenario; 0 for all.
-    plans
-        Of a rating set, which plans are rated: ``wrong`` or ``right`` by the automatic judge, in
-        the order in which they count; empty for a study like the paper's.
-    pairs
-        Of a rating set, how many pairs there are at most; 0 for all.
-    """
+    """What a study is made of; a folder holds one study only."""
 
     train: str
+    """The corpora to learn from, with commas between, without the scenario that is tested."""
     test: str
     most: int
+    """How many commands of each scenario; 0 for all."""
     l2: float
     seed: int
     hashes: tuple[str, ...] = ()
     plans: tuple[str, ...] = ()
+    """Of a rating set, which plans are rated: ``wrong`` or ``right`` by the automatic judge, in the
+    order in which they count; empty for a study like the paper's."""
     pairs: int = 0
+    """Of a rating set, how many pairs there are at most; 0 for all."""
 
 
 def settings_for(
@@ -44,10 +36,7 @@ def settings_for(
 ) -> Settings:
     """Settings with the hashes of the corpora.
 
-    Parameters
-    ----------
-    most
-        How many commands of each scenario, or how many pairs of a rating set; 0 for all.
+    `most` is how many commands of each scenario, or how many pairs of a rating set; 0 for all.
     """
     hashes = tuple(open_corpus(name).hash for name in (*train.split(","), test))
     if plans:
@@ -56,13 +45,7 @@ def settings_for(
 
 
 def check_settings(folder: Path, settings: Settings) -> None:
-    """Begin a study's folder, or see that it is of the same study.
-
-    Raises
-    ------
-    FormatError
-        If it is of another one.
-    """
+    """Begin a study's folder; a FormatError if it is another study's, or holds other things."""
     path = folder / SETTINGS
     if not path.exists():
         if folder.exists() and any(folder.iterdir()):

@@ -16,9 +16,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_report import in_a_line, summary
 from eval.judging.judge_validity import Validity, known_validity
-from eval.plan_study.filming import film_all
-from eval.plan_study.study_baselines import baseline_records
-from eval.plan_study.study_pairs import ANSWERS, INSTANCE, Pair, pairs, write_study
+from eval.plan_study.study_pairs import ANSWERS, INSTANCE, Pair, film_all, pairs, write_study
 from eval.plan_study.study_plans import CONFIGURATIONS, PlanRecord, chosen_commands, plan_all
 from eval.plan_study.study_results import (
     RatedRow,
@@ -30,7 +28,10 @@ from eval.plan_study.study_results import (
 from eval.plan_study.study_settings import Settings, check_settings
 from eval.statistics.comparison import Comparison
 from eval.statistics.estimates import beside
-from eval.table_3.baselines import missing
+from eval.table_3.baselines import BASELINES, missing
+from eval.table_3.following import judged, plan_by_grounder, task_of
+from eval.table_3.grounder_registry import grounder_named
+from eval.table_3.judged_commands import judged_commands
 from eval.table_3.outcomes import JudgedRow
 from eval.table_3.plan_report import PAPER
 from eval.tables.comparison_report import NOTE, TITLE, comparison_table
@@ -41,29 +42,21 @@ from g3.annotation import Judgment
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A study as far as it has come.
-
-    Parameters
-    ----------
-    file
-        What ``ct annotate`` serves.
-    people
-        Rows of Table 3 by people; empty without ratings.
-    automatic
-        The same by the automatic judge.
-    compared_by_people, compared
-        Each two configurations on the commands that both have, by people and by the judge.
-    """
+    """A study as far as it has come."""
 
     settings: Settings
     file: Path
+    """What ``ct annotate`` serves."""
     pairs: Sequence[Pair]
     records: Sequence[PlanRecord]
     people: Sequence[RatedRow]
+    """Rows of Table 3 by people; empty without ratings."""
     automatic: Sequence[JudgedRow]
+    """The same by the automatic judge."""
     validity: Validity | None
     compared_by_people: Sequence[Comparison] = ()
     compared: Sequence[Comparison] = ()
+    """Each two configurations on the commands that both have, by people and by the judge."""
 
 
 def go_on(
@@ -77,17 +70,9 @@ def go_on(
 ) -> Study:
     """Do what hasn't been done yet, and read the ratings that there are.
 
-    Parameters
-    ----------
-    ratings
-        A corpus that holds them; by default they are read from the app's database in the folder.
-    pay
-        What people get for a pair, in dollars; None if the study's file says it.
-
-    Raises
-    ------
-    CorpusError
-        If the folder is of another study, or the ratings are.
+    Ratings are in a corpus, or else in the app's database in the folder. The pay is in dollars for
+    a pair; None if the study's file says it. A CorpusError says that the folder or the ratings are
+    of another study.
     """
     check_settings(folder, settings)
     corpora: dict[str, Corpus] = {
@@ -98,7 +83,7 @@ def go_on(
     film_all(folder, settings.test, found, _half(on_progress, 1))
     file = write_study(folder, found, settings.seed, pay)
     judgments = ratings_so_far(folder, ratings)
-    judged = [*records, *baseline_records(settings)]
+    both = [*records, *baseline_records(settings)]
     options = {"seed": settings.seed, "draws": draws}
     return Study(
         settings,
@@ -106,11 +91,27 @@ def go_on(
         found,
         records,
         by_people(found, records, judgments, **options) if judgments else (),
-        by_judge(judged, **options),
+        by_judge(both, **options),
         known_validity(corpora.values(), **options),
         compare_people(found, records, judgments, **options) if judgments else (),
-        compare_judge(judged, **options),
+        compare_judge(both, **options),
     )
+
+
+def baseline_records(settings: Settings) -> list[PlanRecord]:
+    """The automatic judge's verdicts on baselines' plans for the commands of a study."""
+    chosen = {annotation.command.id for annotation in chosen_commands(settings)}
+    commands = [c for c in judged_commands(open_corpus(settings.test)) if c.command.id in chosen]
+    names = [name for name in BASELINES if name not in missing()]
+    outcomes = [
+        (name, judged(command, plan_by_grounder(grounder_named(name), task_of(command))))
+        for name in names
+        for command in commands
+    ]
+    return [
+        PlanRecord(name, o.command, o.scenario, o.text, o.probability, o.correct, o.reason)
+        for name, o in outcomes
+    ]
 
 
 def ratings_so_far(folder: Path, ratings: Path | None) -> Sequence[Judgment]:

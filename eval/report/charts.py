@@ -26,22 +26,15 @@ SERIES = ((BLUE, "o"), (GREEN, "s"))
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of a plot: figures with their intervals.
-
-    Parameters
-    ----------
-    figures
-        By what they measure; NaN bounds draw no interval, a NaN value nothing.
-    paper
-        The paper's figure; None if it has none.
-    is_baseline
-        Whether it is what others have to beat.
-    """
+    """A line of a plot: figures with their intervals."""
 
     label: str
     figures: Mapping[str, Estimate]
+    """By what they measure; NaN bounds draw no interval, a NaN value nothing."""
     paper: float | None = None
+    """The paper's figure; None if it has none."""
     is_baseline: bool = False
+    """Whether it is what others have to beat."""
 
     @property
     def colour(self) -> str:
@@ -155,10 +148,7 @@ def _axes(
     axes.set_ylim(span[1], span[0])
     axes.set_xticks(scale.ticks, [f"{t:g}".replace("-", "−") for t in scale.ticks])
     axes.set_yticks([])
-    axes.tick_params(length=0)
-    axes.grid(axis="x", color=FAINT, linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[:].set_visible(False)
+    _quiet(axes, axis="x")
     if scale.ticks[0] < 0:
         axes.axvline(0, color=GREY, linewidth=0.8)
     return axes
@@ -186,26 +176,27 @@ def _write(
     )
 
 
-def _mark(axes: Axes, y: float, figure: Estimate, style: tuple[str, str]) -> None:
+def _mark(axes: Axes, y: float, figure: Estimate, shown: tuple[str, str]) -> None:
     """A point with its interval; a hollow one where there is none."""
-    colour, marker = style
+    colour, marker = shown
     known = not math.isnan(figure.low)
     if known:
         axes.plot([figure.low, figure.high], [y, y], color=colour, linewidth=1.6, clip_on=False)
     face = colour if known else GROUND
-    axes.plot(
-        [figure.value],
-        [y],
-        marker,
-        color=colour,
-        markerfacecolor=face,
-        markersize=4.5,
-        clip_on=False,
-    )
+    look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "markersize": 4.5}
+    axes.plot([figure.value], [y], marker, clip_on=False, **look)
 
 
 def _diamond(axes: Axes, y: float, value: float) -> None:
     axes.plot([value], [y], "D", color=ORANGE, markerfacecolor="none", markersize=4.5)
+
+
+def _quiet(axes: Axes, **grid: Any) -> None:
+    """Axes with nothing but a faint grid behind what is drawn."""
+    axes.grid(color=FAINT, linewidth=0.7, **grid)
+    axes.set_axisbelow(True)
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
 
 
 def _reliability(bins: Sequence[Bin], width: float) -> Figure:
@@ -241,8 +232,5 @@ def _reliability(bins: Sequence[Bin], width: float) -> Figure:
     axes.set_yticks(SHARES.ticks, [f"{t:g}" for t in SHARES.ticks])
     axes.set_xlabel("stated probability (small numbers: how many)")
     axes.set_ylabel("part that is right")
-    axes.grid(color=FAINT, linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.tick_params(length=0)
-    axes.spines[:].set_visible(False)
+    _quiet(axes)
     return figure

@@ -39,46 +39,26 @@ class Words:
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """A video with a command.
-
-    Parameters
-    ----------
-    command
-        What somebody has typed or written for it.
-    words
-        The same in pieces: those of a clause with what it is grounded in, and those between.
-    video, poster
-        As data URIs.
-    size
-        Of the picture, pixels.
-    outlines
-        Of grounded objects in the poster: a colour, and corners in pixels as SVG has them.
-    """
+    """A video with a command."""
 
     name: str
     title: str
     command: str
+    """What somebody has typed or written for it."""
     words: tuple[Words, ...]
+    """The same in pieces: those of a clause with what it is grounded in, and those between."""
     phrases: tuple[Phrase, ...]
     video: str
     poster: str
+    """As data URIs."""
     size: tuple[int, int]
+    """Of the picture, pixels."""
     outlines: tuple[tuple[str, str], ...]
+    """Of grounded objects in the poster: a colour, and corners in pixels as SVG has them."""
 
 
 def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:
-    """The first videos of a folder that show contexts of the corpus.
-
-    Parameters
-    ----------
-    videos
-        What ``ct render-videos`` has filled.
-
-    Raises
-    ------
-    FormatError
-        If it has no video of the corpus.
-    """
+    """The first videos of a folder that show contexts of the corpus; a FormatError if none does."""
     first: dict[str, Annotation] = {}
     for annotation in corpus.annotations:
         if annotation.source == "positive":
@@ -97,13 +77,7 @@ def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """A plan that is wrong, as people would see it.
-
-    Parameters
-    ----------
-    video, poster
-        As data URIs.
-    """
+    """A plan that is wrong, as people would see it; video and poster are data URIs."""
 
     plan: JudgedPlan
     video: str

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -107,24 +108,16 @@ SHOWN = {*PlanFile.__struct_fields__} - {"train", "test", "test_scenarios"}
 
 @dataclass(frozen=True, slots=True)
 class Plans:
-    """Table 3, its plans, and how they were made.
-
-    Parameters
-    ----------
-    name
-        Of the file, without its folder and suffix.
-    file
-        What it holds; its rows, comparisons and validity are those of the automatic judge.
-    reliability
-        Of the plans' probabilities; the intervals take plans to be independent.
-    document
-        All that the file says.
-    """
+    """Table 3, its plans, and how they were made."""
 
     name: str
+    """Of the file, without its folder and suffix."""
     file: PlanFile
+    """What it holds; its rows, comparisons and validity are those of the automatic judge."""
     reliability: Sequence[Bin]
+    """Of the plans' probabilities; the intervals take plans to be independent."""
     document: Mapping[str, Any]
+    """All that the file says."""
 
     @property
     def is_new(self) -> bool:
@@ -172,13 +165,7 @@ class Plans:
 
 
 def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
-    """Read Table 3 of several corpora; those that nothing was learned from come first.
-
-    Raises
-    ------
-    FormatError
-        As :func:`read_plans`, or if two files have the same name.
-    """
+    """Read Table 3 of several corpora; those that nothing was learned from come first."""
     names = [path.stem for path in paths]
     if len({*names}) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
@@ -190,11 +177,8 @@ def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
 def read_plans(path: Path) -> Plans:
     """Read what ``ct eval --table 3 --format json`` has written.
 
-    Raises
-    ------
-    FormatError
-        If the file can't be read or holds something else, has no baselines, or is by another judge
-        than the automatic one.
+    A FormatError says that the file can't be read or holds something else, has no baselines, or is
+    by another judge than the automatic one.
     """
     try:
         text = path.read_bytes()
@@ -210,20 +194,17 @@ def read_plans(path: Path) -> Plans:
         found = msgspec.structs.replace(found, **msgspec.structs.asdict(found.automatic))
     if not found.rows:
         raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
+    again = partial(FormatError, where=str(path), fix=f"run it again: {MADE_BY}")
     lacking = [name for name in ALONE if name not in {row.configuration for row in found.rows}]
     if lacking:
-        raise FormatError(
+        raise again(
             f"this Table 3 has no rows of {', '.join(lacking)}, and a report shows no model "
-            "without what it has to beat",
-            where=str(path),
-            fix=f"run it again: {MADE_BY}",
+            "without what it has to beat"
         )
     judges = {row.judge for row in found.rows} - {AUTOMATIC}
     if judges:
-        raise FormatError(
-            f"this Table 3 is by the judge {min(judges)}, and a report shows the automatic judge's",
-            where=str(path),
-            fix=f"run it again: {MADE_BY}",
+        raise again(
+            f"this Table 3 is by the judge {min(judges)}, and a report shows the automatic judge's"
         )
     bins = [_with_interval(b) for b in found.reliability]
     return Plans(path.stem, found, bins, document)

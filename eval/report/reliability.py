@@ -16,22 +16,15 @@ BINS = 10
 
 @dataclass(frozen=True, slots=True)
 class Bin:
-    """Examples of which about the same probability was stated.
-
-    Parameters
-    ----------
-    stated
-        Their mean probability.
-    true
-        The part of them that is right.
-    low, high
-        Its 95% interval with whole commands resampled; NaN if unknown.
-    """
+    """Examples of which about the same probability was stated."""
 
     stated: float
+    """Their mean probability."""
     true: float
+    """The part of them that is right."""
     low: float
     high: float
+    """Its 95% interval with whole commands resampled; NaN if unknown."""
     n: int
 
 

@@ -31,81 +31,55 @@ LIBRARIES = ("matplotlib", "numpy", "scipy")
 
 @dataclass(frozen=True, slots=True)
 class ReportChoices:
-    """What a report is made of.
-
-    Parameters
-    ----------
-    corpus
-        Measured with each scenario held out in turn.
-    plans
-        Table 3 as ``ct eval --table 3 --format json`` has written it, of each tested corpus.
-    videos
-        What ``ct render-videos`` has made of the corpus; None to show none.
-    study
-        Whose ratings Table 2 counts; the largest if empty.
-    top
-        Phrases in each list of errors.
-    repeats
-        Random orders of the commands for the learning curve; 0 for none.
-    """
+    """What a report is made of."""
 
     corpus: str
+    """Measured with each scenario held out in turn."""
     plans: Sequence[Path] = ()
+    """Table 3 as ``ct eval --table 3 --format json`` has written it, of each tested corpus."""
     videos: Path | None = None
+    """What ``ct render-videos`` has made of the corpus; None to show none."""
     study: str = ""
+    """Whose ratings Table 2 counts; the largest if empty."""
     negatives: str = "random"
     l2: float | None = None
     threshold: float = 0.5
     seed: int = 0
     draws: int = 2000
     top: int = 5
+    """Phrases in each list of errors."""
     repeats: int = 5
+    """Random orders of the commands for the learning curve; 0 for none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a report shows; what wasn't measured is None or empty.
-
-    Parameters
-    ----------
-    table_1, metadata
-        Its rows, and how they were made.
-    curve, repeats
-        The learning curve's points, and of how many random orders.
-    errors
-        The lists of section 4.2.
-    table_2, validity, plans, shown, failures
-        Ratings by people, the judge against them, Table 3 of each tested corpus with new worlds
-        first, example videos, and wrong plans'.
-    provenance
-        What it was made of and with.
-    commands
-        What makes the same figures again.
-    """
+    """What a report shows; what wasn't measured is None or empty."""
 
     table_1: Sequence[Row]
     metadata: dict[str, object]
+    """Its rows, and how they were made."""
     reliability: Sequence[Bin]
     curve: Sequence[CurvePoint]
     repeats: int
+    """The learning curve's points, and of how many random orders."""
     errors: Sequence[ErrorList]
+    """The lists of section 4.2."""
     table_2: Results | None
     validity: Validity | None
     plans: Sequence[Plans]
     shown: Sequence[Shown]
     failures: Sequence[Failed]
+    """Ratings by people, the judge against them, Table 3 of each tested corpus with new worlds
+    first, example videos, and wrong plans'."""
     provenance: dict[str, object]
+    """What it was made of and with."""
     commands: Sequence[str]
+    """What makes the same figures again."""
 
 
 def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Contents:
-    """Measure what a report shows.
-
-    Raises
-    ------
-    CorpusError
-        If the corpus, the plans or the videos can't be used.
-    """
+    """Measure what a report shows; a CorpusError if the corpus, plans or videos can't be used."""
     corpus = open_corpus(choices.corpus)
     plans = read_all_plans(choices.plans, corpus.hash)
     shown = examples(corpus, choices.videos, EXAMPLES) if choices.videos else []

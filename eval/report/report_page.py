@@ -27,21 +27,10 @@ from eval.table_2.rating_table import paper_figure as paper_2
 from eval.table_3.plan_report import PAPER as PAPER_TABLE_3
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
+from eval.tables import plot_style
 from eval.tables.comparison_report import shown_p
 from eval.tables.formats import interval
-from eval.tables.plot_style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    GREY,
-    GROUND,
-    INK,
-    NARROW,
-    ORANGE,
-    PURPLE,
-    WIDE,
-    Plot,
-)
+from eval.tables.plot_style import NARROW, WIDE, Plot
 from g3.errors import CorpusError
 
 NAMES = {
@@ -61,27 +50,13 @@ MEASURES = {"precision": "right", "theme": "right load"}
 WRONG_PLANS = 25
 LISTED = 6
 """How many values of a setting the page lists."""
-THEMED = {
-    INK: "ink",
-    GREY: "grey",
-    FAINT: "faint",
-    GROUND: "ground",
-    BLUE: "blue",
-    ORANGE: "orange",
-    GREEN: "green",
-    PURPLE: "purple",
-}
+COLOURS = ("ink", "grey", "faint", "ground", "blue", "orange", "green", "purple")
+THEMED = {getattr(plot_style, name.upper()): name for name in COLOURS}
 """The page's names of the plots' colours, which are others where it is dark."""
 
 
 def check_installed() -> None:
-    """Refuse to begin what can't be finished.
-
-    Raises
-    ------
-    CorpusError
-        If the packages that fill templates and draw plots aren't installed.
-    """
+    """Refuse to begin what can't be finished, without what fills templates and draws plots."""
     for package in ("jinja2", "matplotlib"):
         if find_spec(package) is None:
             raise CorpusError(f"reports need {package}", fix="pip install 'corpus-tools-g3[study]'")

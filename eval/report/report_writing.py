@@ -37,13 +37,7 @@ PLAN_COLUMNS = ("table", *PlanRow.__struct_fields__, "paper")
 
 
 def check_writable(folder: Path) -> None:
-    """Refuse a folder that a report can't be written to; an old report is replaced.
-
-    Raises
-    ------
-    CorpusError
-        If it holds other things, or something that reports need isn't installed.
-    """
+    """Refuse a folder that holds other things than an old report, and missing packages."""
     check_installed()
     check_target(folder, force=True, marker=MARKER)
 

@@ -19,29 +19,20 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Two configurations on the same commands.
-
-    Parameters
-    ----------
-    n
-        How many commands both have.
-    difference
-        Of the shares, the first's less the second's, with a bootstrap's bounds.
-    p
-        Of no difference, two-sided.
-    adjusted_p
-        The same after Holm's correction for all comparisons that were made.
-    effect
-        Cohen's h.
-    """
+    """Two configurations on the same commands."""
 
     one: str
     other: str
     n: int
+    """How many commands both have."""
     difference: Estimate
+    """Of the shares, the first's less the second's, with a bootstrap's bounds."""
     p: float
+    """Of no difference, two-sided."""
     adjusted_p: float
+    """The same after Holm's correction for all comparisons that were made."""
     effect: float
+    """Cohen's h."""
 
 
 def compare_all(
@@ -54,15 +45,9 @@ def compare_all(
 ) -> list[Comparison]:
     """Compare each two configurations on the commands that both have; none are left out.
 
-    Parameters
-    ----------
-    shares
-        By configuration, the part of each command's judgments that agree, shape (commands,); NaN
-        where it has none.
-    cluster
-        Each command's cluster, such as its video, shape (commands,).
-    including
-        Leave out pairs that have none of these; by default none are left out.
+    `shares` are by configuration, the part of each command's judgments that agree, shape
+    (commands,); NaN where it has none. `cluster` is each command's cluster, such as its video,
+    shape (commands,). Pairs that have none of those to be `including` are left out.
     """
     found = []
     for one, other in combinations(shares, 2):
@@ -98,10 +83,8 @@ def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:
     N. A. Obuchowski, Statistics in Medicine 17 (1998): the square of the sum over that of the
     clusters' squared sums, which is McNemar's test where each pair is a cluster.
 
-    Parameters
-    ----------
-    differences
-        Of each matched pair, shape (n,): −1, 0 or 1 for yes and no, or differences of shares.
+    `differences` are those of each matched pair, shape (n,): −1, 0 or 1 for yes and no, or
+    differences of shares.
     """
     sums = np.bincount(cluster, weights=differences)
     squares = float((sums**2).sum())

@@ -6,17 +6,14 @@ they are not independent: the intervals here resample whole clusters.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.runtime.parallel import Executor
 from eval.statistics.resampling import resampled_sums
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from corpus_tools.runtime.parallel import Executor
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]

@@ -14,21 +14,14 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class CumulativeLink:
-    """A proportional-odds model: logit P(rating ≤ j) = θ_j − β·x.
-
-    Parameters
-    ----------
-    coefficients
-        β with bounds, one for each predictor: the logarithm of an odds ratio.
-    errors
-        Their standard errors, shape (k,).
-    thresholds
-        θ, increasing, one less than there are points.
-    """
+    """A proportional-odds model: logit P(rating ≤ j) = θ_j − β·x."""
 
     coefficients: tuple[Estimate, ...]
+    """β with bounds, one for each predictor: the logarithm of an odds ratio."""
     errors: FloatArray
+    """Their standard errors, shape (k,)."""
     thresholds: FloatArray
+    """θ, increasing, one less than there are points."""
 
     def odds_ratio(self, index: int = 0) -> Estimate:
         """By how much a predictor multiplies the odds of a higher rating."""
@@ -42,15 +35,9 @@ def cumulative_link(
 ) -> CumulativeLink:
     """Fit a proportional-odds model (P. McCullagh, J. R. Stat. Soc. B 42, 1980).
 
-    Parameters
-    ----------
-    rating
-        Points, shape (n,).
-    predictors
-        Without an intercept, shape (n, k).
-    cluster
-        Each rating's cluster, shape (n,), for standard errors that let ratings in a cluster
-        be alike; None for independent ratings.
+    Ratings have points, shape (n,), and predictors without an intercept, shape (n, k). With
+    clusters, shape (n,), standard errors let ratings in a cluster be alike; None is for independent
+    ratings.
     """
     from statsmodels.miscmodels.ordinal_model import OrderedModel  # noqa: PLC0415 - an extra
 

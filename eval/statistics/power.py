@@ -14,23 +14,15 @@ POWER = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A study that is large enough.
-
-    Parameters
-    ----------
-    pairs, judgments
-        How many pairs of command and video, each judged by `judges` people.
-    design_effect
-        By how much judgments of the same pair being alike multiplies the variance.
-    half_width
-        Of the interval that it gives.
-    """
+    """A study that is large enough: pairs of command and video, each judged by so many people."""
 
     pairs: int
     judges: int
     judgments: int
     design_effect: float
+    """By how much judgments of the same pair being alike multiplies the variance."""
     half_width: float
+    """Of the interval that it gives."""
 
 
 def design_effect(judges: int, correlation: float) -> float:
@@ -41,14 +33,8 @@ def design_effect(judges: int, correlation: float) -> float:
 def plan_interval(half_width: float, *, share: float, judges: int, correlation: float) -> Plan:
     """How many pairs an interval of a share needs to be so narrow.
 
-    Parameters
-    ----------
-    half_width
-        Wanted distance of the bounds from the share.
-    share
-        The share that is expected; 0.5 is the worst case.
-    correlation
-        Between judgments of a pair, within it.
+    The half width is the wanted distance of the bounds from the share that is expected, of which
+    0.5 is the worst case; the correlation is between judgments of a pair, within it.
     """
     z = float(special.ndtri((1 + LEVEL) / 2))
     effect = design_effect(judges, correlation)

@@ -24,25 +24,17 @@ def majorities(agrees: BoolArray, pair: IntArray) -> BoolArray:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class DawidSkene:
-    """A model of raters who err, each in their own way.
-
-    Parameters
-    ----------
-    prevalence
-        How frequent each true class is, shape (classes,).
-    answers
-        How often each rater gives each class where each is true, shape (raters, true classes,
-        given classes); NaN where nothing is known.
-    posterior
-        How probable each class is for each item, shape (items, classes).
-    log_likelihood
-        After each step, which never decreases.
-    """
+    """A model of raters who err, each in their own way."""
 
     prevalence: FloatArray
+    """How frequent each true class is, shape (classes,)."""
     answers: FloatArray
+    """How often each rater gives each class where each is true, shape (raters, true classes, given
+    classes); NaN where nothing is known."""
     posterior: FloatArray
+    """How probable each class is for each item, shape (items, classes)."""
     log_likelihood: FloatArray
+    """After each step, which never decreases."""
 
 
 def dawid_skene(
@@ -53,12 +45,8 @@ def dawid_skene(
     A. P. Dawid and A. M. Skene, Applied Statistics 28 (1979). It begins with each item's shares
     of answers, as they do.
 
-    Parameters
-    ----------
-    item, rater, given
-        Of each answer, numbers from 0 without gaps, shape (n,).
-    classes
-        How many there are; the greatest that was given plus one if None.
+    Of each answer there are an item, a rater and the class that was given: numbers from 0 without
+    gaps, shape (n,). There are so many classes, or the greatest that was given plus one.
     """
     items, raters = int(item.max()) + 1, int(rater.max()) + 1
     k = classes or int(given.max()) + 1

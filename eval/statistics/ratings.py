@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Container, Hashable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -20,33 +20,22 @@ AGREES = 4
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Ratings:
-    """Judgments of commands with videos, each array of shape (n,).
-
-    Parameters
-    ----------
-    rating
-        From 1, strongly disagree, to 5, strongly agree.
-    original
-        Whether the command was shown with the video that it was typed for.
-    pair
-        Index of the command with the video that it was shown with.
-    command
-        Index of the command.
-    video
-        Index of the video that the command was typed for.
-    shown
-        Index of the video that it was shown with.
-    rater
-        Index of the person.
-    """
+    """Judgments of commands with videos, each array of shape (n,)."""
 
     rating: IntArray
+    """From 1, strongly disagree, to 5, strongly agree."""
     original: BoolArray
+    """Whether the command was shown with the video that it was typed for."""
     pair: IntArray
+    """Index of the command with the video that it was shown with."""
     command: IntArray
+    """Index of the command."""
     video: IntArray
+    """Index of the video that the command was typed for."""
     shown: IntArray
+    """Index of the video that it was shown with."""
     rater: IntArray
+    """Index of the person."""
 
     def __len__(self) -> int:
         """How many judgments there are."""
@@ -60,15 +49,7 @@ class Ratings:
 
     def only(self, chosen: BoolArray) -> Ratings:
         """Some of the judgments, with the same indices."""
-        return Ratings(
-            self.rating[chosen],
-            self.original[chosen],
-            self.pair[chosen],
-            self.command[chosen],
-            self.video[chosen],
-            self.shown[chosen],
-            self.rater[chosen],
-        )
+        return Ratings(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
     def units(self) -> list[list[int]]:
         """The ratings of each pair."""
@@ -83,12 +64,22 @@ def ratings_of(judgments: Iterable[Judgment]) -> Ratings:
     return Ratings(
         np.array([RATINGS.index(j.rating) + 1 for j in rows], dtype=np.int64),
         np.array([j.command_video == j.shown_video for j in rows], dtype=np.bool_),
-        codes([(j.command, j.command_video, j.shown_video) for j in rows]),
+        codes([shown_pair(j) for j in rows]),
         codes([(j.command, j.command_video) for j in rows]),
         codes([j.command_video for j in rows]),
         codes([j.shown_video for j in rows]),
         codes([j.subject for j in rows]),
     )
+
+
+def agrees(judgment: Judgment) -> bool:
+    """Whether somebody agrees, or agrees strongly."""
+    return RATINGS.index(judgment.rating) + 1 >= AGREES
+
+
+def shown_pair(judgment: Judgment) -> tuple[str, str, str]:
+    """The command, the video that it was typed for, and the one that it was shown with."""
+    return judgment.command, judgment.command_video, judgment.shown_video
 
 
 def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
@@ -135,9 +126,5 @@ def check_judgments(judgments: Iterable[Judgment], videos: Container[str]) -> No
 
 def repeated(judgments: Iterable[Judgment]) -> int:
     """How many judgments are by somebody who had judged the same pair before in the study."""
-    rows = [
-        (j.study, j.subject, j.command, j.command_video, j.shown_video)
-        for j in judgments
-        if j.subject
-    ]
+    rows = [(j.study, j.subject, *shown_pair(j)) for j in judgments if j.subject]
     return len(rows) - len(set(rows))

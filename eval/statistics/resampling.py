@@ -36,19 +36,9 @@ def resampled_sums(
     Davison and Hinkley (1997), Bootstrap Methods and their Application, section 3.8: how often each
     cluster is drawn is multinomial, so a block of draws is one product of matrices.
 
-    Parameters
-    ----------
-    clusters
-        What is added up of each cluster, shape (clusters, ...).
-    rng
-        Source of randomness; the same state gives the same sums.
-    executor
-        Who makes the blocks; this process if left out.
-
-    Raises
-    ------
-    ValueError
-        If there is no cluster, or no draw.
+    `clusters` is what is added up of each cluster, shape (clusters, ...). The same state of `rng`
+    gives the same sums. The executor makes the blocks, or this process. A ValueError says that
+    there is no cluster, or no draw.
     """
     values = np.asarray(clusters, dtype=np.float64)
     if not len(values):

@@ -30,14 +30,8 @@ def compare_commands(
 ) -> list[Comparison]:
     """Compare each two configurations, with whole scenarios as clusters.
 
-    Parameters
-    ----------
-    shares
-        By configuration and command, the part of the judgments that agree.
-    scenarios
-        Of the commands.
-    including
-        Leave out pairs that have none of these configurations; by default none are left out.
+    `shares` are by configuration and command; all else is as
+    :func:`~eval.statistics.comparison.compare_all` takes it.
     """
     commands = sorted({command for own in shares.values() for command in own})
     clusters: IntArray = codes([scenarios[command] for command in commands])
@@ -51,20 +45,8 @@ def compare_commands(
 
 def records(found: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
     """Comparisons by name, for JSON and CSV."""
-    return [
-        {
-            "one": c.one,
-            "other": c.other,
-            "n": c.n,
-            "difference": c.difference.value,
-            "low": c.difference.low,
-            "high": c.difference.high,
-            "p": c.p,
-            "adjusted_p": c.adjusted_p,
-            "effect": c.effect,
-        }
-        for c in found
-    ]
+    values = ((c.one, c.other, c.n, *c.difference, c.p, c.adjusted_p, c.effect) for c in found)
+    return [dict(zip(COLUMNS, row, strict=True)) for row in values]
 
 
 def comparison_table(found: Sequence[Comparison]) -> Table:

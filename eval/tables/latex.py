@@ -18,15 +18,7 @@ _ESCAPED = str.maketrans(
 def tabular(
     headings: Sequence[str], rows: Sequence[Sequence[str]], *, comments: Sequence[str] = ()
 ) -> str:
-    """A table with a column of names and columns of figures.
-
-    Parameters
-    ----------
-    headings, rows
-        Cells as LaTeX reads them; a row may be :data:`RULE`.
-    comments
-        What to say above it, a line each.
-    """
+    """A table of LaTeX's cells, names first and then figures; comments are lines above it."""
     return "\n".join(
         [
             NEEDS,

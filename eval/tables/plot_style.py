@@ -22,13 +22,7 @@ WIDE, NARROW = 7.0, 3.0
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A plot that can be drawn in several widths.
-
-    Parameters
-    ----------
-    draw
-        From a width in inches to the plot.
-    """
+    """A plot that can be drawn in several widths, in inches."""
 
     title: str
     draw: Callable[[float], Figure]

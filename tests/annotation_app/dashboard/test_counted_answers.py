@@ -35,7 +35,7 @@ from annotation_app.store.models import Answer, Event, Item, Person, Record, Stu
 from annotation_app.store.schema import migrate
 from annotation_app.tasks.task_registry import task_names, task_of, tasks
 from annotation_app.work.answer_flags import answer_flags, odd_below
-from annotation_app.work.answer_gist import gist_of
+from annotation_app.work.answer_reading import gist_of
 from tests.annotation_app.browser import Browser, engine_of, execute, installation_of, row_in
 from tests.annotation_app.dashboard.test_pages import ONE, dispute, sdcs
 from tests.annotation_app.old_installations import old_installation

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from annotation_app.serving.record_types import record_types
+from annotation_app.serving.factory import record_types
 from corpus_tools.logs.channels import CHANNELS
 
 

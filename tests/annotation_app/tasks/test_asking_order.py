@@ -5,8 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from annotation_app.tasks.asking_order import asked_clauses
-from annotation_app.tasks.clause_words import clauses_of
+from annotation_app.tasks.clause_words import asked_clauses, clauses_of
 from g3.language.discourse.anaphora import anaphors
 from g3.sdc.clauses import child_indices
 from g3.sdc.sdc_notation import parse_brackets

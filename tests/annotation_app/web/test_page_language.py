@@ -19,7 +19,7 @@ from annotation_app.store.models import Item
 from annotation_app.studies.study_file import restored
 from annotation_app.study_setup.study_reading import study_problems
 from annotation_app.work.handing_out import find_study
-from annotation_app.work.offers import new_offer
+from annotation_app.work.page_data import new_offer
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 from tests.annotation_app.conftest import STUDY
 from tests.annotation_app.pseudo import write_pseudo

@@ -7,8 +7,7 @@ from click.testing import CliRunner
 
 from corpus_tools.cli.console import cli
 from eval.cli.eval_commands import evaluate
-from eval.cli.modes import Modes
-from eval.cli.option_sets import OptionSet, takes_one_of
+from eval.cli.modes import Modes, OptionSet, takes_one_of
 
 MODES = evaluate.commands
 OPTIONS = {name: {o for p in mode.params for o in p.opts} for name, mode in MODES.items()}

@@ -1,9 +1,8 @@
 """Plans for tests of rating sets, without making any."""
 
 from corpus_tools.world.state.robot_script import WAIT, ScriptStep
-from eval.plan_study.plan_scripts import PlanScript
 from eval.plan_study.rating_sample import distinct_plans
-from eval.plan_study.study_plans import PlanRecord
+from eval.plan_study.study_plans import PlanRecord, PlanScript
 
 
 def waiting(seconds):

@@ -13,8 +13,7 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.plan_study.filming import film_all
-from eval.plan_study.study_pairs import Pair, pairs, write_study
+from eval.plan_study.study_pairs import Pair, film_all, pairs, write_study
 from eval.plan_study.study_plans import PlanRecord, plan_all, run_corpus
 from eval.plan_study.study_results import (
     by_judge,

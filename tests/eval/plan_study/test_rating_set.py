@@ -16,7 +16,6 @@ from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.world.state.robot_script import TURN, WAIT, ScriptStep
 from eval.cli.eval_commands import evaluate
-from eval.plan_study.plan_scripts import KeptPlace, PlanScript
 from eval.plan_study.rating_power import half_widths, planned
 from eval.plan_study.rating_report import lines_planned
 from eval.plan_study.rating_sample import (
@@ -32,7 +31,9 @@ from eval.plan_study.study_plans import (
     CONFIGURATIONS,
     PLANS,
     RUNS,
+    KeptPlace,
     PlanRecord,
+    PlanScript,
     Unit,
     chosen_commands,
     plan_all,

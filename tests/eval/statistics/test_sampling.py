@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eval.statistics.sampling import balanced_sample
+from eval.plan_study.rating_sample import balanced_sample
 
 SIZES = (5, 1, 2)
 CELL = np.repeat(np.arange(3), SIZES)
