@@ -49,8 +49,7 @@ def _turn_away(state: State, actions: Sequence[Action]) -> Course:
 def _bearings(state: State, actions: Sequence[Action]) -> FloatArray:
     """The headings in which the robot sees what actions aim at, shape (n,)."""
     ahead = np.array([footprint_of(a.target).mean(axis=0) for a in actions]) - state.pose[:2]
-    found: FloatArray = np.arctan2(ahead[:, 1], ahead[:, 0])
-    return found
+    return np.arctan2(ahead[:, 1], ahead[:, 0])
 
 
 FACE = action_kind("face", _face, aims=True, on_request=True)(_facing)

@@ -146,8 +146,7 @@ class LoadChooser:
     def log_probability(self, choice: LoadChoice) -> FloatArray:
         """The logarithm of the probability that each load is meant, shape (loads,)."""
         share = softmax(evidence(choice, self.lexicon).score(self.weights))
-        result: FloatArray = np.log((1 - self.unrelated) * share + self.unrelated / len(share))
-        return result
+        return np.log((1 - self.unrelated) * share + self.unrelated / len(share))
 
 
 def lexicon_of(
