@@ -15,6 +15,8 @@ from eval.tables.formats import cell, document, figure_table, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
 
+FIGURES = ("precision", "recall", "f")
+
 
 def figures(tested: Sequence[TestedCommand]) -> dict[str, object]:
     """The figures over all commands, by name."""
@@ -25,22 +27,13 @@ def figures(tested: Sequence[TestedCommand]) -> dict[str, object]:
     by_type = {type_: sum((c.by_type[type_] for c in comparisons), Counts()) for type_ in SDC_TYPES}
     found: dict[str, object] = {}
     for name, counts in (("typed", typed), ("untyped", untyped), ("segmentation", segments)):
-        found |= {
-            f"{name}_precision": counts.precision,
-            f"{name}_recall": counts.recall,
-            f"{name}_f": counts.f,
-        }
+        found |= {f"{name}_{figure}": getattr(counts, figure) for figure in FIGURES}
     return found | {
         "exact": sum(c.exact for c in comparisons) / len(comparisons),
         "commands": len(comparisons),
         "constituents": typed.gold,
         "types": {
-            type_: {
-                "precision": counts.precision,
-                "recall": counts.recall,
-                "f": counts.f,
-                "n": counts.gold,
-            }
+            type_: {figure: getattr(counts, figure) for figure in FIGURES} | {"n": counts.gold}
             for type_, counts in by_type.items()
         },
     }
@@ -112,11 +105,11 @@ def render(
 def _figures_table(found: Mapping[str, object]) -> Table:
     table = figure_table(("", "Precision", "Recall", "F-score"))
     for name in ("typed", "untyped", "segmentation"):
-        values = (found[f"{name}_{figure}"] for figure in ("precision", "recall", "f"))
+        values = (found[f"{name}_{figure}"] for figure in FIGURES)
         table.add_row(name.capitalize(), *(f"{value:.3f}" for value in values))
     types = json.loads(json.dumps(found["types"]))
     for type_, of_type in types.items():
-        values = (of_type[figure] for figure in ("precision", "recall", "f"))
+        values = (of_type[figure] for figure in FIGURES)
         table.add_row(type_, *(f"{value:.3f}" for value in values))
     return table
 

@@ -112,14 +112,10 @@ def error_lists(
 
     Parameters
     ----------
-    predictions
-        What the model said of n examples.
     examples
         What to show of them, aligned, length n.
     k
         Number of different phrases in a list.
-    threshold
-        Probability from which φ counts as predicted true.
 
     Returns
     -------
@@ -180,10 +176,6 @@ def render_lists(
     ----------
     format
         ``table``, where empty lists are left out, or ``json``.
-    metadata
-        What to record with the lists; in JSON at the top level.
-    terminal
-        Whether the table goes to a terminal: colours and Unicode lines, else pure ASCII.
     """
     if format == "json":
         return document({"lists": [asdict(one) for one in lists]}, metadata)

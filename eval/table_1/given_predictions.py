@@ -62,11 +62,7 @@ def write_form(path: Path, examples: Iterable[Example]) -> int:
 def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
     """Read the probabilities of examples from a file, in their order; shape (n,).
 
-    Raises
-    ------
-    FormatError
-        If a line can't be read, is twice there, isn't filled in or is about something else, or an
-        example has none.
+    Each example has one line, which is filled in, and there are no others.
     """
     wanted = {id_of(e): i for i, e in enumerate(examples)}
     found = np.full(len(examples), np.nan)

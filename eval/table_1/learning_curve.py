@@ -7,9 +7,11 @@ SDCs" (section 4.2); the plot marks that place.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from functools import partial
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from eval.table_1.correspondence import ROW_TYPES, RowType
 from eval.tables.formats import delimited, metadata_text
@@ -81,20 +83,9 @@ class CurvePoint:
 def write_csv(
     points: Sequence[CurvePoint], path: Path, *, metadata: Mapping[str, object] | None = None
 ) -> None:
-    """Write points as CSV, a line each, ordered by type and size; atomically.
-
-    Parameters
-    ----------
-    points
-        The curve, in any order.
-    metadata
-        What to record beside, in columns that repeat.
-    """
-    records = [
-        {"type": p.type, "sdcs": p.sdcs, "error": p.error, "low": p.low, "high": p.high}
-        for p in _ordered(points)
-    ]
-    text = delimited(records, metadata or {}, columns=("type", "sdcs", "error", "low", "high"))
+    """Write points as CSV, a line each, ordered by type and size, with metadata; atomically."""
+    columns = [field.name for field in fields(CurvePoint)]
+    text = delimited([asdict(p) for p in _ordered(points)], metadata or {}, columns=columns)
     write_bytes(path, (text + "\n").encode())
 
 
@@ -113,8 +104,6 @@ def write_plot(
     ----------
     points
         The curve, in any order; types without a defined error are left out.
-    path
-        File to write or replace; ends in ``.png``, ``.svg`` or ``.pdf``.
     metadata
         What to record in the file's description.
     bounds
@@ -242,15 +231,11 @@ def spread(heights: Sequence[float], gap: float) -> list[float]:
     Heights that crowd share out the room evenly about their mean, the least squares
     solution (pool adjacent violators).
     """
+    from scipy.optimize import isotonic_regression  # noqa: PLC0415 - heavy
+
+    if not heights:
+        return []
     # With i gaps taken off height i, "a gap apart" becomes "not decreasing".
-    blocks: list[list[float]] = []
-    for index, height in enumerate(heights):
-        blocks.append([height - index * gap])
-        while len(blocks) > 1 and _mean(blocks[-2]) > _mean(blocks[-1]):
-            blocks[-2:] = [blocks[-2] + blocks[-1]]
-    level = [_mean(block) for block in blocks for _ in block]
-    return [base + index * gap for index, base in enumerate(level)]
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)
+    below = gap * np.arange(len(heights))
+    found: list[float] = (isotonic_regression(np.array(heights) - below).x + below).tolist()
+    return found

@@ -37,13 +37,7 @@ def _digest(content: _File) -> str:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """The outcomes of scenarios that are done.
-
-    Parameters
-    ----------
-    scenarios
-        By scenario and configuration.
-    """
+    """The outcomes of scenarios that are done, by scenario and configuration."""
 
     path: Path
     settings: Mapping[str, object]

@@ -106,7 +106,14 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
     compared = comparisons(result.outcomes, result.facts, draws=draws, seed=seed)
     if form == "json":
         return _document(result, found, compared)
-    shown = [line for c in compared for line in (*_compared_lines(c), "")]
+    shown = [
+        line
+        for c in compared
+        for line in (
+            *lines(c.comparisons, f"{HEADINGS[c.verdict]} compared on {TITLES[c.subset]}"),
+            "",
+        )
+    ]
     return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARED, "", *_more(result)])
 
 
@@ -145,7 +152,11 @@ def with_judge(
 def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compared]) -> str:
     gold = result.outcomes.get("gold", ())
     error, diagram = reliability(gold) if gold else (float("nan"), [])
-    told = {name: own for name, own in result.outcomes.items() if _has_probabilities(own)}
+    told = {
+        name: own
+        for name, own in result.outcomes.items()
+        if any(o.evidence or o.probability for o in own)
+    }
     content: dict[str, object] = {
         "rows": found,
         "object_grounding_top1": grounding_accuracy(gold) if gold else float("nan"),
@@ -201,23 +212,14 @@ def _mean(values: Sequence[float]) -> float:
     return float(np.mean(known)) if known else float("nan")
 
 
-def _has_probabilities(outcomes: Sequence[Outcome]) -> bool:
-    return any(o.evidence or o.probability for o in outcomes)
-
-
 def _parts(found: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
     """Rows by part of the commands; a part of none, or of all, is told once."""
-    total = max((_count(row) for row in found), default=0)
+    total = max((_number(row, "n") for row in found), default=0)
     for subset in SUBSETS:
         own = [row for row in found if row["subset"] == subset and not row["perturbed"]]
-        most = max((_count(row) for row in own), default=0)
+        most = max((_number(row, "n") for row in own), default=0)
         if subset == "all" or 0 < most < total:
             yield subset, own
-
-
-def _count(row: Row) -> int:
-    n = row["n"]
-    return n if isinstance(n, int) else 0
 
 
 def _number(row: Row, name: str) -> float:
@@ -236,11 +238,8 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
-            paper = (
-                beside(PAPER.get(str(row["configuration"])), int(_number(row, "n")))
-                if is_alike
-                else None
-            )
+            told = PAPER.get(str(row["configuration"])) if is_alike else None
+            paper = beside(told, int(_number(row, "n")))
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
                 f"{figure(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
@@ -291,14 +290,10 @@ def _verdict_cells(row: Row, verdict: str) -> str:
     )
 
 
-def _compared_lines(compared: Compared) -> list[str]:
-    title = f"{HEADINGS[compared.verdict]} compared on {TITLES[compared.subset]}"
-    return lines(compared.comparisons, title)
-
-
 def _latex(found: Sequence[Row], result: EndToEnd) -> str:
     tables = []
-    headings = ["", *(h for v in VERDICTS for h in (HEADINGS[v].capitalize(),))]
+    named = (HEADINGS[v].capitalize() for v in VERDICTS)
+    headings = ("", *named, "Chance", "Refused", "$n$")
     for subset, own in _parts(found):
         cells = [
             (
@@ -312,8 +307,7 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
         ]
         about = [*comments(result.metadata), f"Table 3, judge {own[0]['judge']}: {TITLES[subset]}."]
         about += [f"{row['configuration']} {row['note']}" for row in own if row["note"]]
-        heads = (*headings, "Chance", "Refused", "$n$")
-        tables.append(latex.tabular(heads, cells, comments=about))
+        tables.append(latex.tabular(headings, cells, comments=about))
     return "\n\n".join(tables)
 
 

@@ -36,13 +36,7 @@ for all."""
 
 
 def check_names(others: Sequence[str]) -> None:
-    """Refuse names of further rows that other rows have.
-
-    Raises
-    ------
-    CorpusError
-        If two rows would have the same name.
-    """
+    """Refuse names of further rows that other rows have."""
     taken = {*ALONE, *MODELS, *(name for name, *_ in ROWS)}
     for name in others:
         if name in taken:
@@ -144,8 +138,6 @@ def rows(
         By configuration.
     missing
         Configurations that can't be run, which have a row without figures, and why.
-    judge
-        Who gave the first verdict.
     """
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
     others = [n for n in {**outcomes, **missing} if n not in (*ALONE, *MODELS)]
@@ -181,7 +173,8 @@ def _row(own: Sequence[Followed], facts: Mapping[str, Facts], *, draws: int, see
         row |= dict(zip(columns(verdict).values(), estimates, strict=True))
     chances = [k.chance for k in known if not np.isnan(k.chance)]
     row["chance"] = float(np.mean(chances)) if chances else float("nan")
-    row["refusals"] = _whole(sum(f.refused for f in own))
+    refusals = float(sum(f.refused for f in own))
+    row["refusals"] = round(refusals) if refusals.is_integer() else refusals
     return row
 
 
@@ -197,10 +190,6 @@ def _intervals(
     if not all(people):
         return share, Estimate(share.value, nan, nan)
     return share, two_way(values, codes(worlds), codes(people))
-
-
-def _whole(number: float) -> float | int:
-    return round(number) if float(number).is_integer() else number
 
 
 @short_repr

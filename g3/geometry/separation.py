@@ -60,8 +60,6 @@ def separations(a: Polygons, b: Polygons, result: FloatArray) -> None:
 
     Parameters
     ----------
-    a, b
-        The pairs' polygons.
     result
         Gets the distances, shape (n,).
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from g3.features.bodies import IntArray
@@ -85,6 +87,10 @@ def theme_labels(batch: FactorBatch) -> FloatArray:
     return batch.bodies.labels[batch.theme].astype(float)
 
 
+FORMS = ("exact", "lemma", "spelling")
+MEANINGS = ("path", "wup", "lin")
+
+
 def _compared(measures: tuple[str, ...]) -> Columns:
     return tuple(
         Column(f"{name}.{side}", "1", 0, 1, 5) for name in measures for side in ("own", "other")
@@ -133,15 +139,14 @@ def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray
     types=("OBJECT",),
     roles=("figure",),
     words=(),
-    columns=_compared(("exact", "lemma", "spelling")),
+    columns=_compared(FORMS),
 )
 def word_form(batch: FactorBatch) -> FloatArray:
     """Likeness in form of the figure's words to its labels, and to others in its scene."""
     return batch.shared(_form, "figure", words=True)
 
 
-def _form(batch: FactorBatch) -> FloatArray:
-    return _compare(batch, ("exact", "lemma", "spelling"))
+_form = partial(_compare, measures=FORMS)
 
 
 @feature_set(
@@ -156,8 +161,7 @@ def word_domain(batch: FactorBatch) -> FloatArray:
     return batch.shared(_domain, "figure", words=True)
 
 
-def _domain(batch: FactorBatch) -> FloatArray:
-    return _compare(batch, ("domain",))
+_domain = partial(_compare, measures=("domain",))
 
 
 def _graded(measures: tuple[str, ...]) -> Columns:
@@ -199,7 +203,7 @@ def _grade(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
     types=("OBJECT",),
     roles=("figure",),
     words=(),
-    columns=_graded(("path", "wup", "lin")),
+    columns=_graded(MEANINGS),
     scale=0.4,
     data=wordnet_identity,
 )
@@ -208,8 +212,7 @@ def word_wordnet(batch: FactorBatch) -> FloatArray:
     return batch.shared(_wordnet, "figure", words=True)
 
 
-def _wordnet(batch: FactorBatch) -> FloatArray:
-    return _grade(batch, ("path", "wup", "lin"))
+_wordnet = partial(_grade, measures=MEANINGS)
 
 
 @feature_set(

@@ -48,8 +48,6 @@ def prism_pair(
 
     Parameters
     ----------
-    figures, landmarks
-        Prisms.
     rows
         Which of them each of n pairs has; left out, those in the same place.
     """

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
 from g3.features.avs.vector_sums import Footprints, avs_directions, footprints
@@ -52,13 +50,13 @@ def frame_columns(frame: str) -> Columns:
 
 def footprints_of(batch: FactorBatch, role: Role) -> Footprints:
     """Footprints of the bodies in a role, for all sets that need them."""
-    return batch.once(("footprints", role), partial(_footprints, role=role))
 
+    def compute(batch: FactorBatch) -> Footprints:
+        bodies = batch.role(role)
+        first, row = distinct(bodies)
+        return footprints(batch.bodies.corners[bodies[first]], row)
 
-def _footprints(batch: FactorBatch, role: Role) -> Footprints:
-    bodies = batch.role(role)
-    first, row = distinct(bodies)
-    return footprints(batch.bodies.corners[bodies[first]], row)
+    return batch.once(("footprints", role), compute)
 
 
 @feature_set(

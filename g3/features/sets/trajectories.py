@@ -6,7 +6,7 @@ start of a candidate doesn't give away that it isn't the annotated one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -125,14 +125,10 @@ APPROACH_COLUMNS: Columns = (
 
 
 def approach(track: Tracks, target: Boxes, reach: FloatArray) -> FloatArray:
-    """How trajectories lie to a thing that stands still, as `APPROACH_COLUMNS`.
+    """How n trajectories lie to n things that stand still, as `APPROACH_COLUMNS`.
 
     Parameters
     ----------
-    track
-        n trajectories.
-    target
-        n prisms.
     reach
         Length in metres that distances are divided by, shape (n,).
     """
@@ -236,8 +232,6 @@ def theme_motion(batch: FactorBatch, theme: IntArray, track: Tracks) -> Motion:
 
     Parameters
     ----------
-    batch
-        n events.
     theme
         The bodies to follow, shape (n,).
     """
@@ -327,8 +321,7 @@ def theme_moves(batch: FactorBatch) -> FloatArray:
     roles=("figure", "theme", "goal"),
     words=("relation", "goal"),
     columns=(
-        *(Column(f"end.{c.name}", c.unit, c.low, c.high, c.bins) for c in PRISM_COLUMNS),
-        *(Column(f"start.{c.name}", c.unit, c.low, c.high, c.bins) for c in PRISM_COLUMNS),
+        *(replace(c, name=f"{when}.{c.name}") for when in ("end", "start") for c in PRISM_COLUMNS),
         Column("toward", "1", -1, 1, 8),
     ),
     scale=0.1,

@@ -7,6 +7,8 @@ is true on average where it holds for more than half of the time.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from g3.features.avs.vector_sums import avs_directions
@@ -24,9 +26,7 @@ AVERAGED = (0, SAMPLES // 4, SAMPLES // 2, 3 * SAMPLES // 4, SAMPLES - 1)
 """Samples whose mean stands for the average during the trajectory."""
 
 MOMENT_COLUMNS: Columns = tuple(
-    Column(f"{moment}.{c.name}", c.unit, c.low, c.high, c.bins)
-    for moment in MOMENTS
-    for c in PRISM_COLUMNS
+    replace(c, name=f"{moment}.{c.name}") for moment in MOMENTS for c in PRISM_COLUMNS
 )
 
 FRAME_COLUMNS: Columns = tuple(
