@@ -45,8 +45,6 @@ class Ablations:
     ----------
     train, test
         Names of the corpora to learn from, and of those whose commands are followed.
-    potentials, feature_sets
-        What is switched off, one after the other.
     clauses
         ``gold`` takes annotated clauses where there are some, ``auto`` always extracted ones.
     most

@@ -83,13 +83,9 @@ class ErrorList:
 
     Parameters
     ----------
-    correct
-        Whether φ was predicted correctly.
     scoring
         ``highest``: predicted true, from the highest probability down; ``lowest``:
         predicted false, from the lowest up. So the lists have no example in common.
-    phrases
-        At most as many as asked for.
     examples
         Number of examples that the phrases were chosen from.
     """

@@ -63,8 +63,6 @@ class CurvePoint:
 
     Parameters
     ----------
-    type
-        SDC type that the error is of, or ``overall``.
     sdcs
         Number of annotated SDCs trained on.
     error

@@ -102,8 +102,6 @@ def judged_row(
     ----------
     correct, by_words
         The judge's verdicts on its plans; of the second one those that are known count.
-    scenarios
-        Of the plans' commands.
     """
 
     def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:

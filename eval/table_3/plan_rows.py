@@ -58,8 +58,6 @@ class Followed:
     ----------
     verdicts
         By the names of `VERDICTS`; NaN where a verdict can't be given.
-    refused
-        The part without a plan.
     """
 
     command: str
@@ -134,8 +132,6 @@ def rows(
 
     Parameters
     ----------
-    outcomes
-        By configuration.
     missing
         Configurations that can't be run, which have a row without figures, and why.
     """

@@ -54,9 +54,7 @@ class State:
 
 def centres(prisms: Sequence[Prism]) -> FloatArray:
     """The middles of footprints, shape (n, 2)."""
-    if not prisms:
-        return np.zeros((0, 2))
-    return np.array([hull_centre(p.xy) for p in prisms])
+    return np.array([hull_centre(p.xy) for p in prisms]).reshape(-1, 2)
 
 
 def padded(hulls: Sequence[FloatArray]) -> FloatArray:

@@ -61,8 +61,6 @@ class LoadChoice:
     ----------
     words
         The command, in lower case, without punctuation.
-    loads
-        What could be picked up.
     right
         Which it was; none where that isn't known.
     corpus, scenario
@@ -103,8 +101,6 @@ class LoadChooser:
 
     Parameters
     ----------
-    lexicon
-        Words and labels.
     weights
         Of `PARAMETERS`, shape (8,).
     unrelated

@@ -42,8 +42,6 @@ class Clause:
 
     Parameters
     ----------
-    groundings
-        Its own groundings.
     things
         Objects and places grounded anywhere below it, without the agent.
     landmarks

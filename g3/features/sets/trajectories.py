@@ -7,6 +7,7 @@ start of a candidate doesn't give away that it isn't the annotated one.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,6 +24,18 @@ REACH_M = 3.0
 
 STILL_M = 0.3
 """Moves shorter than this are noise of the logs."""
+
+path_set = partial(
+    feature_set,
+    types=("PATH",),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    wordless=True,
+)
+event_set = partial(feature_set, types=("EVENT",), words=("relation", "goal"), wordless=True)
+goal_set = partial(event_set, roles=("figure", "goal"))
+theme_set = partial(event_set, roles=("figure", "theme"))
+"""They register what trajectories are to landmarks, to goals and to what is acted on."""
 
 SHAPE_COLUMNS: Columns = (
     Column("forward", "1", -1, 1, 6),
@@ -159,43 +172,19 @@ def _approach(batch: FactorBatch, role: Role) -> FloatArray:
     return approach(tracks(batch), target, size(target) + 1.0)
 
 
-@feature_set(
-    "path-landmark",
-    types=("PATH",),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=APPROACH_COLUMNS,
-    scale=0.3,
-    wordless=True,
-)
+@path_set("path-landmark", columns=APPROACH_COLUMNS, scale=0.3)
 def path_to_landmark(batch: FactorBatch) -> FloatArray:
     """How a path lies to its landmark: displacement towards it, distances, passing along."""
     return _approach(batch, "landmark")
 
 
-@feature_set(
-    "event-goal",
-    types=("EVENT",),
-    roles=("figure", "goal"),
-    words=("relation", "goal"),
-    columns=APPROACH_COLUMNS,
-    scale=0.3,
-    wordless=True,
-)
+@goal_set("event-goal", columns=APPROACH_COLUMNS, scale=0.3)
 def event_to_goal(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to the place or object that the event leads to."""
     return _approach(batch, "goal")
 
 
-@feature_set(
-    "event-theme",
-    types=("EVENT",),
-    roles=("figure", "theme"),
-    words=("relation",),
-    columns=APPROACH_COLUMNS,
-    scale=0.1,
-    wordless=True,
-)
+@theme_set("event-theme", words=("relation",), columns=APPROACH_COLUMNS, scale=0.1)
 def event_to_theme(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to where the object acted on stood at first."""
     return _approach(batch, "theme")
@@ -278,15 +267,7 @@ THEME_COLUMNS: Columns = (
 )
 
 
-@feature_set(
-    "theme-motion",
-    types=("EVENT",),
-    roles=("figure", "theme"),
-    words=("relation", "goal"),
-    columns=THEME_COLUMNS,
-    scale=0.5,
-    wordless=True,
-)
+@theme_set("theme-motion", columns=THEME_COLUMNS, scale=0.5)
 def theme_moves(batch: FactorBatch) -> FloatArray:
     """What the event does to the object acted on: lifts, carries, puts down, leaves alone."""
     track = tracks(batch)
@@ -315,17 +296,14 @@ def theme_moves(batch: FactorBatch) -> FloatArray:
     )
 
 
-@feature_set(
+@theme_set(
     "theme-goal",
-    types=("EVENT",),
     roles=("figure", "theme", "goal"),
-    words=("relation", "goal"),
     columns=(
         *(replace(c, name=f"{when}.{c.name}") for when in ("end", "start") for c in PRISM_COLUMNS),
         Column("toward", "1", -1, 1, 8),
     ),
     scale=0.1,
-    wordless=True,
 )
 def theme_to_goal(batch: FactorBatch) -> FloatArray:
     """How the object acted on lies to the goal before and after the event."""
