@@ -47,10 +47,7 @@ def rows(
 ) -> list[AblationRow]:
     """A row for each corpus and candidate.
 
-    Parameters
-    ----------
-    outcomes
-        By corpus and by what is switched off; a command that isn't there came out the same.
+    Outcomes are by corpus and by what is switched off; those that aren't there were the same.
     """
     found: list[AblationRow] = []
     for corpus, by_candidate in outcomes.items():

@@ -10,16 +10,14 @@ incorrectly annotated groundings that the system actually got right".
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 from rich.table import Table
 
 from eval.table_1.correspondence import TYPES, Predictions, RowType, predicted_true
 from eval.tables.formats import cell, document, table_text
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 Score = Literal["highest", "lowest"]
 ListFormat = Literal["text", "json"]

@@ -108,13 +108,7 @@ class ComparedType:
 def compare_predictions(
     said: Mapping[str, Predictions], *, threshold: float, draws: int, seed: int
 ) -> list[ComparedType]:
-    """Compare each two models' accuracy, with whole scenarios as clusters.
-
-    Parameters
-    ----------
-    said
-        By model, about the same examples in the same order.
-    """
+    """Compare each two models' accuracy on the same examples, with whole scenarios as clusters."""
     one = next(iter(said.values()))
     right = {name: predicted_true(p, threshold) == p.label for name, p in said.items()}
     found = []

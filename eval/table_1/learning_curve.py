@@ -7,8 +7,10 @@ SDCs" (section 4.2); the plot marks that place.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,9 +35,6 @@ from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -147,7 +146,8 @@ def _plot(points: Sequence[CurvePoint], bounds: str, width: float) -> Figure:
 
     right = max((p.sdcs for p in known), default=PAPER_ASYMPTOTE_SDCS)
     axes.set_xlim(0, max(right, PAPER_ASYMPTOTE_SDCS * 1.1))
-    axes.set_ylim(0, _ceiling(known))
+    tops = [value for p in known for value in (p.error, p.high) if not math.isnan(value)]
+    axes.set_ylim(0, min(1.0, max(tops, default=0.5) * 1.08 + 0.01))
     axes.set_xlabel("Annotated SDCs trained on")
     axes.set_ylabel(f"Test error\n(bands: {bounds})")
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
@@ -158,11 +158,6 @@ def _plot(points: Sequence[CurvePoint], bounds: str, width: float) -> Figure:
     _mark_asymptote(axes)
     _name_curves(axes, curves)
     return figure
-
-
-def _ceiling(points: Sequence[CurvePoint]) -> float:
-    tops = [value for p in points for value in (p.error, p.high) if not math.isnan(value)]
-    return min(1.0, max(tops, default=0.5) * 1.08 + 0.01)
 
 
 def _draw(axes: Axes, kind: RowType, curve: Sequence[CurvePoint]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -62,8 +62,10 @@ def judged_by(study: str) -> str:
 
 def notes(results: Results) -> list[str]:
     """What a reader should know of the figures, and why they differ from the paper's."""
+    videos = (f"{r.configuration} {r.videos}, shown with {r.shown}" for r in results.rows)
     found = [
-        f"95%: percentile interval with whole videos resampled: {_clusters(results.rows)}",
+        "95%: percentile interval with whole videos resampled: those that the commands were typed "
+        f"for ({'; '.join(videos)})",
         "videos, raters: both as clusters, which speaks for other raters too",
         "independent: Wilson's interval, too narrow, for judgments of a video are alike",
         "majority, weighed: part of the pairs, by most judgments or by Dawid and Skene's model",
@@ -95,12 +97,6 @@ def notes(results: Results) -> list[str]:
         shares = ", ".join(f"{k} {v:.3f}" for k, v in of.items() if k != "judgments")
         found.append(f"left out: study {name}, {of['judgments']:.0f} judgments ({shares})")
     return found
-
-
-def _clusters(rows: Sequence[Row]) -> str:
-    """Which videos are the clusters, and how many."""
-    each = (f"{row.configuration} {row.videos}, shown with {row.shown}" for row in rows)
-    return f"those that the commands were typed for ({'; '.join(each)})"
 
 
 def _bounds(estimate: Estimate) -> dict[str, float]:

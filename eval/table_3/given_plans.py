@@ -22,13 +22,7 @@ FIX = "`ct eval --table 3 --write-tasks FILE` writes the form to fill in"
 
 @dataclass(frozen=True)
 class GivenPlans(PlanGrounder):
-    """A file of plans as a grounder, whose name is the file's.
-
-    Parameters
-    ----------
-    lines
-        Its plans, with the numbers of their lines.
-    """
+    """A file of plans, with the numbers of their lines, as a grounder with the file's name."""
 
     path: str
     lines: tuple[tuple[int, PlanLine], ...]
@@ -100,11 +94,8 @@ def read_plans(path: Path) -> GivenPlans:
 
 def write_tasks(path: Path, tasks: Iterable[PlanTask]) -> int:
     """Write the form to fill in, a line for each command with its world; return how many."""
-    return write_lines(path, map(task_line, tasks))
-
-
-def task_line(task: PlanTask) -> PlanLine:
-    """A task as others see it."""
-    return PlanLine(
-        command=task.command, heading=task.heading, text=task.text, scene=scene_shown(task.start)
+    lines = (
+        PlanLine(command=t.command, heading=t.heading, text=t.text, scene=scene_shown(t.start))
+        for t in tasks
     )
+    return write_lines(path, lines)

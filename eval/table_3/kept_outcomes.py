@@ -54,12 +54,8 @@ class Kept:
 def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
     """What an earlier run has kept that was to write the same table; nothing if it was another.
 
-    Nothing, either, of a file that is damaged: its scenarios are done again.
-
-    Parameters
-    ----------
-    settings
-        What decides of the outcomes, as JSON has it.
+    Nothing, either, of a file that is damaged: its scenarios are done again. The settings decide of
+    the outcomes, and are as JSON has them.
     """
     path = out.with_name(f"{out.name}{SUFFIX}")
     try:

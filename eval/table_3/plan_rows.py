@@ -54,10 +54,7 @@ Row: TypeAlias = dict[str, object]
 class Followed:
     """A command in a configuration, as shares of the headings in which it was followed.
 
-    Parameters
-    ----------
-    verdicts
-        By the names of `VERDICTS`; NaN where a verdict can't be given.
+    Its verdicts are by the names of `VERDICTS`, and NaN where one can't be given.
     """
 
     command: str
@@ -130,10 +127,7 @@ def rows(
 ) -> list[Row]:
     """A row for each configuration and part of the commands.
 
-    Parameters
-    ----------
-    missing
-        Configurations that can't be run, which have a row without figures, and why.
+    Those that are missing, which can't be run, have one without figures that says why.
     """
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
     others = [n for n in {**outcomes, **missing} if n not in (*ALONE, *MODELS)]

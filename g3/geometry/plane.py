@@ -171,7 +171,8 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
     in_place = np.arange(len(a))
     if not HAS_COMPILER:
         one, other = rows or (in_place, in_place)
-        pairs = [(a[one[i : i + _BLOCK]], b[other[i : i + _BLOCK]]) for i in _blocks(len(one))]
+        blocks = range(0, max(len(one), 1), _BLOCK)  # one that is empty if there are no pairs
+        pairs = [(a[one[i : i + _BLOCK]], b[other[i : i + _BLOCK]]) for i in blocks]
         return np.concatenate([_separations(p, q) for p, q in pairs])
     from g3.geometry.separation import separations  # noqa: PLC0415 - see g3.geometry.compiled
 
@@ -182,11 +183,6 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
     result = np.empty(len(first[2]))
     separations(first, second, result)
     return result
-
-
-def _blocks(count: int) -> Iterable[int]:
-    """Where blocks of rows begin; one that is empty if there are none."""
-    return range(0, max(count, 1), _BLOCK)
 
 
 def _separations(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -65,9 +65,15 @@ def align_words(
     fields = [tuple(words) for words in fields]
     taken: set[int] = set()
     for word in (w for words in fields for w in words):
-        if word.start is not None:
-            _check_position(word, command)
-            taken.update(range(word.start, word.start + len(word.text)))
+        if word.start is None:
+            continue
+        if not command.startswith(word.text, word.start):
+            raise SDCError(
+                f"the command doesn't have the word {word.text!r} at position {word.start}",
+                where=word.where,
+                fix=f"the command is {command!r}",
+            )
+        taken.update(range(word.start, word.start + len(word.text)))
     placed = []
     for words in fields:
         starts = _place_field(words, command, taken)
@@ -75,15 +81,6 @@ def align_words(
         taken.update(i for span in spans for i in range(span.start, span.end))
         placed.append(spans)
     return tuple(placed)
-
-
-def _check_position(word: FieldWord, command: str) -> None:
-    if not command.startswith(word.text, word.start):
-        raise SDCError(
-            f"the command doesn't have the word {word.text!r} at position {word.start}",
-            where=word.where,
-            fix=f"the command is {command!r}",
-        )
 
 
 def _place_field(words: Sequence[FieldWord], command: str, taken: set[int]) -> tuple[int, ...]:

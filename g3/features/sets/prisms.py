@@ -54,12 +54,8 @@ def prism_pair(
     """Features of n figures' prisms relative to landmarks', (n, len(PRISM_COLUMNS)).
 
     Lengths are divided by the mean size of the two footprints, heights by the figure's
-    height, so that nothing depends on the scale.
-
-    Parameters
-    ----------
-    rows
-        Which of them each of n pairs has; left out, those in the same place.
+    height, so that nothing depends on the scale. The rows say which of them each of n pairs has;
+    left out, those in the same place.
     """
     rows = rows or (np.arange(len(figures.area)),) * 2
     figure, landmark = (_levels(p, row) for p, row in zip((figures, landmarks), rows, strict=True))

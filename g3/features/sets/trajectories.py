@@ -212,17 +212,12 @@ class Motion:
 
 
 def theme_motion(batch: FactorBatch, theme: IntArray, track: Tracks) -> Motion:
-    """Follow the themes through the events.
+    """Follow the themes, bodies of shape (n,), through n events.
 
     A theme moves in an event only if its log runs beside the event's and it moves with
     the agent near; otherwise it stays where it stood at first, as it does at inference
     when a candidate action leaves it alone. So a theme whose log belongs to another
     event is no different from one that nobody touches.
-
-    Parameters
-    ----------
-    theme
-        The bodies to follow, shape (n,).
     """
     xyz, yaw = positions_at(batch.bodies, theme, track.t)
     step = np.linalg.norm(np.diff(xyz, axis=1), axis=2)
