@@ -18,6 +18,7 @@ from eval.table_3.outcomes import Outcome, grounding_accuracy, reliability, risk
 from eval.table_3.plan_rows import (
     ALONE,
     COLUMNS,
+    COMPARED,
     MODELS,
     VERDICTS,
     Compared,
@@ -26,9 +27,6 @@ from eval.table_3.plan_rows import (
     comparisons,
     followed,
     rows,
-)
-from eval.table_3.plan_rows import (
-    COMPARED as COMPARED_VERDICTS,
 )
 from eval.tables import latex
 from eval.tables.comparison_report import lines, records
@@ -56,7 +54,7 @@ NOTES = (
     "chance: a load picked up at random; refused: commands without a plan, which count as wrong.",
     "random is the search with random costs; the baselines under it have no model.",
 )
-COMPARED = (
+COMPARISON = (
     "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
     "clusters, which are worlds, with Holm's correction in each list; h is Cohen's effect size"
 )
@@ -114,7 +112,7 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
             "",
         )
     ]
-    return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARED, "", *_more(result)])
+    return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARISON, "", *_more(result)])
 
 
 def with_judge(
@@ -191,7 +189,7 @@ def _command(outcome: Outcome) -> dict[str, object]:
     return {**found, "heading": outcome.heading} if outcome.heading else found
 
 
-def _by_heading(result: EndToEnd) -> Iterator[dict[str, object]]:
+def _by_heading(result: EndToEnd) -> Iterator[Row]:
     """Shares in each heading by itself, where there are several."""
     headings = dict.fromkeys(o.heading for own in result.outcomes.values() for o in own)
     for heading in headings if len(headings) > 1 else ():
@@ -214,21 +212,16 @@ def _mean(values: Sequence[float]) -> float:
 
 def _parts(found: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
     """Rows by part of the commands; a part of none, or of all, is told once."""
-    total = max((_number(row, "n") for row in found), default=0)
+    total = max((row["n"] for row in found), default=0)
     for subset in SUBSETS:
         own = [row for row in found if row["subset"] == subset and not row["perturbed"]]
-        most = max((_number(row, "n") for row in own), default=0)
+        most = max((row["n"] for row in own), default=0)
         if subset == "all" or 0 < most < total:
             yield subset, own
 
 
-def _number(row: Row, name: str) -> float:
-    value = row[name]
-    return float(value) if isinstance(value, (int, float)) else float("nan")
-
-
 def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
-    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(_number(r, v)) for r in found)]
+    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(r[v]) for r in found)]
     for subset, own in _parts(found):
         width = max(12, *(len(str(row["configuration"])) + 1 for row in own))
         yield f"{TITLES[subset]}   (judge: {own[0]['judge']})"
@@ -239,10 +232,10 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
             told = PAPER.get(str(row["configuration"])) if is_alike else None
-            paper = beside(told, int(_number(row, "n")))
+            paper = beside(told, row["n"])
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
-                f"{figure(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
+                f"{figure(row['chance']):>8}{row['refusals']:>9.4g}{row['n']:>6}"
                 f"{'' if paper is None else f'{paper:.2f}':>8}"
             )
             note = f"  {row['note']}" if row["note"] else ""
@@ -254,7 +247,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         yield f"Each command was followed in {len(headings)} headings of the robot at the start:"
         shown = [r for r in _by_heading(result) if r["configuration"] in MODELS]
         for record in shown:
-            figures = ", ".join(f"{HEADINGS[v]} {figure(_number(record, v))}" for v in VERDICTS)
+            figures = ", ".join(f"{HEADINGS[v]} {figure(record[v])}" for v in VERDICTS)
             yield f"  {record['heading']}, {record['configuration']}, {record['subset']}: {figures}"
         yield ""
 
@@ -272,17 +265,15 @@ def _perturbed_lines(own: Sequence[Row], found: Sequence[Row]) -> Iterator[str]:
     for name in (row["configuration"] for row in own):
         if (name, next(iter(kinds))) not in by_kind:
             continue
-        for verdict in COMPARED_VERDICTS:
-            shares = [_number(by_kind[name, kind], verdict) for kind in ("", *kinds)]
+        for verdict in COMPARED:
+            shares = [by_kind[name, kind][verdict] for kind in ("", *kinds)]
             if not all(np.isnan(shares)):
                 cells = "".join(f"{figure(share):>10}" for share in shares)
                 yield f"{name:24}{HEADINGS[verdict]:11}{cells}"
 
 
 def _verdict_cells(row: Row, verdict: str) -> str:
-    value, low, high, two_way_low, two_way_high = (
-        _number(row, name) for name in columns(verdict).values()
-    )
+    value, low, high, two_way_low, two_way_high = (row[name] for name in columns(verdict).values())
     form = "[{:.2f}, {:.2f}]"
     return (
         f"{figure(value):>11}{interval(low, high, form):>15}"
@@ -299,7 +290,7 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
             (
                 latex.text(str(row["configuration"])),
                 *(_estimate(row, verdict) for verdict in VERDICTS),
-                latex.estimate(_number(row, "chance"), None, None),
+                latex.estimate(row["chance"], None, None),
                 str(row["refusals"]),
                 str(row["n"]),
             )
@@ -312,7 +303,7 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
 
 
 def _estimate(row: Row, verdict: str) -> str:
-    value, low, high, *_ = (_number(row, name) for name in columns(verdict).values())
+    value, low, high, *_ = (row[name] for name in columns(verdict).values())
     return latex.estimate(value, low, high)
 
 

@@ -57,12 +57,6 @@ def centres(prisms: Sequence[Prism]) -> FloatArray:
     return np.array([hull_centre(p.xy) for p in prisms]).reshape(-1, 2)
 
 
-def padded(hulls: Sequence[FloatArray]) -> FloatArray:
-    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
-    width = max(len(hull) for hull in hulls)
-    return np.array([np.concatenate((h, np.repeat(h[-1:], width - len(h), axis=0))) for h in hulls])
-
-
 def start_state(context: Context) -> State:
     """The state that a context's log starts in.
 

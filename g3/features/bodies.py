@@ -114,7 +114,7 @@ def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
     raw_yaw = _unwrap(raw_yaw, offsets)
     t, xyz, yaw = _resample(raw_t, raw_xyz, raw_yaw, offsets)
     heights = np.array([_heights(group) for group in groups]).reshape(len(groups), 2)
-    corners = _pad(hulls)
+    corners = padded(hulls)
     return Bodies(
         corners=corners,
         centre=centroid(corners),
@@ -264,11 +264,12 @@ def _members(things: Sequence[Sequence[FloatArray]]) -> FloatArray:
     place = [(row, i) for row, hulls in enumerate(things) for i in range(len(hulls[:MAX_MEMBERS]))]
     if place:
         row, member = np.array(place).T
-        centres[row, member] = centroid(_pad([things[i][j] for i, j in place]))
+        centres[row, member] = centroid(padded([things[i][j] for i, j in place]))
     return centres
 
 
-def _pad(hulls: Sequence[FloatArray]) -> FloatArray:
+def padded(hulls: Sequence[FloatArray]) -> FloatArray:
+    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
     size = max((len(hull) for hull in hulls), default=3)
     corners = np.empty((len(hulls), size, 2))
     for row, hull in zip(corners, hulls, strict=True):
