@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from eval.on_trial.ablation_rows import verdict
+from eval.on_trial.ablation_report import verdict
 from g3.inference.potentials.potential_registry import KINDS, Potential, potentials
 
 PAGE = Path(__file__).parent / "potentials.md"

@@ -12,13 +12,7 @@ if TYPE_CHECKING:
 
 
 def data_frame(rows: Iterable[Mapping[str, object]]) -> pd.DataFrame:
-    """Rows as a pandas table; columns of records within them get names with dots.
-
-    Raises
-    ------
-    CorpusError
-        If pandas isn't installed.
-    """
+    """Rows as a pandas table; columns of records within them get names with dots."""
     try:
         import pandas as pd  # noqa: PLC0415 - an extra, and heavy
     except ModuleNotFoundError as error:

@@ -28,5 +28,4 @@ def lbfgs(
     # The vectors are short: BLAS threads cost more than they bring, twentyfold on a busy machine.
     with threadpool_limits(limits=1, user_api="blas"):
         found = optimize.minimize(objective, start, jac=True, method="L-BFGS-B", options=how)
-    least: FloatArray = found.x
-    return least
+    return found.x

@@ -24,17 +24,7 @@ INK, WAY = "#1f2933", "#c2410c"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """What is marked in a scene.
-
-    Parameters
-    ----------
-    things
-        Ids of the objects that are meant.
-    places
-        Places that are meant.
-    ways
-        Where the robot drives, in their order.
-    """
+    """What is meant in a scene, things by their ids, and the ways driven, in their order."""
 
     things: Collection[str] = ()
     places: Sequence[Place] = ()
@@ -44,10 +34,7 @@ class Marks:
 def scene_svg(context: Context, marks: Marks | None = None) -> str:
     """Draw a scene from above as SVG, x to the right and y up; the same scene gives the same text.
 
-    Parameters
-    ----------
-    context
-        The scene; objects are drawn where their prisms are.
+    Objects are drawn where their prisms are.
     """
     marked = marks or Marks()
     view = _View.around(

@@ -47,13 +47,7 @@ def _shown(self: Any) -> Iterator[str]:
 
 
 def brief(value: object, *, inside: bool = False) -> str:
-    """A value in a few words.
-
-    Parameters
-    ----------
-    inside
-        Whether it is an item of another one, so that its own items aren't shown.
-    """
+    """A value in a few words; of one `inside` another its own items aren't shown."""
     if value is None or isinstance(value, (bool, int, float, complex)):
         return shortened(repr(value), TEXT)
     if isinstance(value, (str, PurePath)):

@@ -11,8 +11,7 @@ from sqlalchemy import ColumnElement, and_, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.store.models import Answer, Item, Record, TaskName
-from annotation_app.tasks.agreement import Measured
-from annotation_app.tasks.agreement import CLAUSE_TYPE, PLACE, THING, WORDS, Part
+from annotation_app.tasks.agreement import CLAUSE_TYPE, PLACE, THING, WORDS, Measured, Part
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
 from annotation_app.work.answer_flags import is_untouched
 

@@ -62,13 +62,7 @@ class AbsenceEvidence:
 def absence_evidence(
     corpora: Sequence[Corpus], seed: int, on_progress: OnProgress = no_progress
 ) -> list[AbsenceEvidence]:
-    """Hold all commands of some corpora against their worlds, and against poorer ones.
-
-    Raises
-    ------
-    CorpusError
-        If a corpus has no command whose world is known.
-    """
+    """Hold all commands of some corpora against their worlds, and against poorer ones."""
     choices = load_choices_of(corpora)
     rng = np.random.default_rng(seed)
     nouns = any_nouns()

@@ -21,11 +21,8 @@ LISTED = 10
 def figures(evidence: AbsenceEvidence, threshold: float | None = None) -> dict[str, Any]:
     """What share of commands alarms at a threshold, by what there is to be seen.
 
-    Parameters
-    ----------
-    threshold
-        What is less present is absent; left out, the largest that alarms wrongly for at most
-        `FALSE_ALARMS` of the commands.
+    What is less present is absent. If it is left out, the threshold is the largest that alarms
+    wrongly for at most `FALSE_ALARMS` of the commands.
     """
     own = np.array(evidence.own)
     known = _largest(own) if threshold is None else threshold

@@ -316,8 +316,7 @@ def ablations(
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
-    from eval.on_trial.ablation_report import render
-    from eval.on_trial.ablation_rows import rows
+    from eval.on_trial.ablation_report import render, rows
     from eval.on_trial.ablation_runs import Ablations, on_trial, run
     from g3.features.feature_registry import CATALOGUE_VERSION
 

@@ -173,7 +173,12 @@ def _sent(endpoint: Endpoint, request: dict[str, Any], key: str, known: UnderWay
                 known.unpaid += 1
                 folder.note(key, known)
             if status < 500 and status not in (408, 409, UNPAID_STATUS):
-                raise _refused(endpoint, problem) from error
+                raise CorpusError(
+                    f"the endpoint refuses the request: {problem}",
+                    where=endpoint.url,
+                    fix=f"check --endpoint and --llm, and the key in {KEY_VARIABLE} if it needs "
+                    "one",
+                ) from error
             wait = error.response.headers.get("retry-after", "")
         except openai.APIConnectionError as error:
             problem, wait = str(error.__cause__ or error), ""
@@ -216,14 +221,6 @@ def _kept(
         asked=asked,
         tries=known.sent,
         in_doubt=known.sent - known.unpaid - 1,
-    )
-
-
-def _refused(endpoint: Endpoint, problem: str) -> CorpusError:
-    return CorpusError(
-        f"the endpoint refuses the request: {problem}",
-        where=endpoint.url,
-        fix=f"check --endpoint and --llm, and the key in {KEY_VARIABLE} if it needs one",
     )
 
 

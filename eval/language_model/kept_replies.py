@@ -153,13 +153,7 @@ class ReplyFolder:
 
 
 def open_folder(path: Path) -> ReplyFolder:
-    """A folder for replies, made if it isn't there.
-
-    Raises
-    ------
-    CorpusError
-        If nothing can be written there.
-    """
+    """A folder for replies, made if it isn't there; it can be written to."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         if not os.access(path, os.W_OK):

@@ -21,9 +21,8 @@ from eval.language_model.plan_prompt import (
     plan_prompt,
 )
 from eval.language_model.structured_replies import UnusableReplyError, ask_for
-from eval.table_3.grounder_registry import PlanTask, Proposal
+from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.actions.action_kinds import KINDS
-from g3.annotation import Annotation
 from g3.errors import CorpusError, FormatError
 
 NAME = "llm"
@@ -32,7 +31,7 @@ PLAN, JUDGE = "plan", "judge"
 
 
 @dataclass(frozen=True)
-class LanguageModelGrounder:
+class LanguageModelGrounder(PlanGrounder):
     """Plans by a language model.
 
     All tasks are asked about before the first is judged, several at the same time. A reply that
@@ -42,7 +41,6 @@ class LanguageModelGrounder:
     endpoint: Endpoint
 
     name = NAME
-    learns = False
 
     @property
     def about(self) -> Mapping[str, object]:
@@ -53,17 +51,8 @@ class LanguageModelGrounder:
         """Why it can't be run here; empty if it can."""
         return missing()
 
-    def fit(self, annotations: Sequence[Annotation]) -> None:
-        """Learn nothing."""
-
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """Ask about all tasks.
-
-        Raises
-        ------
-        CorpusError
-            If the endpoint gives no reply. Replies that came are kept.
-        """
+        """Ask about all tasks; if the endpoint gives no reply to one, those that came are kept."""
         with ThreadPoolExecutor(self.endpoint.at_once) as threads:
             asked = [threads.submit(self.propose, task) for task in tasks]
             try:
@@ -75,13 +64,7 @@ class LanguageModelGrounder:
                 raise
 
     def propose(self, task: PlanTask, learned: object = None) -> Proposal:
-        """Make a plan.
-
-        Raises
-        ------
-        CorpusError
-            If the endpoint gives no reply.
-        """
+        """Make a plan."""
 
         def use(reply: PlanReply) -> Proposal:
             plan: ReadPlan = read_steps(reply.actions, task.start)
@@ -121,13 +104,7 @@ class LanguageModelJudge:
         return self.endpoint.at_once
 
     def verdict(self, plan: JudgedPlan) -> Verdict:
-        """Judge a plan; a reply that can't be used is a no.
-
-        Raises
-        ------
-        CorpusError
-            If the endpoint gives no reply.
-        """
+        """Judge a plan; a reply that can't be used is a no."""
 
         def use(reply: VerdictReply) -> Verdict:
             return Verdict(reply.correct, "" if reply.correct else reply.reason or "it says so")
@@ -139,13 +116,7 @@ class LanguageModelJudge:
 
 
 def check_installed() -> None:
-    """Refuse to go on without what a language model is asked with.
-
-    Raises
-    ------
-    CorpusError
-        If the extra isn't installed.
-    """
+    """Refuse to go on without the extra that a language model is asked with."""
     if why := missing():
         raise CorpusError(why, fix="or leave the language model out")
 

@@ -36,12 +36,8 @@ def ask_for(
 
     Parameters
     ----------
-    form
-        What is to come back.
     use
         Makes something of it; raises a FormatError where that can't be done.
-    purpose
-        As of :func:`~eval.language_model.chat_endpoint.ask`.
     choices
         What fields of the form can be, by their names, for servers that hold a model to it.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -60,22 +61,15 @@ def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
     }
 
 
-def in_words(purpose: str, told: Mapping[str, object]) -> str:
+def in_words(purpose: str, told: Mapping[str, Any]) -> str:
     """The same in a line."""
-    latency = told["latency_s"]
-    seconds = (
-        f"{latency['median']} s median, {latency['p95']} s p95" if isinstance(latency, dict) else ""
-    )
-    cost = (
-        ""
-        if told["dollars"] is None
-        else f", ${told['dollars']:.4f} (${told['new_dollars']:.4f} now)"
-    )
-    doubt = (
-        f"; {told['in_doubt']} may have been paid for without a reply" if told["in_doubt"] else ""
-    )
+    latency, cost, doubt = told["latency_s"], "", ""
+    if told["dollars"] is not None:
+        cost = f", ${told['dollars']:.4f} (${told['new_dollars']:.4f} now)"
+    if told["in_doubt"]:
+        doubt = f"; {told['in_doubt']} may have been paid for without a reply"
     return (
         f"language model, {purpose}: {told['requests']} requests ({told['kept']} kept from "
-        f"before), {told['prompt_tokens']} + {told['completion_tokens']} tokens{cost}, {seconds}"
-        f"{doubt}"
+        f"before), {told['prompt_tokens']} + {told['completion_tokens']} tokens{cost}, "
+        f"{latency['median']} s median, {latency['p95']} s p95{doubt}"
     )

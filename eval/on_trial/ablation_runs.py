@@ -15,13 +15,13 @@ from typing import Literal
 
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.parallel import Done, Executor, Workers
+from corpus_tools.runtime.parallel import Done, Workers
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.table_3.following import follow_command
 from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.judged_commands import JudgedCommand, judged_commands
 from eval.table_3.outcomes import Outcome
-from eval.table_3.search_examples import data_of, read, written
+from eval.table_3.search_examples import read_or_made, shared
 from g3.errors import CorpusError, ModelError
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import check_potentials, heard, potentials
@@ -45,8 +45,6 @@ class Ablations:
     ----------
     train, test
         Names of the corpora to learn from, and of those whose commands are followed.
-    potentials, feature_sets
-        What is switched off, one after the other.
     clauses
         ``gold`` takes annotated clauses where there are some, ``auto`` always extracted ones.
     most
@@ -74,13 +72,7 @@ class Ablations:
 def on_trial(
     potential_names: Sequence[str], set_names: Sequence[str], *, all_sets: bool = False
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What to switch off: potentials and feature sets; all potentials if nothing is named.
-
-    Raises
-    ------
-    ModelError
-        If there is no potential of a name, or models use no feature set of it.
-    """
+    """What to switch off: potentials and feature sets; all potentials if nothing is named."""
     used = [own.name for own in search_sets()]
     strange = next((name for name in set_names if name not in used), None)
     if strange is not None:
@@ -183,17 +175,13 @@ def _followed(
         return
     known = [open_corpus(name) for name in asked.train]
     sets = search_sets({without} - {NOTHING})
-    with Executor(workers) as executor:
-        data = data_of(
-            known, sets=sets, seed=asked.seed, executor=executor, on_progress=on_progress
-        )
-        with written(data) as file:
-            del data
-            try:
-                yield from executor.work(functools.partial(_follow, asked=asked, file=file), parts)
-            finally:
-                _lessons.cache_clear()
-                _tested.cache_clear()
+    made = shared(known, sets, seed=asked.seed, workers=workers, on_progress=on_progress)
+    with made as (executor, file):
+        try:
+            yield from executor.work(functools.partial(_follow, asked=asked, file=file), parts)
+        finally:
+            _lessons.cache_clear()
+            _tested.cache_clear()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,12 +195,7 @@ class _Lessons:
 @functools.lru_cache(maxsize=1)
 def _lessons(asked: Ablations, without: str, file: Path) -> _Lessons:
     known = [open_corpus(name) for name in asked.train]
-    # A cluster's worker may not see the file.
-    data = (
-        read(file)
-        if file.is_file()
-        else data_of(known, sets=search_sets({without} - {NOTHING}), seed=asked.seed)
-    )
+    data = read_or_made(file, known, search_sets({without} - {NOTHING}), seed=asked.seed)
     choices = load_choices_of(known)
     return _Lessons(costs_without(data, choices, l2=asked.l2), extractor_without(known))
 

@@ -58,15 +58,7 @@ def parser(name: str) -> Callable[[ParseFunction], ParseFunction]:
     return PARSERS.adding(name, partial(RegisteredParser, name))
 
 
-def parser_named(name: str) -> RegisteredParser:
-    """The parser with a name.
-
-    Raises
-    ------
-    CorpusError
-        If there is none.
-    """
-    return PARSERS.known(name)
-
+parser_named = PARSERS.known
+"""The parser with a name; a CorpusError if there is none."""
 
 PARSERS.load_others()

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from rich.table import Table
 
@@ -15,32 +14,25 @@ from eval.tables.formats import cell, document, figure_table, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
 
+FIGURES = ("precision", "recall", "f")
 
-def figures(tested: Sequence[TestedCommand]) -> dict[str, object]:
+
+def figures(tested: Sequence[TestedCommand]) -> dict[str, Any]:
     """The figures over all commands, by name."""
     comparisons = [one.comparison for one in tested]
     typed = sum((c.typed for c in comparisons), Counts())
     untyped = sum((c.untyped for c in comparisons), Counts())
     segments = sum((c.segments for c in comparisons), Counts())
     by_type = {type_: sum((c.by_type[type_] for c in comparisons), Counts()) for type_ in SDC_TYPES}
-    found: dict[str, object] = {}
+    found: dict[str, Any] = {}
     for name, counts in (("typed", typed), ("untyped", untyped), ("segmentation", segments)):
-        found |= {
-            f"{name}_precision": counts.precision,
-            f"{name}_recall": counts.recall,
-            f"{name}_f": counts.f,
-        }
+        found |= {f"{name}_{figure}": getattr(counts, figure) for figure in FIGURES}
     return found | {
         "exact": sum(c.exact for c in comparisons) / len(comparisons),
         "commands": len(comparisons),
         "constituents": typed.gold,
         "types": {
-            type_: {
-                "precision": counts.precision,
-                "recall": counts.recall,
-                "f": counts.f,
-                "n": counts.gold,
-            }
+            type_: {figure: getattr(counts, figure) for figure in FIGURES} | {"n": counts.gold}
             for type_, counts in by_type.items()
         },
     }
@@ -109,14 +101,13 @@ def render(
     return table_text(tables, notes, metadata, terminal=terminal)
 
 
-def _figures_table(found: Mapping[str, object]) -> Table:
+def _figures_table(found: Mapping[str, Any]) -> Table:
     table = figure_table(("", "Precision", "Recall", "F-score"))
     for name in ("typed", "untyped", "segmentation"):
-        values = (found[f"{name}_{figure}"] for figure in ("precision", "recall", "f"))
+        values = (found[f"{name}_{figure}"] for figure in FIGURES)
         table.add_row(name.capitalize(), *(f"{value:.3f}" for value in values))
-    types = json.loads(json.dumps(found["types"]))
-    for type_, of_type in types.items():
-        values = (of_type[figure] for figure in ("precision", "recall", "f"))
+    for type_, of_type in found["types"].items():
+        values = (of_type[figure] for figure in FIGURES)
         table.add_row(type_, *(f"{value:.3f}" for value in values))
     return table
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 from g3.sdc.clauses import SDC, SDC_TYPES, Span, all_words, breadth_first
 from g3.short_repr import short_repr
@@ -18,6 +18,7 @@ from g3.short_repr import short_repr
 T = TypeVar("T")
 
 Letters = frozenset[int]
+Constituents: TypeAlias = "Counter[tuple[str, Letters]]"
 NOWHERE = "-"
 """Type and field of a word in no clause."""
 FIELDS = tuple(f"{type_}.{field}" for type_ in SDC_TYPES for field in ("f", "r"))
@@ -106,7 +107,7 @@ def _letters(spans: Iterable[Span], text: str) -> Letters:
     return frozenset(i for s in spans for i in range(s.start, s.end) if text[i].isalnum())
 
 
-def _constituents(sdcs: Sequence[SDC], text: str) -> Counter[tuple[str, Letters]]:
+def _constituents(sdcs: Sequence[SDC], text: str) -> Constituents:
     found = ((sdc.type, _letters(all_words(sdc), text)) for sdc in breadth_first(sdcs))
     return Counter((type_, letters) for type_, letters in found if letters)
 
@@ -115,16 +116,12 @@ def _shared(segments: Sequence[Letters], shared: Letters) -> Counter[Letters]:
     return Counter(segment & shared for segment in segments if segment & shared)
 
 
-def _untyped(constituents: Counter[tuple[str, Letters]]) -> Counter[Letters]:
+def _untyped(constituents: Constituents) -> Counter[Letters]:
     return Counter(letters for _, letters in constituents.elements())
 
 
-def _of_type(
-    constituents: Counter[tuple[str, Letters]], type_: str
-) -> Counter[tuple[str, Letters]]:
-    return Counter(
-        constituent for constituent in constituents.elements() if constituent[0] == type_
-    )
+def _of_type(constituents: Constituents, type_: str) -> Constituents:
+    return Counter({one: count for one, count in constituents.items() if one[0] == type_})
 
 
 def _common(predicted: Counter[T], gold: Counter[T]) -> Counts:

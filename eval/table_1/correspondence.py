@@ -6,9 +6,10 @@ the model gives the probability of φ = True (section 4.2).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias, get_args
+from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -25,9 +26,6 @@ from eval.statistics.estimates import (
     figures,
 )
 from g3.short_repr import short_repr
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 StrArray: TypeAlias = npt.NDArray[np.character]
 

@@ -10,16 +10,14 @@ incorrectly annotated groundings that the system actually got right".
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 from rich.table import Table
 
 from eval.table_1.correspondence import TYPES, Predictions, RowType, predicted_true
 from eval.tables.formats import cell, document, table_text
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 Score = Literal["highest", "lowest"]
 ListFormat = Literal["text", "json"]
@@ -83,13 +81,9 @@ class ErrorList:
 
     Parameters
     ----------
-    correct
-        Whether φ was predicted correctly.
     scoring
         ``highest``: predicted true, from the highest probability down; ``lowest``:
         predicted false, from the lowest up. So the lists have no example in common.
-    phrases
-        At most as many as asked for.
     examples
         Number of examples that the phrases were chosen from.
     """
@@ -112,14 +106,10 @@ def error_lists(
 
     Parameters
     ----------
-    predictions
-        What the model said of n examples.
     examples
         What to show of them, aligned, length n.
     k
         Number of different phrases in a list.
-    threshold
-        Probability from which φ counts as predicted true.
 
     Returns
     -------
@@ -180,10 +170,6 @@ def render_lists(
     ----------
     format
         ``table``, where empty lists are left out, or ``json``.
-    metadata
-        What to record with the lists; in JSON at the top level.
-    terminal
-        Whether the table goes to a terminal: colours and Unicode lines, else pure ASCII.
     """
     if format == "json":
         return document({"lists": [asdict(one) for one in lists]}, metadata)

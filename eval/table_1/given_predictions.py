@@ -61,11 +61,7 @@ def write_form(path: Path, examples: Iterable[Example]) -> int:
 def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
     """Read the probabilities of examples from a file, in their order; shape (n,).
 
-    Raises
-    ------
-    FormatError
-        If a line can't be read, is twice there, isn't filled in or is about something else, or an
-        example has none.
+    Each example has one line, which is filled in, and there are no others.
     """
     wanted = {id_of(e): i for i, e in enumerate(examples)}
     found = np.full(len(examples), np.nan)
@@ -111,13 +107,7 @@ class ComparedType:
 def compare_predictions(
     said: Mapping[str, Predictions], *, threshold: float, draws: int, seed: int
 ) -> list[ComparedType]:
-    """Compare each two models' accuracy, with whole scenarios as clusters.
-
-    Parameters
-    ----------
-    said
-        By model, about the same examples in the same order.
-    """
+    """Compare each two models' accuracy on the same examples, with whole scenarios as clusters."""
     one = next(iter(said.values()))
     right = {name: predicted_true(p, threshold) == p.label for name, p in said.items()}
     found = []

@@ -139,8 +139,6 @@ def learning_curve(
     ----------
     choices
         What is trained and tested; the errors of several splits are pooled.
-    on_progress
-        Told how many models have been trained.
 
     Returns
     -------

@@ -7,9 +7,13 @@ SDCs" (section 4.2); the plot marks that place.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from eval.table_1.correspondence import ROW_TYPES, RowType
 from eval.tables.formats import delimited, metadata_text
@@ -31,9 +35,6 @@ from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -61,8 +62,6 @@ class CurvePoint:
 
     Parameters
     ----------
-    type
-        SDC type that the error is of, or ``overall``.
     sdcs
         Number of annotated SDCs trained on.
     error
@@ -81,20 +80,9 @@ class CurvePoint:
 def write_csv(
     points: Sequence[CurvePoint], path: Path, *, metadata: Mapping[str, object] | None = None
 ) -> None:
-    """Write points as CSV, a line each, ordered by type and size; atomically.
-
-    Parameters
-    ----------
-    points
-        The curve, in any order.
-    metadata
-        What to record beside, in columns that repeat.
-    """
-    records = [
-        {"type": p.type, "sdcs": p.sdcs, "error": p.error, "low": p.low, "high": p.high}
-        for p in _ordered(points)
-    ]
-    text = delimited(records, metadata or {}, columns=("type", "sdcs", "error", "low", "high"))
+    """Write points as CSV, a line each, ordered by type and size, with metadata; atomically."""
+    columns = [field.name for field in fields(CurvePoint)]
+    text = delimited([asdict(p) for p in _ordered(points)], metadata or {}, columns=columns)
     write_bytes(path, (text + "\n").encode())
 
 
@@ -113,8 +101,6 @@ def write_plot(
     ----------
     points
         The curve, in any order; types without a defined error are left out.
-    path
-        File to write or replace; ends in ``.png``, ``.svg`` or ``.pdf``.
     metadata
         What to record in the file's description.
     bounds
@@ -160,7 +146,8 @@ def _plot(points: Sequence[CurvePoint], bounds: str, width: float) -> Figure:
 
     right = max((p.sdcs for p in known), default=PAPER_ASYMPTOTE_SDCS)
     axes.set_xlim(0, max(right, PAPER_ASYMPTOTE_SDCS * 1.1))
-    axes.set_ylim(0, _ceiling(known))
+    tops = [value for p in known for value in (p.error, p.high) if not math.isnan(value)]
+    axes.set_ylim(0, min(1.0, max(tops, default=0.5) * 1.08 + 0.01))
     axes.set_xlabel("Annotated SDCs trained on")
     axes.set_ylabel(f"Test error\n(bands: {bounds})")
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
@@ -171,11 +158,6 @@ def _plot(points: Sequence[CurvePoint], bounds: str, width: float) -> Figure:
     _mark_asymptote(axes)
     _name_curves(axes, curves)
     return figure
-
-
-def _ceiling(points: Sequence[CurvePoint]) -> float:
-    tops = [value for p in points for value in (p.error, p.high) if not math.isnan(value)]
-    return min(1.0, max(tops, default=0.5) * 1.08 + 0.01)
 
 
 def _draw(axes: Axes, kind: RowType, curve: Sequence[CurvePoint]) -> None:
@@ -242,15 +224,11 @@ def spread(heights: Sequence[float], gap: float) -> list[float]:
     Heights that crowd share out the room evenly about their mean, the least squares
     solution (pool adjacent violators).
     """
+    from scipy.optimize import isotonic_regression  # noqa: PLC0415 - heavy
+
+    if not heights:
+        return []
     # With i gaps taken off height i, "a gap apart" becomes "not decreasing".
-    blocks: list[list[float]] = []
-    for index, height in enumerate(heights):
-        blocks.append([height - index * gap])
-        while len(blocks) > 1 and _mean(blocks[-2]) > _mean(blocks[-1]):
-            blocks[-2:] = [blocks[-2] + blocks[-1]]
-    level = [_mean(block) for block in blocks for _ in block]
-    return [base + index * gap for index, base in enumerate(level)]
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)
+    below = gap * np.arange(len(heights))
+    found: list[float] = (isotonic_regression(np.array(heights) - below).x + below).tolist()
+    return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -24,11 +24,11 @@ PAPER: dict[Configuration, float] = {"original": 0.91, "random": 0.11}
 PAPER_SOURCE = "Tellex et al. (AAAI 2011), Table 2"
 BOUNDS = "{:.3f} to {:.3f}"
 MODELS = ("GEE", "Crossed model")
+COUNTS = ("n", "pairs", "videos", "raters", "majority", "weighed")
 COLUMNS = (
-    "configuration", "precision", "low", "high", "n", "pairs", "videos", "raters", "majority",
-    "weighed", "wilson_low", "wilson_high", "exact_low", "exact_high", "two_way_low",
-    "two_way_high", "shown", "gee", "gee_low", "gee_high", "crossed", "crossed_low", "crossed_high",
-    "paper",
+    "configuration", "precision", "low", "high", *COUNTS, "wilson_low", "wilson_high", "exact_low",
+    "exact_high", "two_way_low", "two_way_high", "shown", "gee", "gee_low",
+    "gee_high", "crossed", "crossed_low", "crossed_high", "paper",
 )  # fmt: skip
 
 
@@ -62,8 +62,10 @@ def judged_by(study: str) -> str:
 
 def notes(results: Results) -> list[str]:
     """What a reader should know of the figures, and why they differ from the paper's."""
+    videos = (f"{r.configuration} {r.videos}, shown with {r.shown}" for r in results.rows)
     found = [
-        f"95%: percentile interval with whole videos resampled: {_clusters(results.rows)}",
+        "95%: percentile interval with whole videos resampled: those that the commands were typed "
+        f"for ({'; '.join(videos)})",
         "videos, raters: both as clusters, which speaks for other raters too",
         "independent: Wilson's interval, too narrow, for judgments of a video are alike",
         "majority, weighed: part of the pairs, by most judgments or by Dawid and Skene's model",
@@ -97,39 +99,27 @@ def notes(results: Results) -> list[str]:
     return found
 
 
-def _clusters(rows: Sequence[Row]) -> str:
-    """Which videos are the clusters, and how many."""
-    each = (f"{row.configuration} {row.videos}, shown with {row.shown}" for row in rows)
-    return f"those that the commands were typed for ({'; '.join(each)})"
-
-
 def _bounds(estimate: Estimate) -> dict[str, float]:
     return {"low": estimate.low, "high": estimate.high}
 
 
 def _content(results: Results) -> dict[str, object]:
-    rows = []
-    for row in results.rows:
-        rows.append(
-            {
-                "configuration": row.configuration,
-                "precision": row.share.value,
-                **_bounds(row.share),
-                "n": row.n,
-                "pairs": row.pairs,
-                "videos": row.videos,
-                "raters": row.raters,
-                "majority": row.majority,
-                "weighed": row.weighed,
-                "two_way": _bounds(row.two_way),
-                "wilson": _bounds(row.wilson),
-                "clopper_pearson": _bounds(row.exact),
-                "shown": row.shown,
-                "gee": None if row.model is None else row.model._asdict(),
-                "crossed": None if row.crossed is None else row.crossed._asdict(),
-                "paper": paper_figure(row),
-            }
-        )
+    rows = [
+        {
+            "configuration": row.configuration,
+            "precision": row.share.value,
+            **_bounds(row.share),
+            **{name: getattr(row, name) for name in COUNTS},
+            "two_way": _bounds(row.two_way),
+            "wilson": _bounds(row.wilson),
+            "clopper_pearson": _bounds(row.exact),
+            "shown": row.shown,
+            "gee": None if row.model is None else row.model._asdict(),
+            "crossed": None if row.crossed is None else row.crossed._asdict(),
+            "paper": paper_figure(row),
+        }
+        for row in results.rows
+    ]
     return {
         "rows": rows,
         "alpha": results.alpha,
@@ -148,10 +138,7 @@ def _flat(row: Row) -> dict[str, object]:
         **_bounds(row.share),
         "paper": paper_figure(row),
     }
-    found |= {
-        name: getattr(row, name)
-        for name in ("n", "pairs", "videos", "raters", "majority", "weighed", "shown")
-    }
+    found |= {name: getattr(row, name) for name in (*COUNTS, "shown")}
     for name in ("wilson", "exact", "two_way"):
         for bound, value in _bounds(getattr(row, name)).items():
             found[f"{name}_{bound}"] = value

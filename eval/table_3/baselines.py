@@ -145,12 +145,9 @@ def _nearest(things: Things, start: State) -> PhysicalObject | None:
 def _done_with(
     load: PhysicalObject | None, place: int, find: FindNamed, task: PlanTask
 ) -> list[Action]:
-    """What to do once the load is chosen; nothing where there is none and one is asked for.
+    """What to do once the load is chosen, whose name ends at a place in the command.
 
-    Parameters
-    ----------
-    place
-        Where in the command the words that name the load end.
+    Nothing where there is none and one is asked for.
     """
     start, verbs = task.start, {normalise(word) for word in task.words}
     if verbs & GO and not verbs & HANDLE:

@@ -116,10 +116,7 @@ def judged(
 ) -> Outcome:
     """What becomes of a plan; who makes none is wrong, for the reason that is noted.
 
-    Parameters
-    ----------
-    judge
-        Who gives the first verdict; the automatic judge if left out.
+    The first verdict is the judge's, or the automatic one's if none is given.
     """
     command, theme = tested.command, None if tested.picked is None else False
     verdict = Verdict(False, own.proposal.note)

@@ -13,27 +13,18 @@ import msgspec
 from corpus_tools.corpus.answer_records import PlanLine, read_lines, write_lines
 from corpus_tools.following.plan_steps import read_steps, scene_shown
 from corpus_tools.runtime.progress import OnProgress
-from eval.table_3.grounder_registry import PlanTask, Proposal
-from g3.annotation import Annotation
+from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.errors import FormatError
 
 FIX = "`ct eval --table 3 --write-tasks FILE` writes the form to fill in"
 
 
 @dataclass(frozen=True)
-class GivenPlans:
-    """A file of plans as a grounder, whose name is the file's.
-
-    Parameters
-    ----------
-    lines
-        Its plans, with the numbers of their lines.
-    """
+class GivenPlans(PlanGrounder):
+    """A file of plans, with the numbers of their lines, as a grounder with the file's name."""
 
     path: str
     lines: tuple[tuple[int, PlanLine], ...]
-
-    learns = False
 
     @property
     def name(self) -> str:
@@ -51,21 +42,8 @@ class GivenPlans:
     def _by_task(self) -> Mapping[tuple[str, str], tuple[int, PlanLine]]:
         return {(line.command, line.heading): (n, line) for n, line in self.lines}
 
-    def missing(self) -> str:
-        """Nothing."""
-        return ""
-
-    def fit(self, annotations: Sequence[Annotation]) -> None:
-        """Learn nothing."""
-
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """See that the file has a plan for each task, and that each can be read.
-
-        Raises
-        ------
-        FormatError
-            If not; the message names the line.
-        """
+        """See that the file has a plan for each task, and that each can be read."""
         gone = [t for t in tasks if (t.command, t.heading) not in self._by_task]
         if gone:
             heading = f" with the heading {gone[0].heading}" if gone[0].heading else ""
@@ -79,13 +57,7 @@ class GivenPlans:
             self.propose(task)
 
     def propose(self, task: PlanTask, learned: object = None) -> Proposal:
-        """The plan of the file.
-
-        Raises
-        ------
-        FormatError
-            If it names what there isn't.
-        """
+        """The plan of the file; an error that it names what there isn't names the line, too."""
         number, line = self._by_task[task.command, task.heading]
         try:
             plan = read_steps(line.actions or (), task.start)
@@ -98,13 +70,7 @@ class GivenPlans:
 
 
 def read_plans(path: Path) -> GivenPlans:
-    """Read a file of plans.
-
-    Raises
-    ------
-    FormatError
-        If a line can't be read, is twice there, or isn't filled in.
-    """
+    """Read a file of plans, of which each line is filled in, and none is twice there."""
     lines = read_lines(path, PlanLine, fix=FIX)
     seen: dict[tuple[str, str], int] = {}
     for number, line in lines:
@@ -127,11 +93,8 @@ def read_plans(path: Path) -> GivenPlans:
 
 def write_tasks(path: Path, tasks: Iterable[PlanTask]) -> int:
     """Write the form to fill in, a line for each command with its world; return how many."""
-    return write_lines(path, map(task_line, tasks))
-
-
-def task_line(task: PlanTask) -> PlanLine:
-    """A task as others see it."""
-    return PlanLine(
-        command=task.command, heading=task.heading, text=task.text, scene=scene_shown(task.start)
+    lines = (
+        PlanLine(command=t.command, heading=t.heading, text=t.text, scene=scene_shown(t.start))
+        for t in tasks
     )
+    return write_lines(path, lines)

@@ -86,38 +86,37 @@ Fit = Callable[[Sequence[Annotation]], Any]
 
 
 class PlanGrounder(Protocol):
-    """What makes plans; processes hand it to each other, so that it can be pickled and hashed."""
+    """What makes plans; processes hand it to each other, so that it can be pickled and hashed.
+
+    Whoever inherits from it lacks nothing, needs no preparation and doesn't learn.
+    """
 
     @property
     def name(self) -> str:
         """Of its row."""
-        ...
 
     @property
     def about(self) -> Mapping[str, object]:
         """What decides of its plans, for people who read the table."""
-        ...
 
     @property
     def learns(self) -> bool:
         """Whether it wants to learn from annotated commands."""
-        ...
+        return False
 
     def missing(self) -> str:
         """Why it can't be run here; empty if it can."""
-        ...
+        return ""
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
         """Get ready for all tasks at once, before they come one by one."""
-        ...
 
     def fit(self, annotations: Sequence[Annotation]) -> Any:
         """Learn."""
-        ...
+        return None
 
     def propose(self, task: PlanTask, learned: Any) -> Proposal:
         """Make a plan."""
-        ...
 
 
 @short_repr
@@ -129,7 +128,7 @@ class RegisteredGrounder:
     description: str
     function: Propose
     fitting: Fit | None
-    lacks: Callable[[], str]
+    missing: Callable[[], str]
     about: Mapping[str, object] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Callable[[str], RegisteredGrounder], tuple[str]]:
@@ -139,10 +138,6 @@ class RegisteredGrounder:
     def learns(self) -> bool:
         """Whether it wants to learn from annotated commands."""
         return self.fitting is not None
-
-    def missing(self) -> str:
-        """Why it can't be run here; empty if it can."""
-        return self.lacks()
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
         """Nothing: a function takes one task after the other."""
@@ -174,12 +169,8 @@ class RegisteredGrounder:
 GROUNDERS: Registry[RegisteredGrounder] = Registry("grounder", "ct.grounders")
 
 
-def _nothing() -> str:
-    return ""
-
-
 def grounder(
-    name: str, *, fit: Fit | None = None, missing: Callable[[], str] = _nothing
+    name: str, *, fit: Fit | None = None, missing: Callable[[], str] = str
 ) -> Callable[[Propose], Propose]:
     """Register a function as a grounder.
 

@@ -56,15 +56,7 @@ def fitted_without(
 def costs_without(
     factors: FactorMatrix, choices: Sequence[LoadChoice] = (), *, l2: float = 1.0
 ) -> Callable[[str], Scorer]:
-    """What learns costs of groundings from all scenarios but one.
-
-    Parameters
-    ----------
-    factors
-        Of annotated clauses.
-    choices
-        Commands with the loads that they were about.
-    """
+    """What learns costs of groundings from annotated clauses of all scenarios but one."""
 
     def fit(rows: BoolArray) -> GroundingModel:
         return GroundingModel(l2=l2, tolerance=TOLERANCE).fit(factors[rows])

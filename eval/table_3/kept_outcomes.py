@@ -37,13 +37,7 @@ def _digest(content: _File) -> str:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """The outcomes of scenarios that are done.
-
-    Parameters
-    ----------
-    scenarios
-        By scenario and configuration.
-    """
+    """The outcomes of scenarios that are done, by scenario and configuration."""
 
     path: Path
     settings: Mapping[str, object]
@@ -60,12 +54,8 @@ class Kept:
 def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
     """What an earlier run has kept that was to write the same table; nothing if it was another.
 
-    Nothing, either, of a file that is damaged: its scenarios are done again.
-
-    Parameters
-    ----------
-    settings
-        What decides of the outcomes, as JSON has it.
+    Nothing, either, of a file that is damaged: its scenarios are done again. The settings decide of
+    the outcomes, and are as JSON has them.
     """
     path = out.with_name(f"{out.name}{SUFFIX}")
     try:

@@ -98,12 +98,7 @@ def judged_row(
 ) -> JudgedRow:
     """A configuration's share of right plans, resampling scenarios, whose commands share a log.
 
-    Parameters
-    ----------
-    correct, by_words
-        The judge's verdicts on its plans; of the second one those that are known count.
-    scenarios
-        Of the plans' commands.
+    Of the judge's verdicts by words those that are known count.
     """
 
     def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:

@@ -18,6 +18,7 @@ from eval.table_3.outcomes import Outcome, grounding_accuracy, reliability, risk
 from eval.table_3.plan_rows import (
     ALONE,
     COLUMNS,
+    COMPARED,
     MODELS,
     VERDICTS,
     Compared,
@@ -26,9 +27,6 @@ from eval.table_3.plan_rows import (
     comparisons,
     followed,
     rows,
-)
-from eval.table_3.plan_rows import (
-    COMPARED as COMPARED_VERDICTS,
 )
 from eval.tables import latex
 from eval.tables.comparison_report import lines, records
@@ -56,7 +54,7 @@ NOTES = (
     "chance: a load picked up at random; refused: commands without a plan, which count as wrong.",
     "random is the search with random costs; the baselines under it have no model.",
 )
-COMPARED = (
+COMPARISON = (
     "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
     "clusters, which are worlds, with Holm's correction in each list; h is Cohen's effect size"
 )
@@ -106,8 +104,15 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
     compared = comparisons(result.outcomes, result.facts, draws=draws, seed=seed)
     if form == "json":
         return _document(result, found, compared)
-    shown = [line for c in compared for line in (*_compared_lines(c), "")]
-    return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARED, "", *_more(result)])
+    shown = [
+        line
+        for c in compared
+        for line in (
+            *lines(c.comparisons, f"{HEADINGS[c.verdict]} compared on {TITLES[c.subset]}"),
+            "",
+        )
+    ]
+    return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARISON, "", *_more(result)])
 
 
 def with_judge(
@@ -145,7 +150,11 @@ def with_judge(
 def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compared]) -> str:
     gold = result.outcomes.get("gold", ())
     error, diagram = reliability(gold) if gold else (float("nan"), [])
-    told = {name: own for name, own in result.outcomes.items() if _has_probabilities(own)}
+    told = {
+        name: own
+        for name, own in result.outcomes.items()
+        if any(o.evidence or o.probability for o in own)
+    }
     content: dict[str, object] = {
         "rows": found,
         "object_grounding_top1": grounding_accuracy(gold) if gold else float("nan"),
@@ -180,7 +189,7 @@ def _command(outcome: Outcome) -> dict[str, object]:
     return {**found, "heading": outcome.heading} if outcome.heading else found
 
 
-def _by_heading(result: EndToEnd) -> Iterator[dict[str, object]]:
+def _by_heading(result: EndToEnd) -> Iterator[Row]:
     """Shares in each heading by itself, where there are several."""
     headings = dict.fromkeys(o.heading for own in result.outcomes.values() for o in own)
     for heading in headings if len(headings) > 1 else ():
@@ -201,32 +210,18 @@ def _mean(values: Sequence[float]) -> float:
     return float(np.mean(known)) if known else float("nan")
 
 
-def _has_probabilities(outcomes: Sequence[Outcome]) -> bool:
-    return any(o.evidence or o.probability for o in outcomes)
-
-
 def _parts(found: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
     """Rows by part of the commands; a part of none, or of all, is told once."""
-    total = max((_count(row) for row in found), default=0)
+    total = max((row["n"] for row in found), default=0)
     for subset in SUBSETS:
         own = [row for row in found if row["subset"] == subset and not row["perturbed"]]
-        most = max((_count(row) for row in own), default=0)
+        most = max((row["n"] for row in own), default=0)
         if subset == "all" or 0 < most < total:
             yield subset, own
 
 
-def _count(row: Row) -> int:
-    n = row["n"]
-    return n if isinstance(n, int) else 0
-
-
-def _number(row: Row, name: str) -> float:
-    value = row[name]
-    return float(value) if isinstance(value, (int, float)) else float("nan")
-
-
 def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
-    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(_number(r, v)) for r in found)]
+    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(r[v]) for r in found)]
     for subset, own in _parts(found):
         width = max(12, *(len(str(row["configuration"])) + 1 for row in own))
         yield f"{TITLES[subset]}   (judge: {own[0]['judge']})"
@@ -236,14 +231,11 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
-            paper = (
-                beside(PAPER.get(str(row["configuration"])), int(_number(row, "n")))
-                if is_alike
-                else None
-            )
+            told = PAPER.get(str(row["configuration"])) if is_alike else None
+            paper = beside(told, row["n"])
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
-                f"{figure(_number(row, 'chance')):>8}{row['refusals']:>9.4g}{row['n']:>6}"
+                f"{figure(row['chance']):>8}{row['refusals']:>9.4g}{row['n']:>6}"
                 f"{'' if paper is None else f'{paper:.2f}':>8}"
             )
             note = f"  {row['note']}" if row["note"] else ""
@@ -255,7 +247,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         yield f"Each command was followed in {len(headings)} headings of the robot at the start:"
         shown = [r for r in _by_heading(result) if r["configuration"] in MODELS]
         for record in shown:
-            figures = ", ".join(f"{HEADINGS[v]} {figure(_number(record, v))}" for v in VERDICTS)
+            figures = ", ".join(f"{HEADINGS[v]} {figure(record[v])}" for v in VERDICTS)
             yield f"  {record['heading']}, {record['configuration']}, {record['subset']}: {figures}"
         yield ""
 
@@ -273,17 +265,15 @@ def _perturbed_lines(own: Sequence[Row], found: Sequence[Row]) -> Iterator[str]:
     for name in (row["configuration"] for row in own):
         if (name, next(iter(kinds))) not in by_kind:
             continue
-        for verdict in COMPARED_VERDICTS:
-            shares = [_number(by_kind[name, kind], verdict) for kind in ("", *kinds)]
+        for verdict in COMPARED:
+            shares = [by_kind[name, kind][verdict] for kind in ("", *kinds)]
             if not all(np.isnan(shares)):
                 cells = "".join(f"{figure(share):>10}" for share in shares)
                 yield f"{name:24}{HEADINGS[verdict]:11}{cells}"
 
 
 def _verdict_cells(row: Row, verdict: str) -> str:
-    value, low, high, two_way_low, two_way_high = (
-        _number(row, name) for name in columns(verdict).values()
-    )
+    value, low, high, two_way_low, two_way_high = (row[name] for name in columns(verdict).values())
     form = "[{:.2f}, {:.2f}]"
     return (
         f"{figure(value):>11}{interval(low, high, form):>15}"
@@ -291,20 +281,16 @@ def _verdict_cells(row: Row, verdict: str) -> str:
     )
 
 
-def _compared_lines(compared: Compared) -> list[str]:
-    title = f"{HEADINGS[compared.verdict]} compared on {TITLES[compared.subset]}"
-    return lines(compared.comparisons, title)
-
-
 def _latex(found: Sequence[Row], result: EndToEnd) -> str:
     tables = []
-    headings = ["", *(h for v in VERDICTS for h in (HEADINGS[v].capitalize(),))]
+    named = (HEADINGS[v].capitalize() for v in VERDICTS)
+    headings = ("", *named, "Chance", "Refused", "$n$")
     for subset, own in _parts(found):
         cells = [
             (
                 latex.text(str(row["configuration"])),
                 *(_estimate(row, verdict) for verdict in VERDICTS),
-                latex.estimate(_number(row, "chance"), None, None),
+                latex.estimate(row["chance"], None, None),
                 str(row["refusals"]),
                 str(row["n"]),
             )
@@ -312,13 +298,12 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
         ]
         about = [*comments(result.metadata), f"Table 3, judge {own[0]['judge']}: {TITLES[subset]}."]
         about += [f"{row['configuration']} {row['note']}" for row in own if row["note"]]
-        heads = (*headings, "Chance", "Refused", "$n$")
-        tables.append(latex.tabular(heads, cells, comments=about))
+        tables.append(latex.tabular(headings, cells, comments=about))
     return "\n\n".join(tables)
 
 
 def _estimate(row: Row, verdict: str) -> str:
-    value, low, high, *_ = (_number(row, name) for name in columns(verdict).values())
+    value, low, high, *_ = (row[name] for name in columns(verdict).values())
     return latex.estimate(value, low, high)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -36,13 +36,7 @@ for all."""
 
 
 def check_names(others: Sequence[str]) -> None:
-    """Refuse names of further rows that other rows have.
-
-    Raises
-    ------
-    CorpusError
-        If two rows would have the same name.
-    """
+    """Refuse names of further rows that other rows have."""
     taken = {*ALONE, *MODELS, *(name for name, *_ in ROWS)}
     for name in others:
         if name in taken:
@@ -52,7 +46,7 @@ def check_names(others: Sequence[str]) -> None:
         taken.add(name)
 
 
-Row: TypeAlias = dict[str, object]
+Row: TypeAlias = dict[str, Any]
 
 
 @short_repr
@@ -60,12 +54,7 @@ Row: TypeAlias = dict[str, object]
 class Followed:
     """A command in a configuration, as shares of the headings in which it was followed.
 
-    Parameters
-    ----------
-    verdicts
-        By the names of `VERDICTS`; NaN where a verdict can't be given.
-    refused
-        The part without a plan.
+    Its verdicts are by the names of `VERDICTS`, and NaN where one can't be given.
     """
 
     command: str
@@ -138,14 +127,7 @@ def rows(
 ) -> list[Row]:
     """A row for each configuration and part of the commands.
 
-    Parameters
-    ----------
-    outcomes
-        By configuration.
-    missing
-        Configurations that can't be run, which have a row without figures, and why.
-    judge
-        Who gave the first verdict.
+    Those that are missing, which can't be run, have one without figures that says why.
     """
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
     others = [n for n in {**outcomes, **missing} if n not in (*ALONE, *MODELS)]
@@ -181,7 +163,8 @@ def _row(own: Sequence[Followed], facts: Mapping[str, Facts], *, draws: int, see
         row |= dict(zip(columns(verdict).values(), estimates, strict=True))
     chances = [k.chance for k in known if not np.isnan(k.chance)]
     row["chance"] = float(np.mean(chances)) if chances else float("nan")
-    row["refusals"] = _whole(sum(f.refused for f in own))
+    refusals = float(sum(f.refused for f in own))
+    row["refusals"] = round(refusals) if refusals.is_integer() else refusals
     return row
 
 
@@ -197,10 +180,6 @@ def _intervals(
     if not all(people):
         return share, Estimate(share.value, nan, nan)
     return share, two_way(values, codes(worlds), codes(people))
-
-
-def _whole(number: float) -> float | int:
-    return round(number) if float(number).is_integer() else number
 
 
 @short_repr

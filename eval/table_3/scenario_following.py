@@ -13,7 +13,7 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.runtime.parallel import Done, Executor, Workers
+from corpus_tools.runtime.parallel import Done, Workers
 from corpus_tools.runtime.progress import OnProgress
 from eval.judging.judge_registry import PlanJudge
 from eval.parsing.parser_registry import parser_named
@@ -29,7 +29,7 @@ from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.judged_commands import JudgedCommand, in_headings, judged_commands
 from eval.table_3.outcomes import Outcome
 from eval.table_3.plan_rows import MODELS
-from eval.table_3.search_examples import data_of, read, written
+from eval.table_3.search_examples import read_or_made, shared
 from g3.annotation import Annotation
 from g3.features.feature_registry import FeatureSet
 from g3.inference.grounder import Grounder
@@ -82,18 +82,12 @@ def followed_scenarios(
     """What comes of each scenario's commands; the workers make what they learn from together."""
     if not scenarios:
         return
-    with Executor(workers) as executor:
-        data = data_of(
-            known, sets=asked.sets, seed=asked.seed, executor=executor, on_progress=on_progress
-        )
-        with written(data) as file:
-            del data
-            try:
-                yield from executor.work(
-                    functools.partial(_follow, asked=asked, file=file), scenarios
-                )
-            finally:
-                _lessons.cache_clear()
+    made = shared(known, asked.sets, seed=asked.seed, workers=workers, on_progress=on_progress)
+    with made as (executor, file):
+        try:
+            yield from executor.work(functools.partial(_follow, asked=asked, file=file), scenarios)
+        finally:
+            _lessons.cache_clear()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,23 +103,21 @@ class _Lessons:
 @functools.lru_cache(maxsize=1)
 def _lessons(asked: Asked, file: Path) -> _Lessons:
     known = [open_corpus(name) for name in asked.train.split(",")]
-    # A cluster's worker may not see the file.
-    data = read(file) if file.is_file() else data_of(known, sets=asked.sets, seed=asked.seed)
+    data = read_or_made(file, known, asked.sets, seed=asked.seed)
     corpus = open_corpus(asked.test)
     tested = {
         (kind, heading): judged_commands(turned, asked.most)
         for kind in ("", *asked.perturb)
-        for heading, turned in in_headings(_perturbed(corpus, kind, asked), asked.headings).items()
+        for heading, turned in in_headings(
+            with_perturbed_commands(corpus, kind, seed=asked.seed) if kind else corpus,
+            asked.headings,
+        ).items()
     }
     choices = load_choices_of(known)
     annotations = [a for corpus in known for a in corpus.annotations]
     return _Lessons(
         annotations, costs_without(data, choices, l2=asked.l2), extractor_without(known), tested
     )
-
-
-def _perturbed(corpus: Corpus, kind: str, asked: Asked) -> Corpus:
-    return with_perturbed_commands(corpus, kind, seed=asked.seed) if kind else corpus
 
 
 def kept_by(which: str, kind: str) -> str:

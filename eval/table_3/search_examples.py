@@ -13,7 +13,7 @@ from scipy import sparse
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import forget_old
-from corpus_tools.runtime.parallel import Executor, WorkerDiedError, work_in_order
+from corpus_tools.runtime.parallel import Executor, WorkerDiedError, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import FeatureSet
@@ -25,10 +25,9 @@ from g3.storage.cache_folder import cache_folder
 
 Item = TypeVar("Item")
 _PREFIX = ".examples-"
+_NAMES = ("sets", "bases", "words")
 _FIELDS = {
-    "sets": Field("U"),
-    "bases": Field("U"),
-    "words": Field("U"),
+    **dict.fromkeys(_NAMES, Field("U")),
     "keys": Field("<i8"),
     "indices": Field("i"),
     "indptr": Field("i"),
@@ -51,15 +50,8 @@ def data_of(
     ----------
     sets
         Feature sets; those that models use by default if left out.
-    seed
-        What negatives are drawn with.
     executor
         Who makes the examples; what comes of it is the same for any.
-
-    Raises
-    ------
-    CorpusError
-        If processes of the executor die of it.
     """
     annotations = [a for corpus in corpora for a in corpus.annotations]
     chosen = search_sets() if sets is None else sets
@@ -80,23 +72,43 @@ def data_of(
 
 
 @contextmanager
+def shared(
+    corpora: Sequence[Corpus],
+    sets: Sequence[FeatureSet],
+    *,
+    seed: int,
+    workers: Workers,
+    on_progress: OnProgress | None,
+) -> Iterator[tuple[Executor, Path]]:
+    """Workers, and the file of what they learn costs from, which they make together."""
+    with Executor(workers) as executor:
+        data = data_of(corpora, sets=sets, seed=seed, executor=executor, on_progress=on_progress)
+        with written(data) as file:
+            del data
+            yield executor, file
+
+
+def read_or_made(
+    file: Path, corpora: Sequence[Corpus], sets: Sequence[FeatureSet], *, seed: int
+) -> FactorMatrix:
+    """What a file holds; a cluster's worker, which may not see it, makes the same again."""
+    return read(file) if file.is_file() else data_of(corpora, sets=sets, seed=seed)
+
+
+@contextmanager
 def written(data: FactorMatrix) -> Iterator[Path]:
     """A file for other processes, as long as they need it; :func:`read` reads it.
 
     It is in the cache, which the workers of a cluster may see, too.
-
-    Raises
-    ------
-    CorpusError
-        If nothing can be written there.
     """
+    cache = cache_folder()
     try:
-        folder = _new_folder()
+        cache.mkdir(parents=True, exist_ok=True)
+        forget_old(f"{_PREFIX}*")  # of processes that were killed
+        folder = tempfile.TemporaryDirectory(prefix=_PREFIX, dir=cache)
         file = Path(folder.name) / "examples.npz"
         arrays = {
-            "sets": np.array(data.space.sets, dtype=np.str_),
-            "bases": np.array(data.space.bases, dtype=np.str_),
-            "words": np.array(data.space.words, dtype=np.str_),
+            **{name: np.array(getattr(data.space, name), dtype=np.str_) for name in _NAMES},
             "keys": data.space.keys,
             "indices": data.matrix.indices,
             "indptr": data.matrix.indptr,
@@ -107,23 +119,17 @@ def written(data: FactorMatrix) -> Iterator[Path]:
     except OSError as error:
         raise CorpusError(
             f"examples to learn from can't be written in the cache: {error.strerror}",
-            where=str(cache_folder()),
+            where=str(cache),
             fix="set XDG_CACHE_HOME to a folder that can be written to",
         ) from error
     with folder:
         yield file
 
 
-def _new_folder() -> tempfile.TemporaryDirectory[str]:
-    cache_folder().mkdir(parents=True, exist_ok=True)
-    forget_old(f"{_PREFIX}*")  # of processes that were killed
-    return tempfile.TemporaryDirectory(prefix=_PREFIX, dir=cache_folder())
-
-
 def read(file: Path) -> FactorMatrix:
     """Read what another process has written."""
     found = read_arrays(file, _FIELDS, where=str(file), fix="start again", error=FormatError)
-    sets, bases, words = (tuple(found[name].tolist()) for name in ("sets", "bases", "words"))
+    sets, bases, words = (tuple(found[name].tolist()) for name in _NAMES)
     space = FeatureSpace(sets, bases, words, found["keys"])
     indices, indptr = found["indices"], found["indptr"]
     shape = (len(indptr) - 1, len(space))

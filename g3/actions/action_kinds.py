@@ -234,7 +234,7 @@ def move(state: State, actions: Sequence[Action]) -> Motions:
     tracks = [objects[max(i, 0)].trajectory for i in load]
     first = np.array([[*t.xyz[0], t.yaw[0]] for t in tracks])
     ground = float(state.context.agent.trajectory.xyz[0, 2])
-    moved = motions.sampled(motions.legs(course), ground, load, first)
+    moved = motions.sampled(course, ground, load, first)
     back = np.argsort(order)
     return Motions(*(getattr(moved, name)[back] for name in Motions.__slots__))
 

@@ -10,8 +10,7 @@ from g3.actions.driving_kinds import (
     TURN,
     WAIT,
 )
-from g3.actions.fork_kinds import LOWER_FORKS, RAISE_FORKS
-from g3.actions.handling_kinds import CARRY, PICK_UP, PUT_DOWN
+from g3.actions.handling_kinds import CARRY, LOWER_FORKS, PICK_UP, PUT_DOWN, RAISE_FORKS
 from g3.actions.pose_kinds import DRIVE_AWAY, FACE, LINE_UP, PARK, TURN_AWAY
 
 __all__ = [

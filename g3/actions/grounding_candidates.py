@@ -77,8 +77,6 @@ def object_groups(
 
     Parameters
     ----------
-    context
-        The world.
     held
         Id of what is on the forks.
     counts
@@ -304,12 +302,7 @@ def _lowest(prisms: Sequence[Prism]) -> float:
 
 
 def standing(places: Sequence[Place], state: State) -> BoolArray:
-    """What stands in the middle of places, or too near to put something down there.
-
-    Parameters
-    ----------
-    places
-        n places.
+    """What stands in the middle of n places, or too near to put something down there.
 
     Returns
     -------

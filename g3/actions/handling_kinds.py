@@ -1,4 +1,4 @@
-"""The forklift's kinds of handling: pick up, carry, put down."""
+"""The forklift's kinds of handling: forks up and down, pick up, carry, put down."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from g3.actions.action_kinds import Action, ActionKind, Focus, action_kind
 from g3.actions.courses import RUN_IN_M, Course, Stops, course, entries, stops
 from g3.actions.driving import quarters
-from g3.actions.driving_kinds import starts
+from g3.actions.driving_kinds import driven, starts
 from g3.actions.grounding_candidates import (
     free_of,
     spots_about,
@@ -18,6 +18,7 @@ from g3.actions.grounding_candidates import (
 )
 from g3.actions.loads import is_load
 from g3.actions.logged_actions import REACH_M
+from g3.actions.motions import LIFT_M
 from g3.actions.robot_state import State, centres
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
@@ -29,6 +30,36 @@ CARRY_OUT_M = 2.5
 BACK_OFF_M = 2.5
 SIDE_ENTRY_M = 5.0
 """What entering a load across its own axis costs, in metres of way."""
+RAISE_M = 1.0
+HIGHEST_M = 2.0
+"""How far the forks go up at most."""
+
+
+def _move_forks(state: State, actions: Sequence[Action]) -> Course:
+    """Stay, while the forks go up or down with what is on them."""
+    lead = np.repeat(starts(state, actions), 2, axis=1)
+    return driven(state, lead, lift=np.array([a.amount for a in actions]))
+
+
+def _raising(state: State, focus: Focus) -> list[Action]:
+    """Raise the forks, with what is on them."""
+    up = min(RAISE_M, HIGHEST_M - state.forks_m)
+    return [Action(RAISE_FORKS, object_id=state.held or "", amount=up)] if up > 0 else []
+
+
+def _lowering(state: State, focus: Focus) -> list[Action]:
+    """Lower the forks; what is on them stays off the ground."""
+    lowest = LIFT_M if state.held else 0.0
+    down = min(lowest - state.forks_m, 0.0)
+    return [Action(LOWER_FORKS, object_id=state.held or "", amount=down)]
+
+
+RAISE_FORKS = action_kind("raise forks", _move_forks, unit="m", on_request=True, moves_forks=True)(
+    _raising
+)
+LOWER_FORKS = action_kind("lower forks", _move_forks, unit="m", on_request=True, moves_forks=True)(
+    _lowering
+)
 
 
 def _loads(state: State, focus: Focus) -> list[str]:

@@ -40,8 +40,6 @@ class Outcome:
 
     Parameters
     ----------
-    agent
-        The robot with its trajectory.
     objects
         Every other object of the context, in its order: what is moved with a trajectory, the
         others with one pose.

@@ -54,29 +54,16 @@ class Motions:
         return len(self.t)
 
 
-@short_repr
-@dataclass(frozen=True, slots=True)
-class Legs:
-    """n ways, each of m poses, with the forks' height over the load's first one.
+def legs(course: Course) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Drive courses: to each stop, in straight, and back out.
 
-    Parameters
-    ----------
-    poses
-        x, y, yaw; shape (n, m, 3).
-    rise
-        Metres, shape (n, m).
-    grip, drop
-        At which pose a load is gripped, and at which it is let go of, m for never; shape (n,).
+    Returns
+    -------
+    poses, rise, grip, drop
+        Poses x, y, yaw, shape (n, m, 3); the forks' height in metres over the load's first one,
+        shape (n, m); at which pose a load is gripped, and at which it is let go of, m for never,
+        shape (n,).
     """
-
-    poses: FloatArray
-    rise: FloatArray
-    grip: IntArray
-    drop: IntArray
-
-
-def legs(course: Course) -> Legs:
-    """Drive courses: to each stop, in straight, and back out."""
     parts, here, ends = [course.lead], course.lead[:, -1], [0]
     for stop in course.stops:
         before = stop.finals.copy()
@@ -99,7 +86,7 @@ def legs(course: Course) -> Legs:
     lowering = np.where(drops, drop - len(_COARSE), m)[:, None]
     rise = np.where(pose > lowering, over, rise)
     rise = np.where(pose >= drop[:, None], down, rise)
-    return Legs(poses, rise, grip, drop)
+    return poses, rise, grip, drop
 
 
 def ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatArray:
@@ -162,40 +149,40 @@ def straights(start: FloatArray, metres: FloatArray) -> FloatArray:
     return poses
 
 
-def sampled(legs: Legs, ground: float, load: IntArray, first: FloatArray) -> Motions:
-    """Motions of ways.
+def sampled(course: Course, ground: float, load: IntArray, first: FloatArray) -> Motions:
+    """Motions of courses.
 
     Parameters
     ----------
     ground
         Height of the robot's position.
     load
-        Which thing each way moves, -1 for none, shape (n,).
+        Which thing each course moves, -1 for none, shape (n,).
     first
         Its first pose x, y, z, yaw with the height of its bottom, shape (n, 4).
     """
-    poses = legs.poses.copy()
+    poses, rise, grip_at, drop_at = legs(course)
     poses[..., 2] = np.unwrap(poses[..., 2], axis=1)
     n, m = poses.shape[:2]
     step = np.linalg.norm(np.diff(poses[..., :2], axis=1), axis=2)
     step = step + METRES_PER_RADIAN * np.abs(np.diff(poses[..., 2], axis=1))
     along = np.concatenate((np.zeros((n, 1)), np.cumsum(step, axis=1)), axis=1)
-    lifting = np.abs(np.diff(legs.rise, axis=1)) / LIFT_M_S
+    lifting = np.abs(np.diff(rise, axis=1)) / LIFT_M_S
     t = np.concatenate((np.zeros((n, 1)), np.cumsum(step / SPEED_M_S + lifting, axis=1)), axis=1)
     rows, pose = np.arange(n), np.arange(m)
-    grip = poses[rows, legs.grip]
+    grip = poses[rows, grip_at]
     offset = rotate(first[:, :2] - grip[:, :2], -grip[:, 2])
     held = np.concatenate(
         (
             poses[..., :2] + rotate(offset[:, None], poses[..., 2]),
-            (first[:, 2:3] + legs.rise)[..., None],
+            (first[:, 2:3] + rise)[..., None],
             (first[:, 3:] + poses[..., 2] - grip[:, 2:])[..., None],
         ),
         axis=2,
     )
-    left = held[rows, np.minimum(legs.drop, m - 1)]
-    held = np.where((pose <= legs.grip[:, None])[..., None], first[:, None], held)
-    held = np.where((pose > legs.drop[:, None])[..., None], left[:, None], held)
+    left = held[rows, np.minimum(drop_at, m - 1)]
+    held = np.where((pose <= grip_at[:, None])[..., None], first[:, None], held)
+    held = np.where((pose > drop_at[:, None])[..., None], left[:, None], held)
     values = np.concatenate((t[..., None], poses, held), axis=2)
     even = _evenly(along, values)
     height = np.full((n, SAMPLES, 1), ground)

@@ -13,7 +13,8 @@ from g3.actions.driving_kinds import about_things, driven, poses_before, starts,
 from g3.actions.grounding_candidates import footprint_of
 from g3.actions.handling_kinds import SIDE_ENTRY_M, middles
 from g3.actions.loads import is_load
-from g3.actions.robot_state import State, padded
+from g3.actions.robot_state import State
+from g3.features.bodies import padded
 from g3.geometry.plane import length, wrap
 from g3.groundings import FloatArray, PhysicalObject, Place
 
@@ -49,8 +50,7 @@ def _turn_away(state: State, actions: Sequence[Action]) -> Course:
 def _bearings(state: State, actions: Sequence[Action]) -> FloatArray:
     """The headings in which the robot sees what actions aim at, shape (n,)."""
     ahead = np.array([footprint_of(a.target).mean(axis=0) for a in actions]) - state.pose[:2]
-    found: FloatArray = np.arctan2(ahead[:, 1], ahead[:, 0])
-    return found
+    return np.arctan2(ahead[:, 1], ahead[:, 0])
 
 
 FACE = action_kind("face", _face, aims=True, on_request=True)(_facing)

@@ -54,15 +54,7 @@ class State:
 
 def centres(prisms: Sequence[Prism]) -> FloatArray:
     """The middles of footprints, shape (n, 2)."""
-    if not prisms:
-        return np.zeros((0, 2))
-    return np.array([hull_centre(p.xy) for p in prisms])
-
-
-def padded(hulls: Sequence[FloatArray]) -> FloatArray:
-    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
-    width = max(len(hull) for hull in hulls)
-    return np.array([np.concatenate((h, np.repeat(h[-1:], width - len(h), axis=0))) for h in hulls])
+    return np.array([hull_centre(p.xy) for p in prisms]).reshape(-1, 2)
 
 
 def start_state(context: Context) -> State:

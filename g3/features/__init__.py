@@ -7,7 +7,7 @@ entry point group ``g3.features``.
 """
 
 from g3.features.feature_registry import FEATURES
-from g3.features.sets import (
+from g3.features.sets import (  # noqa: F401 - each registers its own
     artefacts,
     label_words,
     named,
@@ -19,18 +19,5 @@ from g3.features.sets import (
     trajectories,
     trajectory_moments,
 )
-
-__all__ = [
-    "artefacts",
-    "label_words",
-    "named",
-    "order",
-    "prisms",
-    "ranks",
-    "reference_frames",
-    "scene_places",
-    "trajectories",
-    "trajectory_moments",
-]
 
 FEATURES.load_others()

@@ -93,7 +93,9 @@ def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
     groups
         One non-empty tuple of groundings for each body.
     """
-    label_sets = [[set(_labels(g)) for g in group] for group in groups]
+    label_sets = [
+        [set(g.labels if isinstance(g, PhysicalObject) else ()) for g in group] for group in groups
+    ]
     label_names = tuple(sorted({label for sets in label_sets for s in sets for label in s}))
     column = {name: i for i, name in enumerate(label_names)}
     labels = np.zeros((len(groups), len(label_names)), dtype=bool)
@@ -112,7 +114,7 @@ def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
     raw_yaw = _unwrap(raw_yaw, offsets)
     t, xyz, yaw = _resample(raw_t, raw_xyz, raw_yaw, offsets)
     heights = np.array([_heights(group) for group in groups]).reshape(len(groups), 2)
-    corners = _pad(hulls)
+    corners = padded(hulls)
     return Bodies(
         corners=corners,
         centre=centroid(corners),
@@ -179,10 +181,6 @@ def _keys(values: FloatArray, offsets: IntArray) -> tuple[FloatArray, float]:
     return np.repeat(np.arange(len(lengths)), lengths) * scale + relative, scale
 
 
-def _interpolate(query: FloatArray, key: FloatArray, xyz: FloatArray) -> FloatArray:
-    return np.stack([np.interp(query, key, xyz[:, axis]) for axis in range(3)], axis=-1)
-
-
 def _unwrap(yaw: FloatArray, offsets: IntArray) -> FloatArray:
     """Headings without jumps of a full turn inside a trajectory."""
     step = wrap(np.diff(yaw, prepend=yaw[:1]))
@@ -208,13 +206,9 @@ def _resample(
     query = np.arange(len(first))[:, None] * scale + total[:, None] * np.linspace(0, 1, SAMPLES)
     return (
         np.interp(query, key, t),
-        _interpolate(query, key, xyz),
+        np.stack([np.interp(query, key, xyz[:, axis]) for axis in range(3)], axis=-1),
         np.interp(query, key, yaw),
     )
-
-
-def _labels(grounding: Grounding) -> tuple[str, ...]:
-    return grounding.labels if isinstance(grounding, PhysicalObject) else ()
 
 
 def _footprint(hulls: Sequence[FloatArray]) -> FloatArray:
@@ -270,11 +264,12 @@ def _members(things: Sequence[Sequence[FloatArray]]) -> FloatArray:
     place = [(row, i) for row, hulls in enumerate(things) for i in range(len(hulls[:MAX_MEMBERS]))]
     if place:
         row, member = np.array(place).T
-        centres[row, member] = centroid(_pad([things[i][j] for i, j in place]))
+        centres[row, member] = centroid(padded([things[i][j] for i, j in place]))
     return centres
 
 
-def _pad(hulls: Sequence[FloatArray]) -> FloatArray:
+def padded(hulls: Sequence[FloatArray]) -> FloatArray:
+    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
     size = max((len(hull) for hull in hulls), default=3)
     corners = np.empty((len(hulls), size, 2))
     for row, hull in zip(corners, hulls, strict=True):

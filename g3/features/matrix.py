@@ -60,15 +60,6 @@ class FeatureSpace:
         return f"{self.bases[base]} & {self.words[word]}" if word else self.bases[base]
 
 
-@dataclass(frozen=True, slots=True)
-class _Cells:
-    """Active products: row, base feature and word of each, all shape (cells,)."""
-
-    row: IntArray
-    base: IntArray
-    word: IntArray
-
-
 def fit_space(
     batch: FactorBatch,
     sets: Sequence[FeatureSet],
@@ -89,11 +80,10 @@ def fit_space(
     """
     bases: dict[str, int] = {}
     words: dict[str, int] = {ALONE: 0}
-    cells = _cells(batch, sets, bases, words, grow=True, biased=biased)
-    keys = cells.base.astype(np.int64) * len(words) + cells.word
+    rows, keys = _cells(batch, sets, bases, words, grow=True, biased=biased)
     names = tuple(s.name for s in sets)
     space = FeatureSpace(names, tuple(bases), tuple(words), np.unique(keys))
-    return space, _matrix(space, keys, cells.row, len(batch))
+    return space, _matrix(space, keys, rows, len(batch))
 
 
 def joint_space(
@@ -161,11 +151,8 @@ def transform(
     batch: FactorBatch, sets: Sequence[FeatureSet], space: FeatureSpace
 ) -> sparse.csr_array:
     """The matrix (n, k) of a batch in a space; what the space doesn't know is left out."""
-    bases = {name: i for i, name in enumerate(space.bases)}
-    words = {name: i for i, name in enumerate(space.words)}
-    cells = _cells(batch, sets, bases, words, grow=False)
-    keys = cells.base.astype(np.int64) * len(words) + cells.word
-    return _matrix(space, keys, cells.row, len(batch))
+    rows, keys = _cells(batch, sets, _numbered(space.bases), _numbered(space.words), grow=False)
+    return _matrix(space, keys, rows, len(batch))
 
 
 def _matrix(
@@ -189,7 +176,8 @@ def _cells(
     *,
     grow: bool,
     biased: Collection[SDCType] = BIASED,
-) -> _Cells:
+) -> tuple[IntArray, npt.NDArray[np.int64]]:
+    """Row and key of each active product, both shape (cells,)."""
     parts = [_type_cells(batch, bases, words, grow=grow, biased=biased)]
     tables: dict[tuple[tuple[str, ...], bool], tuple[IntArray, IntArray]] = {}
     for feature in sets:
@@ -198,9 +186,8 @@ def _cells(
             tables[key] = _word_table(batch.words, *key, words, grow=grow)
         row, base = _active(batch, feature, bases, grow=grow)
         parts.append(_multiply(row, base, batch.factor, *tables[key]))
-    return _Cells(
-        *(np.concatenate([getattr(p, f) for p in parts]) for f in ("row", "base", "word"))
-    )
+    row, base, word = (np.concatenate(own) for own in zip(*parts, strict=True))
+    return row, base.astype(np.int64) * len(words) + word
 
 
 def _type_cells(
@@ -210,7 +197,7 @@ def _type_cells(
     *,
     grow: bool,
     biased: Collection[SDCType],
-) -> _Cells:
+) -> tuple[IntArray, IntArray, IntArray]:
     """The bias of a type, alone and with each word: how often a phrase is right at all."""
     ids = np.array([_lookup(f"{t}/bias", bases, grow=grow and t in biased) for t in SDC_TYPES])
     base = ids[batch.type]
@@ -293,29 +280,25 @@ def _word_table(
 
 
 def word_names(factor: FieldWords, fields: tuple[str, ...]) -> tuple[str, ...]:
-    """The words of some of a factor's fields as a feature space names them."""
+    """The words of some of a factor's fields, and the whole phrase of those that have several."""
     return tuple(
         f"{field}:{form}"
         for field in fields
-        for form in _forms(factor.get(field, ()))  # type: ignore[call-overload]
+        for words in (factor.get(field, ()),)  # type: ignore[call-overload]
+        for form in ((*words, "_".join(words)) if len(words) > 1 else words)
     )
-
-
-def _forms(field: tuple[str, ...]) -> tuple[str, ...]:
-    """The words of a field, and the whole phrase if it has several."""
-    return (*field, "_".join(field)) if len(field) > 1 else field
 
 
 def _multiply(
     row: IntArray, base: IntArray, factor: IntArray, flat: IntArray, offsets: IntArray
-) -> _Cells:
-    """The Cartesian product of each row's active base features with its factor's words."""
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Each row's active base features with each of its factor's words: row, base and word."""
     begin, end = offsets[factor[row]], offsets[factor[row] + 1]
     repeat = end - begin
     total = int(repeat.sum())
     first = np.cumsum(repeat) - repeat
     word = flat[np.arange(total) - np.repeat(first - begin, repeat)]
-    return _Cells(np.repeat(row, repeat), np.repeat(base, repeat), word)
+    return np.repeat(row, repeat), np.repeat(base, repeat), word
 
 
 def _lookup(name: str, table: dict[str, int], *, grow: bool) -> int:

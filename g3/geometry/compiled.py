@@ -21,12 +21,8 @@ def compiled(signature: str) -> Callable[[Function], Function]:
     """Compile a function of numbers and arrays. It runs without Python's lock; threads may call it.
 
     The machine code is kept beside the function's module, or in the user's folder for caches; where
-    neither can be written to, each process makes its own.
-
-    Parameters
-    ----------
-    signature
-        Types of result and arguments as Numba writes them: ``f8(f8[:, ::1], i8)``.
+    neither can be written to, each process makes its own. The signature has the types of result and
+    arguments as Numba writes them: ``f8(f8[:, ::1], i8)``.
     """
 
     def decorate(function: Function) -> Function:

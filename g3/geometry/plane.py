@@ -28,16 +28,14 @@ IntArray = npt.NDArray[np.intp]
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """The z component of the cross product of plane vectors, over the last axis."""
-    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return product
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def length(vectors: FloatArray) -> FloatArray:
     """Lengths of plane vectors (..., 2)."""
     x, y = vectors[..., 0], vectors[..., 1]
     # np.linalg.norm does the same in several times the time.
-    result: FloatArray = np.sqrt(x * x + y * y)
-    return result
+    return np.sqrt(x * x + y * y)
 
 
 def extent(polygons: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -69,15 +67,13 @@ def rotate(xy: FloatArray, angle: FloatArray) -> FloatArray:
 
 def wrap(angle: FloatArray) -> FloatArray:
     """Angles in radians brought into [-pi, pi)."""
-    wrapped: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
-    return wrapped
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def following(corners: _Floats) -> _Floats:
     """For each corner (n, k, ...) the next one, and after the last the first."""
     # np.roll does the same in three times the time.
-    found: _Floats = np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
-    return found
+    return np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
 
 
 def corner_count(polygons: FloatArray) -> npt.NDArray[np.uint8]:
@@ -109,8 +105,7 @@ def centroid(polygons: FloatArray) -> FloatArray:
     moment = ((local + ahead) * weight[..., None]).sum(axis=1)
     flat = np.abs(total) <= 1e-12 * ((high - low) ** 2).sum(axis=1)
     offset: FloatArray = moment / (3 * np.where(flat, 1.0, total))[:, None]
-    centre: FloatArray = middle + np.where(flat[:, None], 0.0, offset)
-    return centre
+    return middle + np.where(flat[:, None], 0.0, offset)
 
 
 def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
@@ -176,7 +171,8 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
     in_place = np.arange(len(a))
     if not HAS_COMPILER:
         one, other = rows or (in_place, in_place)
-        pairs = [(a[one[i : i + _BLOCK]], b[other[i : i + _BLOCK]]) for i in _blocks(len(one))]
+        blocks = range(0, max(len(one), 1), _BLOCK)  # one that is empty if there are no pairs
+        pairs = [(a[one[i : i + _BLOCK]], b[other[i : i + _BLOCK]]) for i in blocks]
         return np.concatenate([_separations(p, q) for p, q in pairs])
     from g3.geometry.separation import separations  # noqa: PLC0415 - see g3.geometry.compiled
 
@@ -187,11 +183,6 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
     result = np.empty(len(first[2]))
     separations(first, second, result)
     return result
-
-
-def _blocks(count: int) -> Iterable[int]:
-    """Where blocks of rows begin; one that is empty if there are none."""
-    return range(0, max(count, 1), _BLOCK)
 
 
 def _separations(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -25,11 +25,8 @@ def from_edges(
 ) -> tuple[float, float]:
     """How points lie to the edges of a polygon.
 
-    Returns
-    -------
-    tuple
-        Below 0 where all points are on the outer side of some edge; and the square of the distance
-        of the point and the edge that are nearest.
+    Below 0 where all points are on the outer side of some edge; and the square of the distance of
+    the point and the edge that are nearest.
     """
     outmost, nearest = np.inf, np.inf
     x, y = polygon[corners - 1]
@@ -53,17 +50,10 @@ def from_edges(
 
 @compiled(f"void({_POLYGONS}, {_POLYGONS}, f8[::1])")
 def separations(a: Polygons, b: Polygons, result: FloatArray) -> None:
-    """Distances of n pairs of polygons, 0 of those that overlap.
+    """Write the distances of n pairs of polygons into the result (n,), 0 of those that overlap.
 
     Polygons are apart where some edge of one has all of the other on its outer side (separating
     axis), and points and lines where their extents are.
-
-    Parameters
-    ----------
-    a, b
-        The pairs' polygons.
-    result
-        Gets the distances, shape (n,).
     """
     for i in range(len(result)):
         p, n = a[0][a[2][i]], a[1][a[2][i]]

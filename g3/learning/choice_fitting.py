@@ -55,8 +55,7 @@ class Evidence:
         roles, weights = np.split(parameters, [len(ROLES)])
         names = expit(self.roles @ roles)[:, None]
         words = np.log1p(names * (self.odds - 1)).sum(axis=0)
-        result: FloatArray = np.column_stack((words, self.things)) @ weights
-        return result
+        return np.column_stack((words, self.things)) @ weights
 
 
 def fit(
@@ -169,8 +168,7 @@ class Seen:
         """How probably each command has to do with what was done, shape (commands,)."""
         unrelated = np.array([shares.get(person, unknown_person({})) for person in self.people])
         both = (1 - unrelated) * self.probable
-        result: FloatArray = both / (both + unrelated * self.chance)
-        return result
+        return both / (both + unrelated * self.chance)
 
 
 def unknown_person(shares: Mapping[str, float]) -> float:

@@ -121,8 +121,7 @@ def train(
     )
     problem = Problem(Likelihood(shrunk, right, times=times), unit, len(correct) / 4)
     found = minimise(problem, tolerance=tolerance, optimizer=optimizer)
-    weights: FloatArray = (found / size)[copy_of]
-    return weights
+    return (found / size)[copy_of]
 
 
 def shrinking(copy_of: npt.NDArray[np.intp], penalty: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -158,5 +157,4 @@ def _distinct(
 
 def probabilities(matrix: sparse.csr_array, weights: FloatArray) -> FloatArray:
     """p(φ = True) of factors with features (n, k); shape (n,)."""
-    chance: FloatArray = expit(matrix @ weights)
-    return chance
+    return expit(matrix @ weights)

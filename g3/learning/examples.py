@@ -32,8 +32,6 @@ class Example:
         Where the example comes from.
     node
         Index of the clause in breadth-first order.
-    sdc
-        The clause.
     figure, landmark, theme, goal
         Groundings in each role (:data:`g3.features.factor_batch.Role`); empty where there is none.
     words

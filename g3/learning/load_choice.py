@@ -61,8 +61,6 @@ class LoadChoice:
     ----------
     words
         The command, in lower case, without punctuation.
-    loads
-        What could be picked up.
     right
         Which it was; none where that isn't known.
     corpus, scenario
@@ -103,8 +101,6 @@ class LoadChooser:
 
     Parameters
     ----------
-    lexicon
-        Words and labels.
     weights
         Of `PARAMETERS`, shape (8,).
     unrelated
@@ -146,8 +142,7 @@ class LoadChooser:
     def log_probability(self, choice: LoadChoice) -> FloatArray:
         """The logarithm of the probability that each load is meant, shape (loads,)."""
         share = softmax(evidence(choice, self.lexicon).score(self.weights))
-        result: FloatArray = np.log((1 - self.unrelated) * share + self.unrelated / len(share))
-        return result
+        return np.log((1 - self.unrelated) * share + self.unrelated / len(share))
 
 
 def lexicon_of(

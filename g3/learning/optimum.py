@@ -139,5 +139,4 @@ def minimise(problem: Problem, *, tolerance: float, optimizer: Optimizer) -> Flo
             callback=at.stop_if_flat,
             options={"maxiter": MAX_ITERATIONS} | options,
         )
-    found: FloatArray = result.x
-    return found
+    return result.x

@@ -42,8 +42,6 @@ class Clause:
 
     Parameters
     ----------
-    groundings
-        Its own groundings.
     things
         Objects and places grounded anywhere below it, without the agent.
     landmarks
@@ -97,18 +95,11 @@ def _things(annotation: Annotation, nodes: Iterable[int]) -> tuple[Thing, ...]:
 
 
 def is_wrong(clause: Clause, log: Outcome, action: Outcome) -> bool:
-    """Whether an action is surely not what an EVENT or PATH clause means.
+    """Whether an action is surely not what an EVENT or PATH means that a log is right for.
 
     An EVENT about an object that the log moves is about that object: an action is wrong
     if it leaves the object alone or, where the clause says where to, takes it elsewhere.
     All others are about where the agent goes.
-
-    Parameters
-    ----------
-    clause
-        An EVENT or a PATH that the log is right for.
-    log, action
-        What the log and the action do.
     """
     themes = {g.id for g in clause.themes} & moved(log) if clause.sdc.type == "EVENT" else set()
     if not themes:
@@ -119,7 +110,7 @@ def is_wrong(clause: Clause, log: Outcome, action: Outcome) -> bool:
 
 
 def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[Action]:
-    """The actions that surely aren't the one that a clause means, where that is known.
+    """The actions in a state that surely aren't the one that a clause means, where that is known.
 
     Search gives each clause an action of its own, where the corpus gives all clauses of a command
     the whole log. So an action is wrong too that handles another load, handles it in another way,
@@ -127,8 +118,6 @@ def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[
 
     Parameters
     ----------
-    tried
-        Actions in the same state.
     right
         What the clause means. If it drives, its target is where it ends.
     """

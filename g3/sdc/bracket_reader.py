@@ -61,8 +61,6 @@ class Draft(NamedTuple):
 
     Parameters
     ----------
-    words
-        The words of the fields that hold words.
     children
         The clauses of the fields that hold clauses, or nothing (``f = []``).
     """

@@ -42,10 +42,7 @@ class _Box:
 def to_svg(sdcs: Sequence[SDC], marked: Collection[int] = ()) -> str:
     """Draw the clauses of a command as SVG; the same clauses give the same text.
 
-    Parameters
-    ----------
-    marked
-        The numbers of clauses, depth first from 1, whose boxes get a dashed border.
+    Those that are marked, by their numbers, depth first from 1, get a dashed border.
     """
     numbers = iter(range(1, 10**9))
     roots = [_box(sdc, None, numbers) for sdc in sdcs]

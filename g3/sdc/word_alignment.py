@@ -6,6 +6,7 @@ the command in the order in which they are written; they may have gaps ("Put ...
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -64,9 +65,15 @@ def align_words(
     fields = [tuple(words) for words in fields]
     taken: set[int] = set()
     for word in (w for words in fields for w in words):
-        if word.start is not None:
-            _check_position(word, command)
-            taken.update(range(word.start, word.start + len(word.text)))
+        if word.start is None:
+            continue
+        if not command.startswith(word.text, word.start):
+            raise SDCError(
+                f"the command doesn't have the word {word.text!r} at position {word.start}",
+                where=word.where,
+                fix=f"the command is {command!r}",
+            )
+        taken.update(range(word.start, word.start + len(word.text)))
     placed = []
     for words in fields:
         starts = _place_field(words, command, taken)
@@ -74,15 +81,6 @@ def align_words(
         taken.update(i for span in spans for i in range(span.start, span.end))
         placed.append(spans)
     return tuple(placed)
-
-
-def _check_position(word: FieldWord, command: str) -> None:
-    if not command.startswith(word.text, word.start):
-        raise SDCError(
-            f"the command doesn't have the word {word.text!r} at position {word.start}",
-            where=word.where,
-            fix=f"the command is {command!r}",
-        )
 
 
 def _place_field(words: Sequence[FieldWord], command: str, taken: set[int]) -> tuple[int, ...]:
@@ -105,7 +103,8 @@ def _extend(
     it is the least or, because it leaves no gap, the one that ends where the white space before
     the occurrence begins.
     """
-    occurrences = _occurrences(word.text, command) if word.start is None else [word.start]
+    found = re.finditer(f"(?={re.escape(word.text)})", command)
+    occurrences = [match.start() for match in found] if word.start is None else [word.start]
     ends = [before.starts[-1] + length if before.starts else 0 for before in placements]
     at_end = dict(zip(ends, placements, strict=True))
     extended = []
@@ -120,7 +119,7 @@ def _extend(
         stop = start + len(word.text)
         overlaps = word.start is None and not taken.isdisjoint(range(start, stop))
         inside = _joins(command, start) or _joins(command, stop)
-        adjacent = at_end.get(_end_before(start, command))
+        adjacent = at_end.get(len(command[:start].rstrip()))
         options = [(least, bool(least.starts))]
         if adjacent is not None:
             options.append((adjacent, False))
@@ -143,22 +142,6 @@ def _extend(
         )
         raise SDCError(problem, where=word.where, fix=f"the command is {command!r}")
     return extended
-
-
-def _end_before(offset: int, command: str) -> int:
-    """Where the white space before an offset begins."""
-    while offset and command[offset - 1].isspace():
-        offset -= 1
-    return offset
-
-
-def _occurrences(text: str, command: str) -> list[int]:
-    starts = []
-    start = command.find(text)
-    while start >= 0:
-        starts.append(start)
-        start = command.find(text, start + 1)
-    return starts
 
 
 def _joins(command: str, offset: int) -> bool:

@@ -58,8 +58,6 @@ def write_arrays(
 
     Parameters
     ----------
-    arrays
-        By name.
     compressed
         Whether to take time to make it small.
     sealed

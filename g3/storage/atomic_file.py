@@ -15,13 +15,11 @@ from g3.errors import FormatError
 def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
     """Write a file under a temporary name, flush it to the disk, then give it its name.
 
-    A symbolic link stays one: the file that it points to is replaced. What is no
+    What is there is replaced; of a symbolic link, the file that it points to. What is no
     regular file, such as ``/dev/stdout``, is written to directly.
 
     Parameters
     ----------
-    path
-        Where the file shall be; what is there is replaced.
     private
         Whether only its owner may read it. It never has other rights, not even while
         it is written.

@@ -7,6 +7,8 @@ says anything at inference, where every candidate starts at the robot and in its
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from g3.features.factor_batch import FactorBatch
@@ -16,15 +18,15 @@ from g3.features.sets.trajectories import theme_motion, tracks
 from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
 
+artefact = partial(feature_set, default=False, wordless=True)
 
-@feature_set(
+
+@artefact(
     "start-pose",
     types=("EVENT", "PATH"),
     roles=("figure",),
     words=(),
     columns=(Column("away", "m", 0, 10, 10), Column("turned", "rad", 0, np.pi, 6)),
-    default=False,
-    wordless=True,
 )
 def start_pose(batch: FactorBatch) -> FloatArray:
     """Artefact: a random trajectory from another log doesn't start at this command's robot."""
@@ -33,14 +35,12 @@ def start_pose(batch: FactorBatch) -> FloatArray:
     return np.column_stack((away, np.abs(wrap(track.yaw[:, 0] - batch.agent[:, 2]))))
 
 
-@feature_set(
+@artefact(
     "scene-motion",
     types=("EVENT", "PATH"),
     roles=("figure",),
     words=("relation",),
     columns=(Column("carries", "bool"), Column("carries_nothing", "bool")),
-    default=False,
-    wordless=True,
 )
 def scene_motion(batch: FactorBatch) -> FloatArray:
     """Artefact: a random trajectory comes without the load that its own log moved."""
@@ -52,29 +52,25 @@ def scene_motion(batch: FactorBatch) -> FloatArray:
     return np.column_stack((carries, ~carries))
 
 
-@feature_set(
+@artefact(
     "landmark-words",
     types=("OBJECT", "PLACE", "PATH"),
     roles=("landmark",),
     words=("landmark",),
     columns=label_columns,
     alone=False,
-    default=False,
-    wordless=True,
 )
 def landmark_words(batch: FactorBatch) -> FloatArray:
     """Artefact: a random negative's landmarks are random too and don't fit their own words."""
     return batch.bodies.shared_labels[batch.landmark].astype(float)
 
 
-@feature_set(
+@artefact(
     "robot-pose",
     types=("OBJECT",),
     roles=("figure",),
     words=(),
     columns=(Column("away", "m", 0, 10, 10),),
-    default=False,
-    wordless=True,
 )
 def robot_pose(batch: FactorBatch) -> FloatArray:
     """Artefact: a random robot from another log isn't where this command's robot is."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from g3.features.bodies import IntArray
@@ -25,14 +27,10 @@ def label_columns(batch: FactorBatch) -> Columns:
     return tuple(Column(name, "bool") for name in batch.bodies.label_names)
 
 
-@feature_set(
-    "labels",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=("figure", "relation"),
-    columns=label_columns,
-    wordless=True,
-)
+label_set = partial(feature_set, columns=label_columns, wordless=True)
+
+
+@label_set("labels", types=("OBJECT",), roles=("figure",), words=("figure", "relation"))
 def labels(batch: FactorBatch) -> FloatArray:
     """Labels that the semantic map gives the figure: all of it, for a plural."""
     return batch.bodies.shared_labels[batch.figure].astype(float)
@@ -57,32 +55,30 @@ def mixed_labels(batch: FactorBatch) -> FloatArray:
     return (bodies.labels & ~bodies.shared_labels)[batch.figure].astype(float)
 
 
-@feature_set(
+@label_set(
     "landmark-labels",
     types=("OBJECT", "PLACE", "PATH"),
     roles=("landmark",),
     words=("relation",),
-    columns=label_columns,
     scale=0.5,
-    wordless=True,
 )
 def landmark_labels(batch: FactorBatch) -> FloatArray:
     """Labels of the landmark: what can carry, contain or be near things."""
     return batch.bodies.labels[batch.landmark].astype(float)
 
 
-@feature_set(
-    "theme-labels",
-    types=("EVENT",),
-    roles=("theme",),
-    words=("relation",),
-    columns=label_columns,
-    scale=0.2,
-    wordless=True,
-)
+@label_set("theme-labels", types=("EVENT",), roles=("theme",), words=("relation",), scale=0.2)
 def theme_labels(batch: FactorBatch) -> FloatArray:
     """Labels of the object acted on: what can be picked up, moved, loaded."""
     return batch.bodies.labels[batch.theme].astype(float)
+
+
+FORMS = ("exact", "lemma", "spelling")
+MEANINGS = ("path", "wup", "lin")
+TAGS = ("tag-npmi", "tag-given")
+word_set = partial(feature_set, types=("OBJECT",), roles=("figure",), words=())
+meaning_set = partial(word_set, scale=0.4)
+"""They register how like a figure's words are to labels, in form and in meaning."""
 
 
 def _compared(measures: tuple[str, ...]) -> Columns:
@@ -128,36 +124,22 @@ def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray
     return sides
 
 
-@feature_set(
-    "word-form",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=(),
-    columns=_compared(("exact", "lemma", "spelling")),
-)
+@word_set("word-form", columns=_compared(FORMS))
 def word_form(batch: FactorBatch) -> FloatArray:
     """Likeness in form of the figure's words to its labels, and to others in its scene."""
     return batch.shared(_form, "figure", words=True)
 
 
-def _form(batch: FactorBatch) -> FloatArray:
-    return _compare(batch, ("exact", "lemma", "spelling"))
+_form = partial(_compare, measures=FORMS)
 
 
-@feature_set(
-    "word-domain",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=(),
-    columns=_compared(("domain",)),
-)
+@word_set("word-domain", columns=_compared(("domain",)))
 def word_domain(batch: FactorBatch) -> FloatArray:
     """Whether the figure's words are synonyms of its labels, or of others', in a warehouse."""
     return batch.shared(_domain, "figure", words=True)
 
 
-def _domain(batch: FactorBatch) -> FloatArray:
-    return _compare(batch, ("domain",))
+_domain = partial(_compare, measures=("domain",))
 
 
 def _graded(measures: tuple[str, ...]) -> Columns:
@@ -194,51 +176,26 @@ def _grade(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
     return np.column_stack(columns)
 
 
-@feature_set(
-    "word-wordnet",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=(),
-    columns=_graded(("path", "wup", "lin")),
-    scale=0.4,
-    data=wordnet_identity,
-)
+@meaning_set("word-wordnet", columns=_graded(MEANINGS), data=wordnet_identity)
 def word_wordnet(batch: FactorBatch) -> FloatArray:
     """Similarity in WordNet of the figure's words to its labels, next to others in its scene."""
     return batch.shared(_wordnet, "figure", words=True)
 
 
-def _wordnet(batch: FactorBatch) -> FloatArray:
-    return _grade(batch, ("path", "wup", "lin"))
+_wordnet = partial(_grade, measures=MEANINGS)
 
 
-@feature_set(
-    "word-tags",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=(),
-    columns=_graded(("tag-npmi", "tag-given")),
-    scale=0.4,
-    default=False,
-    data=tag_table_identity,
-)
+@meaning_set("word-tags", columns=_graded(TAGS), default=False, data=tag_table_identity)
 def word_tags(batch: FactorBatch) -> FloatArray:
     """Co-occurrence as image tags of the figure's words with its labels, next to others.
 
     Off: the bundled table is made by hand and adds nothing to `word-domain`.
     """
-    return _grade(batch, ("tag-npmi", "tag-given"))
+    return _grade(batch, TAGS)
 
 
-@feature_set(
-    "word-vectors",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=(),
-    columns=_graded(("vector",)),
-    scale=0.4,
-    default=False,
-    data=word_vectors_identity,
+@meaning_set(
+    "word-vectors", columns=_graded(("vector",)), default=False, data=word_vectors_identity
 )
 def word_vectors(batch: FactorBatch) -> FloatArray:
     """Likeness of the vectors of the figure's words and its labels, next to others in its scene.

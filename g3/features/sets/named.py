@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -63,13 +63,10 @@ DEGREE_COLUMNS: Columns = (
 )
 
 
-@feature_set(
-    "named-relation",
-    types=("OBJECT", "PLACE"),
-    roles=("figure", "landmark"),
-    words=(),
-    columns=DEGREE_COLUMNS,
-)
+named_set = partial(feature_set, words=(), columns=DEGREE_COLUMNS)
+
+
+@named_set("named-relation", types=("OBJECT", "PLACE"), roles=("figure", "landmark"))
 def named_relation(batch: FactorBatch) -> FloatArray:
     """Degree to which figure and landmark stand as the relation's words name it."""
     pair = batch.shared(figure_to_landmark, "figure", "landmark")
@@ -90,13 +87,7 @@ def named_relation(batch: FactorBatch) -> FloatArray:
     return satisfied(degrees, named(batch, ("relation",)))
 
 
-@feature_set(
-    "named-position",
-    types=("OBJECT", "PLACE"),
-    roles=("figure",),
-    words=(),
-    columns=DEGREE_COLUMNS,
-)
+@named_set("named-position", types=("OBJECT", "PLACE"), roles=("figure",))
 def named_position(batch: FactorBatch) -> FloatArray:
     """Degree to which the figure lies, among its peers and from the agent, as words name it."""
     alone = batch.landmark < 0
@@ -137,14 +128,7 @@ def _positions(batch: FactorBatch) -> FloatArray:
     )
 
 
-@feature_set(
-    "named-shape",
-    types=("EVENT", "PATH"),
-    roles=("figure",),
-    words=(),
-    columns=DEGREE_COLUMNS,
-    scale=0.2,
-)
+@named_set("named-shape", types=("EVENT", "PATH"), roles=("figure",), scale=0.2)
 def named_shape(batch: FactorBatch) -> FloatArray:
     """Degree to which a trajectory turns, leads or reverses as the relation's words name it."""
     shape = {

@@ -87,10 +87,7 @@ def named_order(batch: FactorBatch) -> FloatArray:
 def standing(batch: FactorBatch) -> FloatArray:
     """How many rivals are further in each direction, and how large a part is less far.
 
-    Returns
-    -------
-    FloatArray
-        Shape (n, 2 directions); the parts are NaN where there is no rival.
+    Shape (n, 2 directions); the parts are NaN where there is no rival.
     """
     rival = rivals(batch)
     own = extents(local_centres(batch, batch.figure))

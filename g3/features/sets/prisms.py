@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,15 @@ from g3.features.factor_batch import Boxes, FactorBatch
 from g3.features.feature_registry import Column, Columns, feature_set
 from g3.geometry.plane import contains_point, gap, intersection_area, length
 from g3.groundings import FloatArray
+
+relation_set = partial(
+    feature_set,
+    types=("OBJECT", "PLACE"),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    wordless=True,
+)
+"""Registers how figures and landmarks lie to each other."""
 
 RESTING_TOLERANCE_M = 0.35
 """How far the bottom of a thing may be from the top of what it rests on; logs are noisy."""
@@ -44,14 +54,8 @@ def prism_pair(
     """Features of n figures' prisms relative to landmarks', (n, len(PRISM_COLUMNS)).
 
     Lengths are divided by the mean size of the two footprints, heights by the figure's
-    height, so that nothing depends on the scale.
-
-    Parameters
-    ----------
-    figures, landmarks
-        Prisms.
-    rows
-        Which of them each of n pairs has; left out, those in the same place.
+    height, so that nothing depends on the scale. The rows say which of them each of n pairs has;
+    left out, those in the same place.
     """
     rows = rows or (np.arange(len(figures.area)),) * 2
     figure, landmark = (_levels(p, row) for p, row in zip((figures, landmarks), rows, strict=True))
@@ -100,15 +104,7 @@ def _levels(prisms: Boxes, rows: IntArray) -> Mapping[str, FloatArray]:
     }
 
 
-@feature_set(
-    "prism-pair",
-    types=("OBJECT", "PLACE"),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=PRISM_COLUMNS,
-    scale=0.4,
-    wordless=True,
-)
+@relation_set("prism-pair", columns=PRISM_COLUMNS, scale=0.4)
 def figure_to_landmark(batch: FactorBatch) -> FloatArray:
     """How the figure's prism lies to the landmark's: support, contact, distance, heights."""
     prisms = batch.all_boxes()
@@ -143,14 +139,10 @@ def arguments(batch: FactorBatch) -> FloatArray:
     ).astype(float)
 
 
-@feature_set(
+@relation_set(
     "between",
-    types=("OBJECT", "PLACE"),
-    roles=("figure", "landmark"),
-    words=("relation",),
     columns=(Column("straight", "1", -1, 1, 8), Column("even", "1", 0, 1, 5)),
     scale=0.3,
-    wordless=True,
 )
 def between(batch: FactorBatch) -> FloatArray:
     """How nearly the figure lies on a line between two things of a plural landmark."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from g3.features.bodies import IntArray
@@ -55,15 +57,10 @@ def _peers(batch: FactorBatch) -> tuple[FloatArray, BoolArray]:
     return batch.once(peer_centres, peer_centres), same & (batch.peers >= 0)
 
 
-@feature_set(
-    "ranks",
-    types=("OBJECT",),
-    roles=("figure",),
-    words=("figure", "relation"),
-    columns=RANK_COLUMNS,
-    scale=0.2,
-    wordless=True,
-)
+rank_set = partial(feature_set, roles=("figure",), words=("figure", "relation"), wordless=True)
+
+
+@rank_set("ranks", types=("OBJECT",), columns=RANK_COLUMNS, scale=0.2)
 def ranks(batch: FactorBatch) -> FloatArray:
     """Rank among the scene's things with the same labels, seen from the agent's start."""
     centres, peer = batch.once(_peers, _peers)
@@ -101,14 +98,11 @@ def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return local[..., 0], local[..., 1], length(local)
 
 
-@feature_set(
+@rank_set(
     "bearing",
     types=("OBJECT", "PLACE"),
-    roles=("figure",),
-    words=("figure", "relation"),
     columns=BEARING_COLUMNS,
     scale=0.3,
-    wordless=True,
     optional=("PLACE",),
 )
 def bearing(batch: FactorBatch) -> FloatArray:

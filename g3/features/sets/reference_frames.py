@@ -8,7 +8,8 @@ import numpy as np
 
 from g3.features.avs.vector_sums import Footprints, avs_directions, footprints
 from g3.features.factor_batch import FactorBatch, Role, distinct
-from g3.features.feature_registry import Column, Columns, feature_set
+from g3.features.feature_registry import Column, Columns
+from g3.features.sets.prisms import relation_set
 from g3.geometry.plane import following, length
 from g3.groundings import FloatArray
 
@@ -52,54 +53,31 @@ def frame_columns(frame: str) -> Columns:
 
 def footprints_of(batch: FactorBatch, role: Role) -> Footprints:
     """Footprints of the bodies in a role, for all sets that need them."""
-    return batch.once(("footprints", role), partial(_footprints, role=role))
+
+    def compute(batch: FactorBatch) -> Footprints:
+        bodies = batch.role(role)
+        first, row = distinct(bodies)
+        return footprints(batch.bodies.corners[bodies[first]], row)
+
+    return batch.once(("footprints", role), compute)
 
 
-def _footprints(batch: FactorBatch, role: Role) -> Footprints:
-    bodies = batch.role(role)
-    first, row = distinct(bodies)
-    return footprints(batch.bodies.corners[bodies[first]], row)
+avs_set = partial(relation_set, scale=0.3)
 
 
-@feature_set(
-    "avs-start",
-    types=("OBJECT", "PLACE"),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=frame_columns("start"),
-    scale=0.2,
-    wordless=True,
-)
+@relation_set("avs-start", columns=frame_columns("start"), scale=0.2)
 def avs_start(batch: FactorBatch) -> FloatArray:
     """AVS of figure and landmark in the frame of the agent's starting orientation."""
     return _in_frame("start", batch)
 
 
-@feature_set(
-    "avs-speaker",
-    types=("OBJECT", "PLACE"),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=frame_columns("speaker"),
-    scale=0.3,
-    wordless=True,
-    optional=("PLACE",),
-)
+@avs_set("avs-speaker", columns=frame_columns("speaker"), optional=("PLACE",))
 def avs_speaker(batch: FactorBatch) -> FloatArray:
     """AVS in the frame of the line of sight from the agent's start to the landmark."""
     return _in_frame("speaker", batch)
 
 
-@feature_set(
-    "avs-intrinsic",
-    types=("OBJECT", "PLACE"),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=frame_columns("intrinsic"),
-    scale=0.3,
-    wordless=True,
-    optional=("PLACE",),
-)
+@avs_set("avs-intrinsic", columns=frame_columns("intrinsic"), optional=("PLACE",))
 def avs_intrinsic(batch: FactorBatch) -> FloatArray:
     """AVS in the landmark's own frame, along its longest side."""
     return _in_frame("intrinsic", batch)
@@ -133,16 +111,7 @@ def _yaw(batch: FactorBatch) -> FloatArray:
     return np.column_stack(yaw)
 
 
-@feature_set(
-    "avs-log",
-    types=("OBJECT", "PLACE"),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=(*frame_columns("end"), *frame_columns("mean")),
-    default=False,
-    scale=0.3,
-    wordless=True,
-)
+@avs_set("avs-log", columns=(*frame_columns("end"), *frame_columns("mean")), default=False)
 def avs_log(batch: FactorBatch) -> FloatArray:
     """AVS in the frames of the agent's ending and average orientation in the context's log.
 

@@ -6,7 +6,8 @@ start of a candidate doesn't give away that it isn't the annotated one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,6 +24,18 @@ REACH_M = 3.0
 
 STILL_M = 0.3
 """Moves shorter than this are noise of the logs."""
+
+path_set = partial(
+    feature_set,
+    types=("PATH",),
+    roles=("figure", "landmark"),
+    words=("relation",),
+    wordless=True,
+)
+event_set = partial(feature_set, types=("EVENT",), words=("relation", "goal"), wordless=True)
+goal_set = partial(event_set, roles=("figure", "goal"))
+theme_set = partial(event_set, roles=("figure", "theme"))
+"""They register what trajectories are to landmarks, to goals and to what is acted on."""
 
 SHAPE_COLUMNS: Columns = (
     Column("forward", "1", -1, 1, 6),
@@ -125,14 +138,10 @@ APPROACH_COLUMNS: Columns = (
 
 
 def approach(track: Tracks, target: Boxes, reach: FloatArray) -> FloatArray:
-    """How trajectories lie to a thing that stands still, as `APPROACH_COLUMNS`.
+    """How n trajectories lie to n things that stand still, as `APPROACH_COLUMNS`.
 
     Parameters
     ----------
-    track
-        n trajectories.
-    target
-        n prisms.
     reach
         Length in metres that distances are divided by, shape (n,).
     """
@@ -163,43 +172,19 @@ def _approach(batch: FactorBatch, role: Role) -> FloatArray:
     return approach(tracks(batch), target, size(target) + 1.0)
 
 
-@feature_set(
-    "path-landmark",
-    types=("PATH",),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=APPROACH_COLUMNS,
-    scale=0.3,
-    wordless=True,
-)
+@path_set("path-landmark", columns=APPROACH_COLUMNS, scale=0.3)
 def path_to_landmark(batch: FactorBatch) -> FloatArray:
     """How a path lies to its landmark: displacement towards it, distances, passing along."""
     return _approach(batch, "landmark")
 
 
-@feature_set(
-    "event-goal",
-    types=("EVENT",),
-    roles=("figure", "goal"),
-    words=("relation", "goal"),
-    columns=APPROACH_COLUMNS,
-    scale=0.3,
-    wordless=True,
-)
+@goal_set("event-goal", columns=APPROACH_COLUMNS, scale=0.3)
 def event_to_goal(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to the place or object that the event leads to."""
     return _approach(batch, "goal")
 
 
-@feature_set(
-    "event-theme",
-    types=("EVENT",),
-    roles=("figure", "theme"),
-    words=("relation",),
-    columns=APPROACH_COLUMNS,
-    scale=0.1,
-    wordless=True,
-)
+@theme_set("event-theme", words=("relation",), columns=APPROACH_COLUMNS, scale=0.1)
 def event_to_theme(batch: FactorBatch) -> FloatArray:
     """How the agent's trajectory lies to where the object acted on stood at first."""
     return _approach(batch, "theme")
@@ -227,19 +212,12 @@ class Motion:
 
 
 def theme_motion(batch: FactorBatch, theme: IntArray, track: Tracks) -> Motion:
-    """Follow the themes through the events.
+    """Follow the themes, bodies of shape (n,), through n events.
 
     A theme moves in an event only if its log runs beside the event's and it moves with
     the agent near; otherwise it stays where it stood at first, as it does at inference
     when a candidate action leaves it alone. So a theme whose log belongs to another
     event is no different from one that nobody touches.
-
-    Parameters
-    ----------
-    batch
-        n events.
-    theme
-        The bodies to follow, shape (n,).
     """
     xyz, yaw = positions_at(batch.bodies, theme, track.t)
     step = np.linalg.norm(np.diff(xyz, axis=1), axis=2)
@@ -284,15 +262,7 @@ THEME_COLUMNS: Columns = (
 )
 
 
-@feature_set(
-    "theme-motion",
-    types=("EVENT",),
-    roles=("figure", "theme"),
-    words=("relation", "goal"),
-    columns=THEME_COLUMNS,
-    scale=0.5,
-    wordless=True,
-)
+@theme_set("theme-motion", columns=THEME_COLUMNS, scale=0.5)
 def theme_moves(batch: FactorBatch) -> FloatArray:
     """What the event does to the object acted on: lifts, carries, puts down, leaves alone."""
     track = tracks(batch)
@@ -321,18 +291,14 @@ def theme_moves(batch: FactorBatch) -> FloatArray:
     )
 
 
-@feature_set(
+@theme_set(
     "theme-goal",
-    types=("EVENT",),
     roles=("figure", "theme", "goal"),
-    words=("relation", "goal"),
     columns=(
-        *(Column(f"end.{c.name}", c.unit, c.low, c.high, c.bins) for c in PRISM_COLUMNS),
-        *(Column(f"start.{c.name}", c.unit, c.low, c.high, c.bins) for c in PRISM_COLUMNS),
+        *(replace(c, name=f"{when}.{c.name}") for when in ("end", "start") for c in PRISM_COLUMNS),
         Column("toward", "1", -1, 1, 8),
     ),
     scale=0.1,
-    wordless=True,
 )
 def theme_to_goal(batch: FactorBatch) -> FloatArray:
     """How the object acted on lies to the goal before and after the event."""

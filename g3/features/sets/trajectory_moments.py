@@ -7,15 +7,17 @@ is true on average where it holds for more than half of the time.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from g3.features.avs.vector_sums import avs_directions
 from g3.features.bodies import SAMPLES, moved_corners
 from g3.features.factor_batch import Boxes, FactorBatch, Role, measured, stacked
-from g3.features.feature_registry import Column, Columns, feature_set
+from g3.features.feature_registry import Column, Columns
 from g3.features.sets.prisms import PRISM_COLUMNS, prism_pair
 from g3.features.sets.reference_frames import DIRECTIONS, footprints_of
-from g3.features.sets.trajectories import Tracks, tracks
+from g3.features.sets.trajectories import Tracks, goal_set, path_set, tracks
 from g3.groundings import FloatArray
 
 MOMENTS = ("start", "end", "mean")
@@ -24,9 +26,7 @@ AVERAGED = (0, SAMPLES // 4, SAMPLES // 2, 3 * SAMPLES // 4, SAMPLES - 1)
 """Samples whose mean stands for the average during the trajectory."""
 
 MOMENT_COLUMNS: Columns = tuple(
-    Column(f"{moment}.{c.name}", c.unit, c.low, c.high, c.bins)
-    for moment in MOMENTS
-    for c in PRISM_COLUMNS
+    replace(c, name=f"{moment}.{c.name}") for moment in MOMENTS for c in PRISM_COLUMNS
 )
 
 FRAME_COLUMNS: Columns = tuple(
@@ -63,57 +63,25 @@ def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
     )
 
 
-@feature_set(
-    "path-prisms",
-    types=("PATH",),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=MOMENT_COLUMNS,
-    scale=0.1,
-    wordless=True,
-)
+@path_set("path-prisms", columns=MOMENT_COLUMNS, scale=0.1)
 def path_prisms(batch: FactorBatch) -> FloatArray:
     """The agent's prism and the landmark's, at the start, at the end and on average."""
     return prism_moments(batch, batch.boxes("landmark"))
 
 
-@feature_set(
-    "event-prisms",
-    types=("EVENT",),
-    roles=("figure", "goal"),
-    words=("relation", "goal"),
-    columns=MOMENT_COLUMNS,
-    scale=0.1,
-    wordless=True,
-)
+@goal_set("event-prisms", columns=MOMENT_COLUMNS, scale=0.1)
 def event_prisms(batch: FactorBatch) -> FloatArray:
     """The agent's prism and the goal's, at the start, at the end and on average."""
     return prism_moments(batch, batch.boxes("goal"))
 
 
-@feature_set(
-    "path-frames",
-    types=("PATH",),
-    roles=("figure", "landmark"),
-    words=("relation",),
-    columns=FRAME_COLUMNS,
-    scale=0.1,
-    wordless=True,
-)
+@path_set("path-frames", columns=FRAME_COLUMNS, scale=0.1)
 def path_frames(batch: FactorBatch) -> FloatArray:
     """On which side of the landmark the path ends, in its first, last and mean heading."""
     return frame_moments(batch, "landmark")
 
 
-@feature_set(
-    "event-frames",
-    types=("EVENT",),
-    roles=("figure", "goal"),
-    words=("goal",),
-    columns=FRAME_COLUMNS,
-    scale=0.1,
-    wordless=True,
-)
+@goal_set("event-frames", words=("goal",), columns=FRAME_COLUMNS, scale=0.1)
 def event_frames(batch: FactorBatch) -> FloatArray:
     """On which side of the goal the event ends, in its first, last and mean heading."""
     return frame_moments(batch, "goal")

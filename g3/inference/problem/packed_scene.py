@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from g3.actions.robot_state import centres, padded
-from g3.features.bodies import MAX_CORNERS, SAMPLES, Bodies, IntArray, pack
+from g3.actions.robot_state import centres
+from g3.features.bodies import MAX_CORNERS, SAMPLES, Bodies, IntArray, pack, padded
 from g3.features.factor_batch import FactorBatch, FieldWords
 from g3.geometry.plane import area, centroid, convex_hull
 from g3.groundings import Context, FloatArray, Grounding, Place, Prism

@@ -8,8 +8,7 @@ from click.testing import CliRunner
 
 from eval.cli.eval_commands import evaluate
 from eval.on_trial import ablation_runs
-from eval.on_trial.ablation_report import render
-from eval.on_trial.ablation_rows import COLUMNS, rows, sign_test, verdict
+from eval.on_trial.ablation_report import COLUMNS, render, rows, sign_test, verdict
 from eval.on_trial.ablation_runs import NOTHING, Ablations, on_trial, run
 from eval.table_3 import end_to_end
 from eval.table_3.outcomes import Outcome

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
-from g3.actions.fork_kinds import HIGHEST_M, RAISE_M
 from g3.actions.forklift_actions import (
     DRIVE_AWAY,
     FACE,
@@ -20,6 +19,7 @@ from g3.actions.forklift_actions import (
     TURN_AWAY,
 )
 from g3.actions.grounding_candidates import footprint_of
+from g3.actions.handling_kinds import HIGHEST_M, RAISE_M
 from g3.actions.motions import LIFT_M
 from g3.actions.pose_kinds import BESIDE_M
 from g3.actions.robot_state import State, start_state
