@@ -181,7 +181,7 @@ def grounded(place: Place, state: State) -> Place:
     floor, prism = ground(state), place.prism
     if not 0 < prism.z_min - floor < GROUND_M:
         return place
-    return Place(Prism(prism.xy, floor, floor + prism.z_max - prism.z_min), place.name)
+    return Place(Prism(prism.xy, floor, floor + (prism.z_max - prism.z_min)), place.name)
 
 
 def square(middle: FloatArray, yaw: float, bottom: float) -> Place:

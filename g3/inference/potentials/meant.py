@@ -14,7 +14,7 @@ from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, things_of
-from g3.inference.problem.phrases import names_other, names_robot, names_same, names_thing
+from g3.inference.problem.phrases import is_floor, names_other, names_robot, names_same, names_thing
 from g3.language.discourse.groups import group as group_of
 from g3.language.discourse.groups import noun_words
 from g3.language.discourse.negation import negated
@@ -115,18 +115,19 @@ def _is_said_shorter(labels: tuple[str, ...], other: tuple[str, ...], noun: Sequ
     "stands-on", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=UNLIKELY
 )
 def stands_on(case: FactorCase) -> Measured:
-    """A thing that is "on the truck" stands on it, and one "not on the truck" doesn't."""
+    """A thing "on the truck" or on the ground stands there, and one "not on the truck" doesn't."""
     said = concepts(field_words(case.sdc.relation))
     if "on" not in said or said & (SIDES | {"between"}):
         return False
     batch, problem = case.batch, case.problem
+    on_floor = any(map(is_floor, case.sdc.landmark1))
     ids = [o.id for o in problem.state.context.objects]
     under, surface = np.full((2, len(batch.bodies.z_min)), -1)
     for i, own in enumerate(ids):
         under[i] = ids.index(problem.carriers[own]) if own in problem.carriers else -1
         surface[i] = own in problem.surfaces
-    there = under[batch.figure] == batch.landmark
-    applies = (batch.landmark >= 0) & (surface[batch.landmark] == 1)
+    there = under[batch.figure] == (-1 if on_floor else batch.landmark)
+    applies = on_floor | ((batch.landmark >= 0) & (surface[batch.landmark] == 1))
     applies &= (batch.figure != batch.landmark) & (batch.bodies.count[batch.figure] == 1)
     wrong: BoolArray = applies & (there if negated(case.sdc) else ~there)
     return wrong

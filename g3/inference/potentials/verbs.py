@@ -261,7 +261,7 @@ def verb_take(case: ActionCase) -> Measured:
 
 def _not_carrying(found: _Reading) -> BoolArray:
     asked = found.asked
-    may_drive = asked.held is not None and not (asked.at_place or asked.sent)
+    may_drive = asked.held is not None and not (asked.at_place or asked.sent or found.guessed)
     return ~(found.puts | (found.drives & may_drive))
 
 

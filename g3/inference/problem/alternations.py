@@ -13,7 +13,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from g3.inference.problem.clause_roles import is_goal
-from g3.inference.problem.phrases import is_pronoun, names_forks, names_robot, side_by_side
+from g3.inference.problem.phrases import (
+    is_floor,
+    is_pronoun,
+    names_forks,
+    names_robot,
+    side_by_side,
+)
 from g3.inference.problem.plain_phrases import plain_phrases
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
@@ -25,8 +31,10 @@ from g3.language.lexicon.word_sets import (
     ARTICLES,
     ASKING,
     BESIDE,
+    DRIVERS,
     EMPTYING,
     FILLING,
+    HANDLING_VERBS,
     HELD,
     INTERJECTIONS,
     IT,
@@ -144,8 +152,11 @@ def _leads(sdc: SDC) -> bool:
 
 
 def _called(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Who is spoken to, taken for a thing: "operator, go to the gate"."""
+    """Who is spoken to, taken for a thing: "kid, go to the gate", "the operator goes there"."""
     first = next(iter(sdc.landmark1 or sdc.figure), None)
+    drives = _subject(sdc)
+    if drives is not None and drives.words and bare(drives.words[-1].text) in DRIVERS:
+        return None if nouns.name_other(drives.words) else replace(sdc, figure=IMPLICIT_FIGURE)
     if first is None or first.type != "OBJECT" or len(first.words) != 1 or not sdc.relation:
         return None
     before = first.words[0].start < sdc.relation[0].start
@@ -199,6 +210,45 @@ def _without_held(sdc: SDC) -> tuple[SDC, ...]:
         return tuple(p for p in _arguments(sdc) if not any(map(names_forks, p.landmark1)))
     held = [part for part in sdc.landmark1 if _is_held(part)]
     return (*sdc.figure, *(p for part in held for p in _without_held(part))) if held else (sdc,)
+
+
+def _fronted(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """A load that is named before the verb, and meant by "it" after it: "the drum, lift it"."""
+    if not verb_of(tuple(_words(sdc))).classes & HANDLING_VERBS:
+        return None
+    subject = _subject(sdc)
+    theme, *others = (*((subject,) if subject else ()), *_arguments(sdc)) or (None,)
+    if theme is None:
+        return None
+    named = theme.type == "OBJECT" and not (names_robot(theme) or is_pronoun(theme))
+    again = next((p for p in others if p.type == "OBJECT"), None)
+    if not named or again is None or not is_pronoun(again) or not sdc.relation:
+        return None
+    first = all_words(theme)[0].start < sdc.relation[0].start < all_words(again)[0].start
+    if not (first and nouns.name_load(noun_leaf(theme).words)):
+        return None
+    rest = tuple(part for part in others if part is not again)
+    return replace(sdc, figure=IMPLICIT_FIGURE, landmark1=(theme,), landmark2=rest)
+
+
+def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Where the load on the forks is put, taken for where it is: "lower the drum by the gate"."""
+    held = nouns.state.held
+    theme = next(iter(sdc.landmark1), None)
+    if held is None or theme is None or len(theme.figure) != 1 or not theme.landmark1:
+        return None
+    said = concepts(field_words(theme.relation))
+    if verb_of(tuple(_words(sdc))).classes != {"placing"} or not said & BESIDE:
+        return None
+    labels = map(normalise, nouns.state.thing(held).labels)
+    if not set(labels).intersection(field_words(noun_leaf(theme).words)):
+        return None
+    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
+    floors = [p for p in sdc.landmark2 if p.landmark1 and is_floor(p.landmark1[0])]
+    others = (*sdc.landmark1[1:], *(p for p in sdc.landmark2 if p not in floors))
+    if any(part.type in ("PLACE", "PATH") for part in others):
+        return None
+    return replace(sdc, landmark1=theme.figure, landmark2=(place, *others))
 
 
 def _aboard(sdc: SDC, nouns: Nouns) -> SDC | None:
@@ -369,6 +419,8 @@ _ALTERNATIONS: tuple[Callable[[SDC, Nouns], SDC | None], ...] = (
     _called,
     _robot_asked,
     _held,
+    _fronted,
+    _put_beside,
     _aboard,
     _named_first,
     _verbless,

@@ -66,6 +66,11 @@ def is_bare(sdc: SDC) -> bool:
     return sdc.type == "OBJECT" and not is_singled_out(sdc) and group(sdc).number == "singular"
 
 
+def is_floor(sdc: SDC) -> bool:
+    """Whether a clause means the ground alone."""
+    return sdc.type == "OBJECT" and bool(FLOOR.intersection(field_words(noun_leaf(sdc).words)))
+
+
 def is_uncounted(sdc: SDC) -> bool:
     """Whether an OBJECT names by its kind one thing or what counts as one: "the tires"."""
     said = group(sdc)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
-from g3.inference.problem.phrases import is_pronoun, side_by_side
+from g3.inference.problem.phrases import is_floor, is_pronoun, side_by_side
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
@@ -19,7 +19,6 @@ from g3.language.lexicon.word_sets import (
     ARTICLES,
     BESIDE,
     BRINGING,
-    FLOOR,
     HAVING,
     IT,
     ONES,
@@ -147,11 +146,6 @@ def _without_copula(sdc: SDC) -> SDC:
     return replace(sdc, relation=sdc.relation[copula:])
 
 
-def _is_floor(sdc: SDC) -> bool:
-    """Whether a clause means the ground alone."""
-    return sdc.type == "OBJECT" and bool(FLOOR.intersection(field_words(noun_leaf(sdc).words)))
-
-
 def _is_part(sdc: SDC) -> bool:
     """Whether a clause means a side or the middle: "on the near side, in front of the gate"."""
     noun = field_words(noun_leaf(sdc).words)[-1:]
@@ -169,9 +163,9 @@ def _beside(place: SDC) -> SDC:
     if len(place.landmark1) != 1 or place.landmark2:
         return place
     (mark,) = place.landmark1
-    if mark.figure and _is_floor(mark) and len(mark.landmark1) == 1:
+    if mark.figure and is_floor(mark) and len(mark.landmark1) == 1:
         mark = mark if _says_beside(mark) else mark.landmark1[0]  # "in the middle between"
-    if not (mark.figure and (_is_floor(mark) or _is_part(mark)) and _says_beside(mark)):
+    if not (mark.figure and (is_floor(mark) or _is_part(mark)) and _says_beside(mark)):
         return place
     return replace(
         place, relation=mark.relation, landmark1=mark.landmark1, landmark2=mark.landmark2
@@ -182,7 +176,7 @@ def _one_place(event: SDC) -> SDC:
     """A clause without "on the ground", where another place is beside something."""
     arguments = (*event.landmark1, *event.landmark2)
     places = [part for part in arguments if part.type in ("PLACE", "PATH")]
-    floors = [p for p in places if len(p.landmark1) == 1 and _is_floor(p.landmark1[0])]
+    floors = [p for p in places if len(p.landmark1) == 1 and is_floor(p.landmark1[0])]
     if not any(_says_beside(p) for p in places if p not in floors):
         floors = []
     said = [*floors, *(b for a, b in pairwise(places) if _has(a) and _is_on_it(b))]

@@ -178,6 +178,8 @@ PEOPLE = words("person man woman human worker pedestrian")
 """People, as labels of things have them: they are no loads."""
 PERSONS = PEOPLE | PERSONAL | words("guy lady operator driver somebody someone colleague people")
 """People, as commands have them."""
+DRIVERS = words("operator driver")
+"""Who drives the robot, and so is told what to do."""
 NO_ANTECEDENTS = words(
     "you your yourself me i we us my anything something everything nothing forward left right "
     "back bit degrees feet inches meters metres"
@@ -190,7 +192,7 @@ EMPTY = words("empty unloaded vacant bare")
 LADEN = words("loaded full laden occupied nonempty non-empty")
 HAVING = words("with has have carrying holding bearing")
 """Before what stands on a thing: "the truck with the tires on it"."""
-HELD = words("have got carry carrying hold holding")
+HELD = words("have having got carry carrying hold holding")
 """What the robot does with its load: "the crate that you are holding"."""
 NOTHING = words("nothing none")
 ALONE = stems("alone lone lonely single solitary isolated")

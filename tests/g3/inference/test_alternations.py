@@ -133,6 +133,18 @@ def made(notation, nouns=NOUNS):
             "EVENT(r = Set, l = OBJ(f = OBJ(f = the crate), r = beside, l = OBJ(f = the van)))",
             None,
         ),
+        # What is named before the verb is what "it" is.
+        (
+            "EVENT(f = OBJ(f = The crate), r = lift, l = OBJ(f = it))",
+            "EVENT(r = lift, l = OBJ(f = The crate))",
+        ),
+        ("EVENT(f = OBJ(f = You), r = lift, l = OBJ(f = it))", None),
+        ("EVENT(f = OBJ(f = The gate), r = lift, l = OBJ(f = it))", None),
+        # Who drives is told what to do.
+        (
+            "EVENT(f = OBJ(f = The driver), r = goes, l = PATH(r = to, l = OBJ(f = the truck)))",
+            "EVENT(r = goes, l = PATH(r = to, l = OBJ(f = the truck)))",
+        ),
         # Loads don't drive.
         (
             "EVENT(r = go, l = OBJ(f = Bricks), l2 = PATH(r = to, l = OBJ(f = the van)))",
@@ -154,6 +166,20 @@ def test_what_is_there_already_is_not_where_it_shall_be():
     there = Nouns(start_state(yard(aboard="truck-1")))
     assert made(said, there) == written(parse_brackets(said))
     assert "PLACE" in made(said)
+
+
+def test_what_is_on_the_forks_is_put_where_it_is_said_to_be():
+    beside = "l = OBJ(f = OBJ(f = the {}), r = beside, l = OBJ(f = the truck))"
+    loaded = Nouns(start_state(yard(carries="crate-1")))
+    lower = f"EVENT(r = Lower, {beside})".format
+    assert made(lower("crate"), loaded) == written(
+        parse_brackets(
+            "EVENT(r = Lower, l = OBJ(f = the crate), "
+            "l2 = PLACE(r = beside, l = OBJ(f = the truck)))"
+        )
+    )
+    for said, nouns in ((lower("bricks"), loaded), (lower("crate"), NOUNS)):
+        assert made(said, nouns) == written(parse_brackets(said))
 
 
 TEXTS = (

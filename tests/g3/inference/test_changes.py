@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action
-from g3.actions.forklift_actions import DRIVE_TO, PUT_DOWN
+from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN, WAIT
 from g3.actions.grounding_candidates import square
 from g3.groundings import Context
-from tests.g3.inference.ruled import WEIGHT, of_actions, problem_in
+from g3.inference.potentials.cases import PathCase
+from g3.inference.problem.grounding_problem import Candidate
+from tests.g3.inference.ruled import WEIGHT, adds, of_actions, problem_in, tree_of
 from tests.worlds import robot, thing
 
 UNMOVED = WEIGHT["moved"]
@@ -39,3 +41,14 @@ def put(load, x, y, bottom):
 def test_nobody_asks_to_put_a_load_where_it_stood(action, cost):
     found = of_actions("moved", "EVENT(r = Put)", [action], problem=PROBLEM)
     assert found.tolist() == [cost]
+
+
+def test_what_is_taken_off_a_truck_is_on_it_if_anything_is():
+    tree = tree_of("PATH(r = off, l = OBJ(f = the truck)); PATH(r = to, l = OBJ(f = the truck))")
+    actions = [Action(PICK_UP, "boxes"), Action(PICK_UP, "tires"), Action(WAIT)]
+    marks = [Candidate((TRUCK,), 0.0, {}), Candidate((OTHER,), 0.0, {}), None]
+    off, to = (PathCase(tree, path, PROBLEM.state, actions, marks, PROBLEM) for path in (0, 1))
+    # Nothing stands on the other truck, so "off" may mean that the tires are near it.
+    elsewhere = WEIGHT["taken-from"]
+    assert adds("taken-from", off).tolist() == [[0, 0, 0], [elsewhere, 0, 0], [0, 0, 0]]
+    assert not adds("taken-from", to).any()

@@ -138,6 +138,11 @@ def test_the_one_on_the_truck_stands_on_it(relation, costs):
     assert found.tolist() == [*costs, 0]
 
 
+def test_what_is_on_the_ground_stands_on_nothing():
+    words = "OBJ(f = OBJ(f = the pallet), r = on, l = OBJ(f = the ground))"
+    assert of_things("stands-on", (BOXES, TIRES, TRUCK), words).tolist() == [UNLIKELY, 0, 0]
+
+
 def test_the_nearest_to_something_is_no_further_from_it_than_its_like():
     rank = [thing(name, "pallet", x, 0) for name, x in (("a", 5), ("b", 9), ("c", 14))]
     barrel = thing("barrel", "barrel", 8, 3, (1, 1))

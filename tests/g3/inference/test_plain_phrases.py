@@ -48,6 +48,11 @@ def of(figure, relation, landmark):
             f"EVENT(r = Pick up, l = {DRUM}, l2 = PLACE(r = on, l = {GATE}))",
             f"EVENT(r = Pick up, l = {of(DRUM, 'on', GATE)})",
         ),
+        (
+            f"EVENT(r = Pick up, l = {DRUM}, l2 = {THERE})",
+            f"EVENT(r = Pick up, l = {of(DRUM, 'next to', GATE)})",
+        ),
+        (f"EVENT(r = Get, l = {DRUM}, l2 = {THERE})", None),
         (f"EVENT(r = Pick up, l = {DRUM}, l2 = PLACE(f = there))", None),
         (f"EVENT(r = Lift, l = {DRUM}, l2 = PLACE(r = onto, l = {GATE}))", None),
         (f"EVENT(r = Put, l = {DRUM}, l2 = PLACE(r = on, l = {GATE}))", None),

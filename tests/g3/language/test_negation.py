@@ -76,3 +76,10 @@ def test_a_negation_that_the_tree_left_out(text, expected):
     sdcs = clauses(text, "EVENT(r = lift)")
     assert negated(sdcs[0], text) is expected
     assert not negated(sdcs[0])
+
+
+def test_nothing_before_a_verb_negates_it():
+    (sdc,) = parse_brackets("EVENT(r = nothing to lift)")
+    assert negated(sdc)
+    (sdc,) = parse_brackets("OBJ(f = OBJ(f = the truck), r = with nothing on, l = OBJ(f = it))")
+    assert not negated(sdc)
