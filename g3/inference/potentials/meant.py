@@ -111,9 +111,7 @@ def _is_said_shorter(labels: tuple[str, ...], other: tuple[str, ...], noun: Sequ
     return set(plain) < set(own) and not labels_in(noun, own[-1:])
 
 
-@potential(
-    "stands-on", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=UNLIKELY
-)
+@potential("stands-on", kind="factor", types=("OBJECT",), weight=UNLIKELY)
 def stands_on(case: FactorCase) -> Measured:
     """A thing "on the truck" or on the ground stands there, and one "not on the truck" doesn't."""
     said = concepts(field_words(case.sdc.relation))
