@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 
+from g3.features.sets.order import is_ordinal
 from g3.inference.problem.phrases import is_floor, is_pronoun, side_by_side
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
@@ -52,7 +53,9 @@ def plain_phrases(sdc: SDC) -> SDC:
     if sdc.type == "PLACE":
         return _beside(sdc)
     if sdc.type == "EVENT":
-        return _picked_up_there(_one_place(_being_there(_put_there(_with_side(sdc)))))
+        return _picked_up_there(
+            _one_place(_marks_aside(_being_there(_put_there(_with_side(_counted(sdc))))))
+        )
     return sdc
 
 
@@ -108,6 +111,42 @@ def _with_side(event: SDC) -> SDC:
 def _replaced(sdc: SDC, leaf: SDC) -> SDC:
     """An OBJECT with another leaf for its noun."""
     return replace(sdc, figure=(_replaced(sdc.figure[0], leaf),)) if sdc.figure else leaf
+
+
+def _counted(event: SDC) -> SDC:
+    """A clause whose thing has what was taken for a way: "lift the second crate from the left"."""
+    theme, way = next(iter(event.landmark1), None), next(iter(event.landmark2), None)
+    if theme is None or way is None or len(event.landmark1) > 1 or way.landmark1:
+        return event
+    said = concepts(field_words(way.relation))
+    ordinal = any(map(is_ordinal, field_words(noun_leaf(theme).words)))
+    if not (theme.type == "OBJECT" and ordinal and "from" in said and said & SIDES):
+        return event
+    counted = SDC("OBJECT", relation=way.relation, figure=(theme,))
+    return replace(event, landmark1=(counted,), landmark2=event.landmark2[1:])
+
+
+def _marks_aside(event: SDC) -> SDC:
+    """A clause whose landmark has the side behind it: "set it by the drum on the far left"."""
+    found: list[SDC] = []
+    for part in event.landmark2:
+        if found and _tells_side(found[-1], part):
+            mark = SDC("OBJECT", relation=part.relation, figure=found[-1].landmark1)
+            found[-1] = replace(found[-1], landmark1=(mark,))
+        else:
+            found.append(part)
+    return replace(event, landmark2=tuple(found))
+
+
+def _tells_side(place: SDC, following: SDC) -> bool:
+    """Whether a place's only landmark is followed at once by the side on which it is."""
+    if len(place.landmark1) != 1 or following.landmark1 or following.type != "PLACE":
+        return False
+    (mark,) = place.landmark1
+    said = concepts(field_words(following.relation))
+    if not (said & SIDES and said & {"on", "to"}) or is_pronoun(mark) or is_floor(mark):
+        return False
+    return mark.type == "OBJECT" and side_by_side(place, following, len(" "))
 
 
 def _put_there(event: SDC) -> SDC:

@@ -72,6 +72,17 @@ def of(figure, relation, landmark):
             f"EVENT(r = Get up, l = {of('OBJ(f = it)', 'on', GATE)})",
             f"EVENT(r = Get up, l = OBJ(f = it), l2 = PLACE(r = on, l = {GATE}))",
         ),
+        # What is counted from a side, and a landmark that is on a side.
+        (
+            "EVENT(r = Lift, l = OBJ(f = the second drum), l2 = PATH(r = from the left))",
+            "EVENT(r = Lift, l = OBJ(f = OBJ(f = the second drum), r = from the left))",
+        ),
+        (f"EVENT(r = Lift, l = {DRUM}, l2 = PATH(r = from the left))", None),
+        (
+            put(f"PLACE(r = by, l = {GATE})", "PLACE(r = on the left)"),
+            put(f"PLACE(r = by, l = {of(GATE, 'on the left', '')})").replace(", l = )", ")"),
+        ),
+        (put("PLACE(r = by, l = OBJ(f = it))", "PLACE(r = on the left)"), None),
         # What is somewhere, not what is put there.
         (
             f"EVENT(r = Put, l = OBJ(f = whichever drum), l2 = [PLACE(r = is near, l = {GATE}), "
