@@ -3,7 +3,7 @@
 They are a conditional logit: of the plans that are compared for a command, which is right? It is
 learned from commands that imitate people (``benchmarks/written``), by a model that has learned from
 ``--train``. First each set is left out in turn: that shows what the weights are worth where they
-have not learned. The last lines are for `g3.inference.potentials.plan_words`, from `LEARNED`.
+have not learned. The last lines are for `g3.inference.potentials.whole_plans`, from `LEARNED`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from benchmarks.written_commands import SETS, Done, is_right, learned_cost, reco
 from eval.statistics.estimates import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
-from g3.inference.potentials.plan_words import CUES, ENDS, THINGS, of_ends, of_things
+from g3.inference.potentials.whole_plans import CUES, ENDS, THINGS, of_ends, of_things
 from g3.inference.tree_choice import EVIDENCE
 
 LEARNED = SETS[:5]

@@ -2,7 +2,7 @@
 
 The probability of a plan is that of what it leads to, summed over all trees. So a tree that is
 probably wrong decides nothing by itself. Then all words of the text tell, whatever its trees are
-(:mod:`g3.inference.potentials.plan_words`).
+(:mod:`g3.inference.potentials.whole_plans`).
 """
 
 from __future__ import annotations

@@ -13,12 +13,12 @@ from g3.inference.potentials import (
     loaded,
     meant,
     place_rules,
-    plan_words,
     referents,
     rows,
     salience,
     sides,
     verbs,
+    whole_plans,
 )
 from g3.inference.potentials.potential_registry import POTENTIALS
 
@@ -30,12 +30,12 @@ __all__ = [
     "loaded",
     "meant",
     "place_rules",
-    "plan_words",
     "referents",
     "rows",
     "salience",
     "sides",
     "verbs",
+    "whole_plans",
 ]
 
 POTENTIALS.load_others()

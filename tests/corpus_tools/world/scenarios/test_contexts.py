@@ -78,11 +78,10 @@ def test_what_is_carried_is_on_the_forks(write):
 
 def test_the_forks_are_where_the_simulator_has_them():
     pytest.importorskip("mujoco")
-    forklift = importlib.import_module("corpus_tools.world.state.forklift_parts")
+    sizes = importlib.import_module("corpus_tools.world.state.dimensions")
     start = importlib.import_module("corpus_tools.world.state.start")
-    assert pytest.approx(forklift.HEEL_X + start.HEEL_GAP_M) == FORK_HEEL_M
+    assert pytest.approx(sizes.HEEL_X + start.HEEL_GAP_M) == FORK_HEEL_M
     assert (
-        pytest.approx((forklift.FORK_LENGTH, 2 * forklift.FORK_Y + forklift.FORK_WIDTH), abs=0.03)
-        == FORKS_M
+        pytest.approx((sizes.FORK_LENGTH, 2 * sizes.FORK_Y + sizes.FORK_WIDTH), abs=0.03) == FORKS_M
     )
-    assert pytest.approx(forklift.LOW) == FORKS_TOP_M
+    assert pytest.approx(sizes.LOW) == FORKS_TOP_M

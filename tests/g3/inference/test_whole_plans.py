@@ -8,7 +8,8 @@ from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import square
 from g3.inference.potentials.cases import PlanCase, PlanEnd
-from g3.inference.potentials.plan_words import (
+from g3.inference.potentials.potential_registry import added_by
+from g3.inference.potentials.whole_plans import (
     CUES,
     ENDS,
     THINGS,
@@ -17,7 +18,6 @@ from g3.inference.potentials.plan_words import (
     of_ends,
     of_things,
 )
-from g3.inference.potentials.potential_registry import added_by
 from tests.g3.inference.ruled import problem_in
 from tests.worlds import scene, thing
 
