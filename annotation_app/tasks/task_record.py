@@ -101,16 +101,24 @@ class Adjudication:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What the dashboard counts of a task's answers."""
+    """What the dashboard counts of a task's answers.
+
+    Parameters
+    ----------
+    type
+        A dataclass of numbers, or of dictionaries of numbers. Its fields' names are new.
+    of
+        The counts of answers: for each its body, and whether it was adopted.
+    labels
+        What the fields are called that have a tile on the dashboard.
+    template
+        Of what the dashboard shows besides, if it shows more.
+    """
 
     type: type[Any]
-    """A dataclass of numbers, or of dictionaries of numbers. Its fields' names are new."""
     of: Callable[[Sequence[tuple[Record, bool]]], Any]
-    """The counts of answers: for each its body, and whether it was adopted."""
     labels: Mapping[str, str]
-    """What the fields are called that have a tile on the dashboard."""
     template: str = ""
-    """Of what the dashboard shows besides, if it shows more."""
 
 
 @short_repr
