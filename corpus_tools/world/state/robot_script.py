@@ -75,32 +75,68 @@ def _known(name: str, kind: ActionKind, argument: Argument, summary: str) -> Scr
     return register_action(ScriptAction(name, kind, argument, f"{summary}."))
 
 
-# fmt: off
-DRIVE_TO = _known("drive_to", forklift.DRIVE_TO, "place",
-    "Drive into a place and stop with the robot in its middle")
-DRIVE_PAST = _known("drive_past", forklift.DRIVE_PAST, "object",
-    "Drive past an object and stop some metres beyond it")
-APPROACH = _known("approach", forklift.DRIVE_TO, "object",
-    "Drive up to an object and stop in front of it, facing it")
-TURN = _known("turn_deg", forklift.TURN, "number",
-    "Turn on the spot by an angle in degrees, left if positive")
+DRIVE_TO = _known(
+    "drive_to",
+    forklift.DRIVE_TO,
+    "place",
+    "Drive into a place and stop with the robot in its middle",
+)
+DRIVE_PAST = _known(
+    "drive_past",
+    forklift.DRIVE_PAST,
+    "object",
+    "Drive past an object and stop some metres beyond it",
+)
+APPROACH = _known(
+    "approach",
+    forklift.DRIVE_TO,
+    "object",
+    "Drive up to an object and stop in front of it, facing it",
+)
+TURN = _known(
+    "turn_deg", forklift.TURN, "number", "Turn on the spot by an angle in degrees, left if positive"
+)
 FORWARD = _known("forward_m", forklift.GO_STRAIGHT, "number", "Drive straight ahead by a distance")
 BACK_UP = _known("back_up_m", forklift.BACK_UP, "number", "Drive straight back by a distance")
-PICK_UP = _known("pick_up", forklift.PICK_UP, "object",
-    "Drive up to a load, lift it with the forks and back out with it")
-PUT_DOWN = _known("put_down", forklift.PUT_DOWN, "place",
-    "Put the load on the forks down in the middle of a place")
+PICK_UP = _known(
+    "pick_up",
+    forklift.PICK_UP,
+    "object",
+    "Drive up to a load, lift it with the forks and back out with it",
+)
+PUT_DOWN = _known(
+    "put_down",
+    forklift.PUT_DOWN,
+    "place",
+    "Put the load on the forks down in the middle of a place",
+)
 WAIT = _known("wait_s", forklift.WAIT, "number", "Stand still for some seconds")
 FACE = _known("face", forklift.FACE, "object", "Turn on the spot until the robot faces an object")
-TURN_AWAY = _known("turn_away", forklift.TURN_AWAY, "object",
-    "Turn on the spot until an object is behind the robot")
-DRIVE_AWAY = _known("drive_away", forklift.DRIVE_AWAY, "object",
-    "Drive some metres away from an object, with it behind the robot")
-LINE_UP = _known("line_up", forklift.LINE_UP, "object",
-    "Stop in front of a side of an object, square to it")
+TURN_AWAY = _known(
+    "turn_away",
+    forklift.TURN_AWAY,
+    "object",
+    "Turn on the spot until an object is behind the robot",
+)
+DRIVE_AWAY = _known(
+    "drive_away",
+    forklift.DRIVE_AWAY,
+    "object",
+    "Drive some metres away from an object, with it behind the robot",
+)
+LINE_UP = _known(
+    "line_up", forklift.LINE_UP, "object", "Stop in front of a side of an object, square to it"
+)
 PARK = _known("park", forklift.PARK, "object", "Stop beside an object, parallel to it")
-RAISE_FORKS = _known("raise_forks_m", forklift.RAISE_FORKS, "number",
-    "Raise the forks, with what is on them, by a distance")
-LOWER_FORKS = _known("lower_forks_m", forklift.LOWER_FORKS, "number",
-    "Lower the forks, with what is on them, by a distance")
-# fmt: on
+RAISE_FORKS = _known(
+    "raise_forks_m",
+    forklift.RAISE_FORKS,
+    "number",
+    "Raise the forks, with what is on them, by a distance",
+)
+LOWER_FORKS = _known(
+    "lower_forks_m",
+    forklift.LOWER_FORKS,
+    "number",
+    "Lower the forks, with what is on them, by a distance",
+)
