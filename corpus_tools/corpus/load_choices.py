@@ -13,7 +13,7 @@ from g3.groundings import Context, PhysicalObject
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.loads_of_state import loads_of
-from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.field_words import text_words
 from g3.learning.load_choice import LoadChoice
 
 
@@ -56,10 +56,14 @@ def load_choices_of(corpora: Sequence[Corpus]) -> list[LoadChoice]:
 def _choice(command: Command, context: Context, known: set[str], corpus: Corpus) -> LoadChoice:
     state = start_state(context)
     loads = loads_of(state) if state.held is None else {}
-    words = tuple(word for part in command.text.split() if (word := bare(part)))
     right = tuple(own in known for own in loads)
     return LoadChoice(
-        words, tuple(loads.values()), right, corpus.name, command.scenario, command.subject
+        text_words(command.text),
+        tuple(loads.values()),
+        right,
+        corpus.name,
+        command.scenario,
+        command.subject,
     )
 
 

@@ -47,7 +47,7 @@ from g3.inference.tree_choice import (
     does_something,
     plan_case,
 )
-from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.field_words import text_words
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.scene_drawing import scene_svg
@@ -415,8 +415,7 @@ def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float
 
 def _words(command: str | Sequence[SDC] | Parse) -> tuple[str, ...]:
     """All words of a text; none of trees without one."""
-    text = command if isinstance(command, str) else getattr(command, "text", "")
-    return tuple(word for part in text.split() if (word := bare(part)))
+    return text_words(command if isinstance(command, str) else getattr(command, "text", ""))
 
 
 def _guessed(tree: Tree) -> list[str]:

@@ -66,13 +66,14 @@ class PlanEnd(NamedTuple):
 
     @property
     def handled(self) -> list[str]:
-        """Ids of the loads that are picked up, carried or put down, in that order."""
+        """Ids of the loads that are picked up, carried or put down, each once."""
         return list(dict.fromkeys(a.object_id for a in self.actions if a.object_id))
 
     @property
     def put(self) -> str | None:
         """Id of the load that was handled last, if it isn't on the forks in the end."""
-        return self.handled[-1] if self.handled and self.state.held is None else None
+        handled = [a.object_id for a in self.actions if a.object_id]
+        return handled[-1] if handled and self.state.held is None else None
 
 
 @short_repr

@@ -33,6 +33,15 @@ def bare(word: str) -> str:
     return unshortened(word.strip(_AROUND))
 
 
+def text_words(text: str) -> tuple[str, ...]:
+    """The words of a text in lower case, without punctuation around them, and not shortened.
+
+    >>> text_words("Lift it, pls - NOW!")
+    ('lift', 'it', 'pls', 'now')
+    """
+    return tuple(word for part in text.split() if (word := bare(part)))
+
+
 def unshortened(word: str) -> str:
     """A word in lower case, written out if it is a short form; a capital is a name.
 

@@ -88,6 +88,15 @@ def test_named_things_have_a_part_in_a_plan_or_none():
     assert [row["named deck"] for row in rows] == [0, 1, 0, 0]
 
 
+def test_what_is_handled_last_is_what_is_put():
+    back = Action(PUT_DOWN, "crate", place=spot(8, 12, 0), goal=0)
+    moved = (*ON_GROUND, Action(PICK_UP, "tires"), Action(PUT_DOWN, "tires", place=spot(-8, 9, 0)))
+    again = (*moved, Action(PICK_UP, "crate"), back)
+    plans = case_of("lift", ON_GROUND, moved, again).plans
+    assert [plan.put for plan in plans] == ["crate", "tires", "crate"]
+    assert plans[2].handled == ["crate", "tires"]
+
+
 def test_a_deck_that_no_word_names_is_another_one():
     rows = of_things(case_of("crate berm", ON_TRUCK, ON_GROUND)).tolist()
     assert [row[THINGS.index("other deck")] for row in rows] == [1, 0]
