@@ -24,11 +24,18 @@ from g3.inference.problem.costs import Scorer
 from g3.inference.problem.frames import asked, frame, spares
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.loads_of_state import loads_of, words_of
-from g3.inference.problem.phrases import is_singled_out, names_forks, names_robot
+from g3.inference.problem.phrases import (
+    is_complement,
+    is_pronoun,
+    is_singled_out,
+    names_forks,
+    names_robot,
+)
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import field_words, figure_words, normalise
+from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
+from g3.language.lexicon.word_sets import AROUND, ARTICLES, BESIDE, GENERIC, PASSING, YOU
 from g3.learning.load_choice import LoadChoice
-from g3.sdc.clauses import SDC, all_words
+from g3.sdc.clauses import SDC, Span, all_words
 
 WEIGHT = -8.0
 """Of 3, 5 and 8, what is right most often on random tasks, in folds by world."""
@@ -40,7 +47,9 @@ def command_load(case: CandidateCase) -> Measured:
     if case.problem.held is not None or case.within != first_handling(case.tree, case.problem):
         return False
     taken_off = any(is_source(case.tree.nodes[n]) for n in frame(case.tree, case.within).ways)
-    behind = _behind(case.tree, case.problem, taken_off or _says_more(case.sdc))
+    if _has_landmark(case.sdc) and not _names_kind(case):
+        return False
+    behind = _behind(case, taken_off or _says_more(case.sdc))
     if not behind:
         return False
     most = max(behind.values())
@@ -59,7 +68,25 @@ def _says_more(sdc: SDC) -> bool:
     """
     words = field_words(all_words(sdc))
     aside = concepts(words) & {"left", "right"} and not any(map(is_ordinal, words))
-    return is_singled_out(sdc) and not aside
+    return is_singled_out(sdc) and (_has_landmark(sdc) or not aside)
+
+
+def _has_landmark(sdc: SDC) -> bool:
+    """Whether words say what a load stands by or on: "on the left of the truck", "right by it"."""
+    said = concepts(field_words(sdc.relation)) & (BESIDE | {"on"})
+    marks = (bare(word.text) for mark in sdc.landmark1 for word in all_words(mark))
+    return bool(said and sdc.landmark1) and YOU.isdisjoint(marks)
+
+
+def _names_kind(case: CandidateCase) -> bool:
+    """Whether the noun says what kind of load is meant: not "the pallet that is on the truck"."""
+    loads = tuple(loads_of(case.problem.state).values())
+    telling = {label for own in LoadChoice((), loads).telling for label in own}
+    common = {normalise(label) for load in loads for label in load.labels if label not in telling}
+    noun = case.sdc
+    while noun.figure and not is_complement(noun):
+        noun = noun.figure[0]
+    return not (common | GENERIC | ARTICLES).issuperset(field_words(all_words(noun)))
 
 
 def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
@@ -78,18 +105,19 @@ def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
     return None
 
 
-def _behind(tree: Tree, problem: GroundingProblem, kinds: bool) -> Mapping[str, float]:
+def _behind(case: CandidateCase, kinds: bool) -> Mapping[str, float]:
     """How much less probable each load is than the most probable one, by id; in nats.
 
     With `kinds` each load is as probable as the most probable one with its labels.
     """
-    cost = problem.cost
+    problem, cost = case.problem, case.problem.cost
     if not isinstance(cost, Scorer) or cost.model.load_chooser_ is None:
         return {}
     loads = loads_of(problem.state)
     if len(loads) < 2 or _knows(cost, {label for load in loads.values() for label in load.labels}):
         return {}
-    choice = LoadChoice(words_of(tree), tuple(loads.values()))
+    words = words_of(case.tree, _told_besides(case))
+    choice = LoadChoice(words, tuple(loads.values()))
     score = cost.model.load_chooser_.log_probability(choice)
     best: dict[frozenset[str], float] = {}
     for load, own in zip(loads.values(), score.tolist(), strict=True):
@@ -98,6 +126,21 @@ def _behind(tree: Tree, problem: GroundingProblem, kinds: bool) -> Mapping[str, 
     of_kind = np.array([best[frozenset(load.labels)] for load in loads.values()])
     found = of_kind if kinds else score
     return dict(zip(loads, (found.max() - found).tolist(), strict=True))
+
+
+def _told_besides(case: CandidateCase) -> set[Span]:
+    """Words for other things than the load: "drive around the boxes, lift the pallet by them"."""
+    tree = case.tree
+    marks = list(case.sdc.landmark1) if _has_landmark(case.sdc) else []
+    meant = is_pronoun(case.sdc) or tree.left_out(case.sdc) is not None
+    before = [n for n in asked(tree) if n < case.within]
+    ways = [tree.nodes[p] for n in before for p in frame(tree, n).ways]
+    marks += [mark for way in ways if not meant or _leads_past(way) for mark in way.landmark1]
+    return {word for mark in marks for word in all_words(mark)}
+
+
+def _leads_past(way: SDC) -> bool:
+    return not (AROUND | PASSING).isdisjoint(bare(word.text) for word in way.relation)
 
 
 def _knows(cost: Scorer, labels: Collection[str]) -> bool:

@@ -13,15 +13,23 @@ from g3.geometry.plane import BoolArray
 from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
+from g3.inference.problem.clause_roles import names_again
 from g3.inference.problem.grounding_problem import Group, things_of
-from g3.inference.problem.phrases import is_floor, names_other, names_robot, names_same, names_thing
+from g3.inference.problem.phrases import (
+    is_floor,
+    names_other,
+    names_robot,
+    names_same,
+    names_thing,
+)
 from g3.language.discourse.groups import group as group_of
 from g3.language.discourse.groups import noun_words
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import ROWS, SIDES
+from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.word_sets import BESIDE, REFLEXIVES, ROWS, SIDES
 from g3.language.similarity.word_similarity import labels_in
+from g3.sdc.clauses import all_words
 
 UNLIKELY = log(0.01)
 
@@ -109,6 +117,34 @@ def _is_said_shorter(labels: tuple[str, ...], other: tuple[str, ...], noun: Sequ
     """Whether a noun only begins these labels and is all of others: generators, their parts."""
     own, plain = ([word for label in of for word in label.split()] for of in (labels, other))
     return set(plain) < set(own) and not labels_in(noun, own[-1:])
+
+
+@potential("each-named", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def each_named(case: CandidateCase) -> Measured:
+    """Of several things no word names one and not another: "the two refrigerator pallets"."""
+    words = noun_words(case.sdc)
+    known = {o.labels: labels_in(words, o.labels) for o in case.problem.state.context.objects}
+    return _says(case, lambda g: len({known[t.labels] for t in things_of(g)}) > 1)
+
+
+@potential("named-again", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def named_again(case: CandidateCase) -> Measured:
+    """A plain noun that was said before names the same: "the truck", after "the left truck"."""
+    same = case.problem.spoken - {case.problem.load}
+    if not same or not names_again(case.tree, case.node):
+        return False
+    return _says(case, lambda g: not _ids(g) <= same)
+
+
+@potential("apart", kind="factor", types=("OBJECT",), roles=("landmark",), weight=2 * log(0.05))
+def apart(case: FactorCase) -> Measured:
+    """Nothing is by itself, nor on itself: "drive around the boxes and lift the pallet by them"."""
+    said = concepts(field_words(case.sdc.relation)) & (BESIDE | {"on"})
+    marks = {bare(word.text) for mark in case.sdc.landmark1 for word in all_words(mark)}
+    if not said or marks & REFLEXIVES:  # "the one by itself"
+        return False
+    same: BoolArray = case.batch.figure == case.batch.landmark
+    return same
 
 
 @potential("stands-on", kind="factor", types=("OBJECT",), weight=UNLIKELY)

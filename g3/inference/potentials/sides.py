@@ -23,7 +23,7 @@ from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import potential
 from g3.language.discourse.groups import group
 from g3.language.lexicon.concepts import CONCEPTS, concepts
-from g3.language.lexicon.word_sets import ENDS
+from g3.language.lexicon.word_sets import ENDS, REAR
 from g3.sdc.clauses import SDC
 
 CENTRAL = 0.5
@@ -52,10 +52,12 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     free = (batch.landmark < 0) | (batch.landmark == batch.agent_body) | is_member(batch)
     wanted = named(batch, ("figure",)) | (named(batch, _FIELDS) & free[:, None])
     direction = wanted[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
+    rear = _says(batch, REAR, batch.landmark < 0)
+    direction[:, DIRECTIONS.index("back")] &= ~rear
     last = wanted[:, CONCEPTS.index("last")]
     aside = direction[:, :4].any(axis=1)
-    end = last & ~aside & ~direction[:, 4:].any(axis=1) & _says_end(batch, free)
-    direction[:, DIRECTIONS.index("far")] |= last
+    end = last & ~aside & ~direction[:, 4:].any(axis=1) & _says(batch, ENDS, free)
+    direction[:, DIRECTIONS.index("far")] |= last | rear
     direction[:, 4:] &= ~aside[:, None]
     number = np.where(free, ordinals(batch, _FIELDS), ordinals(batch, ("figure",)))
     inner = [concepts(w.get("landmark", ())) == {"between"} for w in batch.words]
@@ -82,10 +84,10 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     )
 
 
-def _says_end(batch: FactorBatch, free: BoolArray) -> BoolArray:
-    """Whether each row's words are of an end, not of the last one; shape (n,)."""
+def _says(batch: FactorBatch, wanted: frozenset[str], free: BoolArray) -> BoolArray:
+    """Whether each row's noun has one of some words, or its relation where that's free; (n,)."""
     own, relation = (
-        np.array([bool(ENDS.intersection(w.get(f, ()))) for w in batch.words]) for f in _FIELDS
+        np.array([bool(wanted.intersection(w.get(f, ()))) for w in batch.words]) for f in _FIELDS
     )
     result: BoolArray = own[batch.factor] | (relation[batch.factor] & free)
     return result
@@ -180,10 +182,11 @@ def counted_things(case: FactorCase) -> FloatArray:
 def _numbers(sdc: SDC, batch: FactorBatch) -> list[frozenset[int]]:
     """The places, from 1, that the words of each factor count to."""
     several = frozenset(range(1, (group(sdc).count or 0) + 1))
-    named_by = [concepts(words.get("figure", ())) for words in batch.words]
+    own: tuple[WordField, ...] = ("figure",) if sdc.landmark1 else _FIELDS
+    named_by = [concepts(word for f in own for word in words.get(f, ())) for words in batch.words]
     return [
-        several if own == {1} or (not own and said & set(DIRECTIONS)) else own
-        for own, said in zip(all_ordinals(batch, "figure"), named_by, strict=True)
+        several if told == {1} or (not told and said & set(DIRECTIONS)) else told
+        for told, said in zip(all_ordinals(batch, "figure"), named_by, strict=True)
     ]
 
 

@@ -20,6 +20,7 @@ from g3.geometry.footprints import centre
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import PlanCase, PlanEnd
 from g3.inference.potentials.potential_registry import potential
+from g3.language.discourse.negation import is_negation
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.verb_classes import word_class
@@ -52,28 +53,28 @@ THINGS = ("unnamed", "explained", "last", "named deck", "other deck")
 """What `of_things` measures."""
 
 THING_WEIGHTS = {
-    "unnamed": -0.56,
-    "explained": 1.27,
-    "last": 0.61,
-    "named deck": 0.32,
-    "other deck": -1.23,
+    "unnamed": -0.64,
+    "explained": 1.33,
+    "last": 0.58,
+    "named deck": 0.28,
+    "other deck": -1.52,
 }
 END_WEIGHTS = {
-    "placing": (-0.14, 0.27, -0.03, -0.21),
-    "taking": (0.38, 0.01, -0.34, -0.03),
-    "carrying": (-0.92, 0.19, -0.13, 0.47),
-    "going": (0.13, 0.32, -0.42, 0.06),
-    "last placing": (-0.69, 0.34, -0.05, -0.05),
-    "last taking": (0.49, -0.68, -0.5, -0.15),
-    "last going": (0.38, 0.12, -0.08, -0.08),
-    "on": (-0.27, 0.27, -0.03, -0.18),
-    "to": (-0.01, 0.37, 0.06, -0.32),
-    "floor": (-0.96, -0.92, 0.27, -0.65),
-    "beside": (0.11, 0.08, 0.07, -0.32),
-    "up": (0.77, -0.66, -0.98, 0.15),
-    "down": (-0.25, -0.12, 0.14, -0.44),
-    "forks": (0.61, -2.13, -1.04, 0.61),
-    "any": (0.42, 0.2, -0.26, -0.21),
+    "placing": (-0.39, 0.28, 0.03, -0.36),
+    "taking": (0.34, -0.01, -0.26, -0.06),
+    "carrying": (-0.64, -0.21, -0.04, 0.68),
+    "going": (0.04, 0.38, -0.32, 0.07),
+    "last placing": (-0.86, 0.18, -0.01, 0.07),
+    "last taking": (0.45, -0.55, -0.49, -0.23),
+    "last going": (0.26, 0.23, -0.29, -0.01),
+    "on": (-0.18, 0.26, -0.04, -0.17),
+    "to": (-0.02, 0.07, 0.06, -0.11),
+    "floor": (-0.81, -0.79, 0.27, -0.88),
+    "beside": (0.18, 0.19, 0.08, -0.4),
+    "up": (0.61, -0.91, -0.88, 0.25),
+    "down": (-0.42, -0.8, 0.21, -0.33),
+    "forks": (0.91, -1.3, -1.04, 0.62),
+    "any": (0.46, 0.21, -0.29, -0.16),
 }
 
 
@@ -175,6 +176,7 @@ def _end(plan: PlanEnd) -> int:
 def cues(words: Sequence[str]) -> set[str]:
     """What some words speak of, some of `CUES`: verbs, and where to from the last verb on."""
     verbs = [next((c for c in word_class(w).split("+") if c in CUES), "") for w in words]
+    verbs = ["" if is_negation(w) else verb for w, verb in zip(("", *words), verbs, strict=False)]
     last = max((i for i, verb in enumerate(verbs) if verb), default=0)
     found = {"any", *filter(None, verbs)}
     if any(verbs):

@@ -34,6 +34,7 @@ from g3.language.lexicon.word_sets import (
     DRIVERS,
     EMPTYING,
     FILLING,
+    GENERIC,
     HANDLING_VERBS,
     HELD,
     INTERJECTIONS,
@@ -41,6 +42,7 @@ from g3.language.lexicon.word_sets import (
     LIGHT,
     REGARDING,
     UNLOADING,
+    YOU,
 )
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
@@ -240,8 +242,10 @@ def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
     said = concepts(field_words(theme.relation))
     if verb_of(tuple(_words(sdc))).classes != {"placing"} or not said & BESIDE:
         return None
-    labels = map(normalise, nouns.state.thing(held).labels)
-    if not set(labels).intersection(field_words(noun_leaf(theme).words)):
+    names = GENERIC.union(map(normalise, nouns.state.thing(held).labels))
+    named = noun_leaf(theme).words
+    own = YOU.intersection(bare(word.text) for word in named[:1])
+    if not (own or names.intersection(field_words(named))):
         return None
     place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
     floors = [p for p in sdc.landmark2 if p.landmark1 and is_floor(p.landmark1[0])]
@@ -249,6 +253,26 @@ def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
     if any(part.type in ("PLACE", "PATH") for part in others):
         return None
     return replace(sdc, landmark1=theme.figure, landmark2=(place, *others))
+
+
+def _loaded(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Somewhere with the load that is on the forks: "stop there with the drum still up"."""
+    parts = _arguments(sdc)
+    if nouns.state.held is None or any(part.type == "OBJECT" for part in parts):
+        return None
+    if verb_of(tuple(_words(sdc))).classes & {"placing", "turning"} or not sdc.relation:
+        return None
+    kept = [part for part in parts if not _says_what_is_held(part)]
+    if len(kept) == len(parts):
+        return None
+    return replace(sdc, landmark1=tuple(kept[:1]), landmark2=tuple(kept[1:]))
+
+
+def _says_what_is_held(part: SDC) -> bool:
+    """Whether a phrase says that something is on the forks: "with the drum", "on the forks"."""
+    if part.type not in ("PATH", "PLACE") or not part.landmark1:
+        return False
+    return _words(part)[:1] == ["with"] or names_forks(part.landmark1[0])
 
 
 def _aboard(sdc: SDC, nouns: Nouns) -> SDC | None:
@@ -421,6 +445,7 @@ _ALTERNATIONS: tuple[Callable[[SDC, Nouns], SDC | None], ...] = (
     _held,
     _fronted,
     _put_beside,
+    _loaded,
     _aboard,
     _named_first,
     _verbless,

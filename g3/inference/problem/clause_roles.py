@@ -6,17 +6,21 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.phrases import (
     is_measure,
     is_pronoun,
+    is_singled_out,
     names_forks,
     names_lift,
     names_robot,
 )
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.word_sets import (
     AROUND,
     BESIDE,
+    DECKS,
     FILLING,
+    INDEFINITE,
     LOWERING,
+    OWNERS,
     RAISING,
     SIDES,
     UNTIL,
@@ -47,6 +51,29 @@ def is_goal(path: SDC) -> bool:
 def tells_place(path: SDC) -> bool:
     """Whether a PATH tells where something is to be put as a PLACE does: "beside the crate"."""
     return bool(path.landmark1) and bool(BESIDE & concepts(field_words(path.relation)))
+
+
+def names_again(tree: Tree, node: int) -> bool:
+    """Whether a clause names by its kind what an earlier one named: "the truck", "its bed"."""
+    return node in tree.once(_named_again)
+
+
+def _named_again(tree: Tree) -> frozenset[int]:
+    found: list[int] = []
+    said: set[str] = set()
+    for root in range(len(tree.sdcs)):
+        below = [n for n in tree.all_below(root) if tree.nodes[n].type == "OBJECT"]
+        leaves = [n for n in below if tree.nodes[n].words and not is_pronoun(tree.nodes[n])]
+        more = {n for own in below for n in tree.children[own].get("f", ())}
+        nouns = {n: normalise(bare(tree.nodes[n].words[-1].text)) for n in leaves}
+        for n in leaves:
+            first = bare(tree.nodes[n].words[0].text)
+            own = first in OWNERS or nouns[n] in DECKS
+            known = own or (first not in INDEFINITE and nouns[n] in said)
+            if said and known and n not in more and not is_singled_out(tree.nodes[n]):
+                found.append(n)
+        said.update(nouns.values())
+    return frozenset(found)
 
 
 def objects(tree: Tree, root: int) -> list[int]:

@@ -24,14 +24,17 @@ from g3.inference.problem.clause_roles import (
 )
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.phrases import (
+    is_floor,
     is_measure,
     is_pronoun,
+    is_there,
     names_forks,
     names_robot,
     side_by_side,
 )
 from g3.language.discourse.negation import negated
-from g3.language.lexicon.field_words import bare, figure_words, normalise
+from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
+from g3.language.lexicon.verb_classes import word_class
 from g3.language.lexicon.word_sets import (
     ABOARD,
     EMPTYING,
@@ -39,11 +42,12 @@ from g3.language.lexicon.word_sets import (
     HANDLING_VERBS,
     KEEPING,
     LEAVING,
+    MOVING,
     PURPOSES,
     SENDING,
     UNTIL,
 )
-from g3.sdc.clauses import Field, all_words
+from g3.sdc.clauses import SDC, Field, all_words
 from g3.short_repr import short_repr
 
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
@@ -87,6 +91,8 @@ class Frame:
         Ways that it names without a landmark: "back", "left".
     forks
         Whether the robot's forks are what is handled.
+    down
+        Whether something is put on the ground, and nothing else says where.
     """
 
     node: int
@@ -105,6 +111,7 @@ class Frame:
     extents: tuple[int, ...]
     directions: frozenset[str]
     forks: bool
+    down: bool
 
     @property
     def text(self) -> str:
@@ -270,6 +277,11 @@ def _frame(tree: Tree, node: int) -> Frame:
     aboard = (m for n in places for m in tree.nodes[n].landmark1)
     if said & KEEPING and named and places and not any(map(names_forks, aboard)):
         classes = frozenset(("placing",))
+    goals = (tree.nodes[n] for n in (*places, *paths))
+    puts = any("placing" in word_class(word).split("+") for word in said)
+    moves, told = said & MOVING and not (named or puts), told_ways(tree, node)
+    if moves and (told & {"front", "back"} or not any(sdc.landmark1 for sdc in goals)):
+        classes = frozenset(("going",))
     leads = leads or len(named) > 1
     wordless = tree.nodes[node].type == "EVENT" and not said
     guessed = not classes and (verb.is_open or wordless or (verb.leads_on and named and leads))
@@ -290,8 +302,9 @@ def _frame(tree: Tree, node: int) -> Frame:
         next((n for n in tree.below(node, _ARGUMENTS, "EVENT") if _is_end(tree, n)), None),
         tuple(n for n in used if not names_robot(tree.nodes[n])),
         tuple(n for n in measures if is_measure(tree.nodes[n])),
-        told_ways(tree, node),
+        told,
         names_own_forks(tree, node),
+        classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),
     )
 
 
@@ -306,6 +319,13 @@ def _has_led(tree: Tree, node: int) -> bool:
         goal_places(tree, n) or any(is_goal(tree.nodes[p]) for p in goal_paths(tree, n))
         for n in before
     )
+
+
+def _is_down(place: SDC) -> bool:
+    """Whether a place is only the ground, or "there"."""
+    if is_there(place):
+        return True
+    return len(place.landmark1) == 1 and is_floor(place.landmark1[0]) and not place.landmark2
 
 
 def _is_end(tree: Tree, node: int) -> bool:
@@ -339,12 +359,14 @@ def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
 def spares(tree: Tree, node: int, held: str | None) -> bool:
     """Whether a clause tells what to leave alone: "leave the crate", with nothing on the forks.
 
-    But not "leave it there", or on the truck.
+    But not "leave it there", or on the truck. "Leave it where it is" does.
     """
     words = set(_relation(tree, node))
     if not words & LEAVING:
         return False
-    return "alone" in words or (held is None and not frame(tree, node).places)
+    where = (tree.nodes[n] for n in frame(tree, node).places)
+    stays = any("where" in field_words(sdc.relation) for sdc in where)
+    return stays or "alone" in words or (held is None and not frame(tree, node).places)
 
 
 def later(tree: Tree, node: int) -> Iterator[Frame]:

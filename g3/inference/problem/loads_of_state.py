@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from g3.actions.loads import loads_of_context
@@ -10,7 +12,7 @@ from g3.geometry.footprints import centre
 from g3.inference.problem.command_tree import Tree
 from g3.language.lexicon.field_words import bare
 from g3.learning.load_choice import Load
-from g3.sdc.clauses import all_words
+from g3.sdc.clauses import Span, all_words
 
 
 def loads_of(state: State) -> dict[str, Load]:
@@ -25,7 +27,8 @@ def loads_of(state: State) -> dict[str, Load]:
     return found
 
 
-def words_of(tree: Tree) -> tuple[str, ...]:
-    """The words of all clauses, in their order in the command."""
-    spans = {(span.start, span.text) for sdc in tree.sdcs for span in all_words(sdc)}
+def words_of(tree: Tree, but: Collection[Span] = ()) -> tuple[str, ...]:
+    """The words of all clauses but some, in their order in the command."""
+    said = {span for sdc in tree.sdcs for span in all_words(sdc)} - set(but)
+    spans = {(span.start, span.text) for span in said}
     return tuple(word for _, text in sorted(spans) if (word := bare(text)))

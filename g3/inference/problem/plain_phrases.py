@@ -18,6 +18,7 @@ from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import (
     ARTICLES,
+    ASIDE,
     BESIDE,
     BRINGING,
     HAVING,
@@ -26,6 +27,7 @@ from g3.language.lexicon.word_sets import (
     PARTS,
     PRONOUNS,
     SIDES,
+    STRESSING,
     WORD_CLASSES,
     YOU,
     words,
@@ -49,9 +51,9 @@ def plain_phrases(sdc: SDC) -> SDC:
     )
     sdc = replace(sdc, landmark1=_said_once(sdc.landmark1), landmark2=_said_once(sdc.landmark2))
     if sdc.type == "OBJECT":
-        return _with_none(_without_copula(sdc))
+        return _with_none(_beside_it(_without_copula(_aside(_turned_round(sdc)))))
     if sdc.type == "PLACE":
-        return _beside(sdc)
+        return _beside(_aside(sdc))
     if sdc.type == "EVENT":
         return _picked_up_there(
             _one_place(_marks_aside(_being_there(_put_there(_with_side(_counted(sdc))))))
@@ -185,6 +187,41 @@ def _without_copula(sdc: SDC) -> SDC:
     return replace(sdc, relation=sdc.relation[copula:])
 
 
+def _turned_round(sdc: SDC) -> SDC:
+    """The crate beside the drum, where words say "the crate that the drum is standing beside"."""
+    said = list(map(_bare, sdc.relation))
+    if not sdc.figure or sdc.landmark1 or len(said) < 4 or said[0] not in _WHICH:
+        return sdc
+    copula = next((i for i, word in enumerate(said) if word in _BEING), 1)
+    if copula == 1 or not concepts(field_words(sdc.relation[-1:])) & (BESIDE | {"on"}):
+        return sdc
+    mark = SDC("OBJECT", words=sdc.relation[1:copula])
+    rest = next((i for i, w in enumerate(said) if i > copula and w not in _BEING), len(said) - 1)
+    return replace(sdc, relation=sdc.relation[rest:], landmark1=(mark,))
+
+
+def _beside_it(sdc: SDC) -> SDC:
+    """The crate beside the drum, where words say "the crate with a drum beside it"."""
+    mark = next(iter(sdc.landmark1), None)
+    if mark is None or HAVING.isdisjoint(map(_bare, sdc.relation)) or not mark.figure:
+        return sdc
+    if not (mark.landmark1 and is_pronoun(mark.landmark1[0]) and _says_beside(mark)):
+        return sdc
+    return replace(sdc, relation=mark.relation, landmark1=mark.figure)
+
+
+def _aside(sdc: SDC) -> SDC:
+    """A thing with its side as part of the relation, not as a landmark: "at the very back"."""
+    mark = next(iter(sdc.landmark1), None)
+    named = sdc.figure or sdc.type == "PLACE"
+    if not named or mark is None or not (mark.is_leaf and sdc.relation):
+        return sdc
+    *before, noun = map(_bare, mark.words) if mark.words else ("",)
+    if noun not in ASIDE or not STRESSING.issuperset(before) or sdc.landmark2:
+        return sdc
+    return replace(sdc, relation=(*sdc.relation, *mark.words), landmark1=())
+
+
 def _is_part(sdc: SDC) -> bool:
     """Whether a clause means a side or the middle: "on the near side, in front of the gate"."""
     noun = field_words(noun_leaf(sdc).words)[-1:]
@@ -197,14 +234,24 @@ def _says_beside(sdc: SDC) -> bool:
     return bool(sdc.landmark1) and bool(said & BESIDE) and "on" not in said
 
 
+def _leads_beside(mark: SDC) -> bool:
+    """The same for a part or the ground: "on the ground on the left of it" isn't on top of it."""
+    return _says_beside(mark) or (is_floor(mark) and _has_side(mark))
+
+
+def _has_side(sdc: SDC) -> bool:
+    """Whether a relation names a side of its landmark: "on the left of it"."""
+    return bool(sdc.landmark1) and not SIDES.isdisjoint(concepts(field_words(sdc.relation)))
+
+
 def _beside(place: SDC) -> SDC:
     """A place beside something, where words say "on the ground beside it"."""
     if len(place.landmark1) != 1 or place.landmark2:
         return place
     (mark,) = place.landmark1
     if mark.figure and is_floor(mark) and len(mark.landmark1) == 1:
-        mark = mark if _says_beside(mark) else mark.landmark1[0]  # "in the middle between"
-    if not (mark.figure and (is_floor(mark) or _is_part(mark)) and _says_beside(mark)):
+        mark = mark if _leads_beside(mark) else mark.landmark1[0]  # "in the middle between"
+    if not (mark.figure and (is_floor(mark) or _is_part(mark)) and _leads_beside(mark)):
         return place
     return replace(
         place, relation=mark.relation, landmark1=mark.landmark1, landmark2=mark.landmark2
@@ -216,7 +263,7 @@ def _one_place(event: SDC) -> SDC:
     arguments = (*event.landmark1, *event.landmark2)
     places = [part for part in arguments if part.type in ("PLACE", "PATH")]
     floors = [p for p in places if len(p.landmark1) == 1 and is_floor(p.landmark1[0])]
-    if not any(_says_beside(p) for p in places if p not in floors):
+    if not any(_has_side(p) or _says_beside(p) for p in places if p not in floors):
         floors = []
     said = [*floors, *(b for a, b in pairwise(places) if _has(a) and _is_on_it(b))]
     first, second = (
@@ -252,6 +299,7 @@ def _picked_up_there(event: SDC) -> SDC:
     where = concepts(field_words(place.relation))
     brings = not BRINGING.isdisjoint(said) or not where & BESIDE
     leads = "to" in where and brings  # "lift it next to the gate" says where it is
-    if theme.is_implicit or leads or not place.landmark1 or is_pronoun(theme):
+    told = place.landmark1 or where & SIDES
+    if theme.is_implicit or leads or not told or is_pronoun(theme):
         return event
     return replace(event, landmark1=(replace(place, type="OBJECT", figure=(theme,)),), landmark2=())

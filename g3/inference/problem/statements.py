@@ -58,7 +58,7 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     head = words[verb.start] if verb.start < len(words) else ""
     if verb.is_open and nouns.call_robot(sdc.relation) and all(p.type == "OBJECT" for p in parts):
         return True
-    if normalise(head) in REGARDING:
+    if normalise(head) in REGARDING or words[0] == "while":
         return True
     if subjects and (head in STATING or words[0] in PAST):
         return True

@@ -26,6 +26,7 @@ from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
+from g3.inference.problem.clause_roles import names_again
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, told_side
@@ -294,8 +295,11 @@ def search(
         below = tree.all_below(root)
         pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
         own = frame(tree, root)
-        there = own.leaves_open or any(is_there(tree.nodes[n]) for n in below)
-        named = any(names_other(tree.nodes[n]) or names_same(tree.nodes[n]) for n in below)
+        there = own.leaves_open or own.down or any(is_there(tree.nodes[n]) for n in below)
+        named = any(
+            names_other(tree.nodes[n]) or names_same(tree.nodes[n]) or names_again(tree, n)
+            for n in below
+        )
         grounded: dict[tuple[object, ...], Arguments] = {}
         grown: list[Hypothesis] = []
         for before in beam:

@@ -65,8 +65,8 @@ def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
     goals, goal_path = _goals(tree, own, toward, to_be_put=bool(themes[0]))
     if goals == (None,) and goal_path < 0 and left:
         goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
-    if goals == (None,) and own.leaves_open:
-        goals = tuple(likely(reached(tree, root, toward), GOALS)) or (None,)
+    if own.down or (goals == (None,) and own.leaves_open):
+        goals = tuple(likely(reached(tree, root, toward), GOALS)) or goals
     others = {way: _marks(tree, way, free, PATH_LANDMARKS) for way in own.ways if way != goal_path}
     return Arguments(themes, goals, goal_path, others, free, toward, asked)
 
@@ -129,7 +129,8 @@ def _goals(
     path = -1
     if own.places:
         return tuple(likely(ground_places(tree, own.places, problem), GOALS)), -1
-    if own.end is not None and not any(is_goal(tree.nodes[p]) for p in own.paths):
+    paths = [tree.nodes[p] for p in own.paths]
+    if own.end is not None and not any(is_goal(p) and p.landmark1 for p in paths):  # "to the left"
         return tuple(likely(ground_thing(tree, own.end, problem), GOALS)), -1
     for path in own.paths:
         if to_be_put and tells_place(tree.nodes[path]):

@@ -45,6 +45,7 @@ from g3.inference.problem.grounding_problem import (
 from g3.inference.problem.phrases import (
     factor_type,
     is_complement,
+    is_floor,
     is_measure,
     is_pronoun,
     is_there,
@@ -239,14 +240,20 @@ def _there(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
 
 
 def reached(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
-    """Places at what earlier clauses lead to, for a clause; on it rather than beside it."""
+    """Places at what earlier clauses lead to, for a clause; on it rather than beside it.
+
+    Beside it where the clause says "on the ground".
+    """
+    places = [tree.nodes[n] for n in tree.below(node, ("l", "l2"), "PLACE")]
+    down = any(is_floor(mark) for place in places for mark in place.landmark1)
     groups = tuple(dict.fromkeys(reversed(problem.goals)))
     scores = added(ReferentCase(tree, node, problem, groups))
     found = []
     for group, score in zip(groups, map(float, scores), strict=True):
         spots = spots_about(group, problem.state)
         top = [s for s in spots if s.prism.z_min > ground(problem.state) + GROUND_M]
-        found += [Candidate((s,), score, {}) for s in top or spots]
+        wanted = [s for s in spots if s not in top] if down else top or spots
+        found += [Candidate((s,), score, {}) for s in wanted]
     return found[: problem.width]
 
 

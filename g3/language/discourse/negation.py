@@ -14,6 +14,11 @@ _DOUBLED = frozenset(("only", "just"))
 """After "not" these negate nothing: "not only lift it"."""
 
 
+def is_negation(word: str) -> bool:
+    """Whether a word negates what follows: "not", "don't"."""
+    return bool(_NEGATION.fullmatch(word))
+
+
 def negated(sdc: SDC, text: str = "") -> bool:
     """Whether a clause says what must not be, so that its φ is False.
 
@@ -40,7 +45,7 @@ def negated(sdc: SDC, text: str = "") -> bool:
     if sdc.type == "EVENT" and NOTHING.intersection(word.text.lower() for word in words[:1]):
         return True  # "nothing to lift"
     for place, word in enumerate(words):
-        if _NEGATION.fullmatch(word.text):
+        if is_negation(word.text):
             following = "".join(w.text.lower() for w in words[place + 1 : place + 2])
             return following not in _DOUBLED
     return bool(words and _BEFORE.search(text[: words[0].start]))

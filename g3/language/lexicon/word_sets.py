@@ -85,6 +85,8 @@ LIKE_WHERE = words(
 
 BEHIND = stems("behind")
 """The far side of a thing. The concept "back" is also a thing's own rear."""
+REAR = stems("back rear")
+"""Of things alike without a landmark, "the one in the back" is the farthest."""
 LATERAL = stems("next beside alongside by")
 """Next to a thing of a row, in line with the row; what is "near" it may be anywhere about it."""
 NEXT_TO = LATERAL | stems("near close nearby adjacent")
@@ -152,6 +154,12 @@ COLLECTIVES = ROWS | words("group pair couple stack pile cluster bunch collectio
 # Who and what is spoken of
 
 ARTICLES = words("the a an")
+INDEFINITE = words("a an another any some each every one no")
+"""Before a noun these don't speak of what was spoken of before."""
+OWNERS = words("its their")
+"""Before a noun these speak of a part of what was spoken of before: "its bed"."""
+DECKS = stems("bed deck")
+"""Nouns for what a load is put on, of a vehicle that was spoken of: "above the bed"."""
 YOU = words("you your me my")
 """Who is spoken to, as the landmark of a way or a side: "to your left"."""
 ROBOT = words("you yourself me myself i we us")
@@ -190,7 +198,7 @@ NO_ANTECEDENTS = words(
 
 EMPTY = words("empty unloaded vacant bare")
 LADEN = words("loaded full laden occupied nonempty non-empty")
-HAVING = words("with has have carrying holding bearing")
+HAVING = words("with has have having carrying holding bearing")
 """Before what stands on a thing: "the truck with the tires on it"."""
 HELD = words("have having got carry carrying hold holding")
 """What the robot does with its load: "the crate that you are holding"."""
@@ -243,6 +251,10 @@ GENERIC = stems(
     "lot line"
 )
 """Nouns that may stand for whatever there is."""
+ASIDE = words("left right front back rear")
+"""Nouns for where a thing is, not for what it is by: "in the back"."""
+STRESSING = words("the very far extreme absolute")
+"""What may stand before them."""
 PARTS = words("end side part half corner space spot area slot")
 """Nouns for parts of things."""
 
@@ -284,6 +296,8 @@ ASKING = stems("need want require")
 """These ask for what they have as their object: "we need the crate on the truck"."""
 KEEPING = words("keep keeping")
 """Verbs that put a thing somewhere where a place follows, in English as it is spoken in India."""
+MOVING = words("move moving return returning pull pulling")
+"""Verbs of moving the robot, where they are about nothing else: "pull out"."""
 BRINGING = words("take taking get getting remove removing pull pulling")
 """Verbs of taking that may also say where to: "get the crate next to the truck"."""
 LEAVING = words("leave leaving")

@@ -178,8 +178,28 @@ def test_what_is_on_the_forks_is_put_where_it_is_said_to_be():
             "l2 = PLACE(r = beside, l = OBJ(f = the truck)))"
         )
     )
+    lower = "EVENT(r = Lower, l = OBJ(f = OBJ(f = {}), r = beside, l = OBJ(f = the truck)))".format
+    for noun in ("your box", "the load"):
+        assert "PLACE" in made(lower(noun), loaded)
     for said, nouns in ((lower("bricks"), loaded), (lower("crate"), NOUNS)):
         assert made(said, nouns) == written(parse_brackets(said))
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        "PATH(r = with, l = OBJ(f = OBJ(f = the crate), r = on, l = OBJ(f = your forks)))",
+        "PLACE(r = still on, l = OBJ(f = the forks))",
+    ],
+)
+def test_what_stays_on_the_forks_is_nowhere_to_go(kept):
+    goal = "PATH(r = to, l = OBJ(f = the truck))"
+    loaded = Nouns(start_state(yard(carries="crate-1")))
+    said = f"EVENT(r = Drive, l = [{kept}, {goal}])"
+    assert made(said, loaded) == written(parse_brackets(f"EVENT(r = Drive, l = {goal})"))
+    assert made(said) == written(parse_brackets(said))
+    put = f"EVENT(r = Lower, l = {kept})"
+    assert made(put, loaded) == written(parse_brackets(put))
 
 
 TEXTS = (

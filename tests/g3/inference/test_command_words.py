@@ -89,3 +89,31 @@ def test_words_of_a_tree_are_in_the_order_of_the_command():
         command=text,
     )
     assert words_of(Tree(tree)) == ("lift", "carry", "it", "to", "the", "truck")
+
+
+@pytest.mark.parametrize(
+    ("text", "telling"),
+    [
+        # What the load stands by, or is driven around, isn't the load.
+        ("EVENT(r = lift, l = OBJ(f = OBJ(f = the gizmo), r = by, l = OBJ(f = the gadget)))", True),
+        (
+            "EVENT(r = go, l = PATH(r = around, l = OBJ(f = the gadget)))\n"
+            "EVENT(r = lift, l = OBJ(f = the gizmo))",
+            True,
+        ),
+        # "The pallet by the gizmo" says nothing of which kind is meant.
+        ("EVENT(r = lift, l = OBJ(f = OBJ(f = the load), r = by, l = OBJ(f = the gizmo)))", False),
+    ],
+)
+def test_only_words_for_the_load_tell_it(text, telling, model, yard):
+    _, kinds = kinds_in(yard)
+    sdcs = parse_brackets(text)
+    for meant in kinds:
+        grounder = Grounder.load(taught(model, kinds, meant), without=["plan-things", "plan-end"])
+        plan = grounder.follow(sdcs, yard, least=0.0, insist=True).plan
+        off = Grounder.load(model).follow(sdcs, yard, least=0.0, insist=True).plan
+        (thing,) = {a.object_id for a in plan.actions if a.object_id}
+        if telling:
+            assert loads_of(start_state(yard))[thing].labels == meant
+        else:
+            assert plan.score == off.score

@@ -54,6 +54,10 @@ def frames(text):
         ("Blick the drum.", "blick", "placing+taking", "the drum", ""),
         ("Blick to the lorry.", "blick", "going", "", "to"),
         ("Proceed to blick the drum.", "blick", "placing+taking", "the drum", ""),
+        # Who moves, pulls or returns nothing drives.
+        ("Move forward.", "move forward", "going", "", ""),
+        ("Pull out.", "pull out", "going", "", ""),
+        ("Move the drum.", "move", "carrying", "the drum", ""),
     ],
 )
 def test_the_frame_is_that_of_the_content_verb(text, verb, classes, theme, goal):

@@ -15,7 +15,15 @@ from g3.inference.problem.phrases import named_places
 from g3.inference.search.thing_search import ground_others, ground_thing
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
-from tests.g3.inference.ruled import WEIGHT, of_examples, of_groups, of_things, problem_in, tree_of
+from tests.g3.inference.ruled import (
+    WEIGHT,
+    adds,
+    of_examples,
+    of_groups,
+    of_things,
+    problem_in,
+    tree_of,
+)
 from tests.worlds import prism, robot, scene, thing
 
 TRUCK = thing("truck", "trailer", 20, 0, (4, 6), (0, 1))
@@ -141,6 +149,49 @@ def test_the_one_on_the_truck_stands_on_it(relation, costs):
 def test_what_is_on_the_ground_stands_on_nothing():
     words = "OBJ(f = OBJ(f = the pallet), r = on, l = OBJ(f = the ground))"
     assert of_things("stands-on", (BOXES, TIRES, TRUCK), words).tolist() == [UNLIKELY, 0, 0]
+
+
+def test_nothing_is_by_itself():
+    words = "OBJ(f = OBJ(f = the pallet), r = {}, l = OBJ(f = {}))".format
+    found = of_things("apart", (BOXES, TIRES), words("behind", "it"), landmark=(TIRES,))
+    assert found.tolist() == [0, WEIGHT["apart"]]
+    for relation, mark in (("by", "itself"), ("of", "tires"), ("which is", "the tires")):
+        found = of_things("apart", (BOXES, TIRES), words(relation, mark), landmark=(TIRES,))
+        assert not found.any()
+
+
+def test_of_several_things_no_word_names_one_and_not_another():
+    spots = {"a": ("fridge", 3), "b": ("fridge", 6), "c": ("tire", 9)}
+    a, b, c = (thing(n, f"{kind} pallet", 5, y, (1, 1)) for n, (kind, y) in spots.items())
+    problem = problem_in(Context("yard", (a, b, c, robot()), (), "robot"))
+    groups = [(a, b), (a, c), (a,)]
+    found = of_groups("each-named", "OBJ(f = the fridge pallets)", groups, problem)
+    assert found.tolist() == [0, UNLIKELY, 0]
+    assert not of_groups("each-named", "OBJ(f = the pallets)", groups, problem).any()
+
+
+def named_again(second, spoken=frozenset({"truck"}), load=None):
+    """What the last noun of two clauses costs, if it means a truck, the other one, or a load."""
+    first = "EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the truck)))"
+    tree = tree_of(f"{first}\nEVENT(r = Pass, l = {second})")
+    problem = problem_in(STATE.context, spoken=spoken, load=load)
+    groups = [(TRUCK,), (OTHER,), (TIRES,)]
+    case = CandidateCase(tree, 5, problem, groups, "figure", 5)
+    return adds("named-again", case).tolist()
+
+
+@pytest.mark.parametrize("noun", ["the truck", "truck", "its bed", "the deck"])
+def test_a_noun_that_is_said_again_names_the_same(noun):
+    assert named_again(f"OBJ(f = {noun})") == [0, UNLIKELY, UNLIKELY]
+
+
+@pytest.mark.parametrize("noun", ["the left truck", "another truck", "a truck", "the trailer"])
+def test_a_noun_that_says_more_may_name_another_one(noun):
+    assert named_again(f"OBJ(f = {noun})") == [0, 0, 0]
+
+
+def test_what_is_moved_is_not_what_is_said_again():
+    assert named_again("OBJ(f = the truck)", load="truck") == [0, 0, 0]
 
 
 def test_the_nearest_to_something_is_no_further_from_it_than_its_like():

@@ -66,6 +66,36 @@ def test_nothing_is_put_next_to_itself(text, mirrored, grounder):
     assert np.linalg.norm(ends_at - centre(state.thing("tires").prism)) < 4
 
 
+TWO = {"tires": (TIRES, (8, 2)), "near": ("truck", (13, 8)), "far": ("truck", (22, -9))}
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("where", ["on the truck", "on its bed", "on it"])
+def test_the_truck_that_was_driven_to_is_the_truck(where, mirrored, grounder):
+    side = "left" if mirrored else "right"
+    text = f"Lift the tires. Drive to the truck on the {side}. Put them {where}"
+    state, _ = ends(grounder, text, TWO, mirrored)
+    assert stands_on(state, "tires") == "far"
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("where", ["on the ground", "down on the ground there"])
+def test_on_the_ground_is_where_it_was_brought(where, mirrored, grounder):
+    text = f"Pick up the tires and take them over to the truck. Set them {where}"
+    state, _ = ends(grounder, text, YARD, mirrored)
+    ends_at = centre(state.thing("tires").prism)
+    assert stands_on(state, "tires") is None
+    assert np.linalg.norm(ends_at - centre(state.thing("truck").prism)) < 7
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_the_one_behind_them_is_another_one(mirrored, grounder):
+    yard = {"boxes": (BOXES, (7, 1)), "tires": (TIRES, (12, 1.5)), "crate": (CRATE, (6, -9))}
+    text = "Drive around the boxes and pick up the pallet behind them"
+    state, _ = ends(grounder, text, yard, mirrored)
+    assert state.held == "tires"
+
+
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("text", ["load them up", "load them"])
 def test_what_was_brought_to_the_truck_is_loaded_onto_it(text, mirrored, grounder):

@@ -98,6 +98,35 @@ def of(figure, relation, landmark):
         ),
         (put(f"PLACE(r = on, l = {of('OBJ(f = the ground)', 'in', MIDDLE)})"), put(BETWEEN)),
         (put("PATH(r = to, l = OBJ(f = the ground))", THERE), put(THERE)),
+        (
+            put(FLOOR, f"PLACE(r = on the left of, l = {GATE})"),
+            put(f"PLACE(r = on the left of, l = {GATE})"),
+        ),
+        (
+            put(f"PLACE(r = on, l = {of('OBJ(f = the ground)', 'on the left of', GATE)})"),
+            put(f"PLACE(r = on the left of, l = {GATE})"),
+        ),
+        # A relation said the other way round.
+        (
+            f"OBJ(f = {DRUM}, r = that the man is standing beside)",
+            of(DRUM, "beside", "OBJ(f = the man)"),
+        ),
+        (f"OBJ(f = {DRUM}, r = that the man is pushing)", None),
+        (
+            of(DRUM, "having", of("OBJ(f = a cone)", "next to", "OBJ(f = it)")),
+            of(DRUM, "next to", "OBJ(f = a cone)"),
+        ),
+        (of(DRUM, "with", of("OBJ(f = a cone)", "on", "OBJ(f = it)")), None),
+        # The back is where it is, not what it is by.
+        (
+            of(DRUM, "all the way in", "OBJ(f = the back)"),
+            f"OBJ(f = {DRUM}, r = all the way in the back)",
+        ),
+        (of(DRUM, "in", "OBJ(f = the back yard)"), None),
+        (
+            f"EVENT(r = Pick, l = {DRUM}, l2 = PLACE(r = at, l = OBJ(f = the back)))",
+            f"EVENT(r = Pick, l = OBJ(f = {DRUM}, r = at the back))",
+        ),
         # A side before a noun is the thing's.
         ("EVENT(r = Grab left, l = OBJ(f = drum))", "EVENT(r = Grab, l = OBJ(f = left drum))"),
         ("EVENT(r = Grab left, l = OBJ(f = the drum))", None),

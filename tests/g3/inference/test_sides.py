@@ -10,6 +10,7 @@ from tests.worlds import robot, thing
 # The robot stands at the origin and looks along +x; +y is to its left.
 AHEAD = [thing("a", "pallet", 8, 6), thing("b", "pallet", 8, 0), thing("c", "pallet", 8, -6)]
 BEHIND = [thing("a", "pallet", -8, 6), thing("b", "pallet", -8, 0), thing("c", "pallet", -8, -6)]
+DEEP = [thing("a", "pallet", 6, 1), thing("b", "pallet", 11, 0), thing("c", "pallet", 16, 1)]
 WIDE = [thing("a", "trailer", 9, -4), thing("b", "trailer", -9, 4)]
 AROUND = [thing("a", "trailer", 9, 1), thing("b", "trailer", -9, 1)]
 
@@ -33,6 +34,8 @@ def singled_out(things, words, relation="", landmark=None):
         (BEHIND, "the leftmost pallet", "c"),
         (BEHIND, "the first pallet from the left", "c"),
         (AHEAD, "the middle pallet", "b"),
+        (DEEP, "the pallet in the back", "c"),
+        (DEEP, "the rear pallet", "c"),
         (AHEAD, "the pallet", "abc"),
         # Of things all around people speak as they stand.
         (AROUND, "the trailer behind", "b"),

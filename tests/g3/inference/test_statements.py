@@ -34,6 +34,8 @@ def nouns():
         ("EVENT(r = forklift)", []),
         ("EVENT(r = alright hand)", []),
         ("EVENT(r = thank, l = OBJ(f = you))", []),
+        # What is on the forks meanwhile.
+        (f"EVENT(r = while still carrying, l = {CRATE})", ["the crate"]),
         # A load that was taken for a verb.
         ("EVENT(r = fridge)", ["fridge"]),
     ],

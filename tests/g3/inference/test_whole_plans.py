@@ -52,6 +52,7 @@ def case_of(text, *plans):
         ("carry it next to the berm", {"carrying", "beside", "to", "last placing"}),
         ("put it on the ground by the truck", {"placing", "on", "floor", "beside", "last placing"}),
         ("go to the berm", {"going", "to", "last going"}),
+        ("go to the berm and don't unload it", {"going", "to", "last going"}),
         ("crate", set()),
     ],
 )
