@@ -2,8 +2,9 @@
 
 They are a conditional logit: of the plans that are compared for a command, which is right? It is
 learned from commands that imitate people (``benchmarks/written``), by a model that has learned from
-``--train``. First each set is left out in turn: that shows what the weights are worth where they
-have not learned. The last lines are for `g3.inference.potentials.whole_plans`, from `LEARNED`.
+``--train``, and from the annotated commands of ``--held-out``, by models that have not seen their
+scenarios. First each set is left out in turn, and each scenario: that shows what the weights are
+worth where they have not learned. The last lines are for `g3.inference.potentials.whole_plans`.
 """
 
 from __future__ import annotations
@@ -11,25 +12,37 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from benchmarks.written_commands import SETS, Done, is_right, learned_cost, records_of, state_of
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.statistics.estimates import BoolArray
+from eval.table_3.following import FollowedPlan, judged
+from eval.table_3.grounder_registry import Proposal
+from eval.table_3.held_out import costs_without, extractor_without
+from eval.table_3.judged_commands import JudgedCommand, judged_commands
+from eval.table_3.search_examples import data_of
+from g3.actions.robot_state import start_state
 from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
+from g3.inference.potentials.cases import PlanCase
 from g3.inference.potentials.whole_plans import CUES, ENDS, THINGS, of_ends, of_things
-from g3.inference.tree_choice import EVIDENCE
+from g3.inference.tree_choice import EVIDENCE, PARSES, Choice
+from g3.language.parsing.parser import parse_unsure
 
-LEARNED = SETS[:5]
+LEARNED = SETS[:7]
 """The sets that weights are learned from; the others are left for tests."""
 L2 = 100.0
-"""The penalty of weights of standardised features. It and `EVIDENCE` are one of six pairs that were
-tried: the one that lost nothing on `automatic` and aaai11."""
+"""The penalty of weights of standardised features. It and `EVIDENCE` are one of nine pairs that
+were tried, by what is right in sets and scenarios that are left out and on `automatic`."""
 COMMANDS = 200
-"""How many each set counts for."""
+"""How many each set counts for, and the corpus."""
+Parts = dict[str, dict[str, list["Compared"]]]
+"""The commands of sets and of a corpus, by what is left out at a time: a set, or a scenario."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +78,38 @@ def compared(name: str, grounder: Grounder) -> Iterator[Compared]:
         choices, case = grounder.compared(record["text"], state_of(record))
         if choices:
             plans = [c.hypothesis for c in choices]
-            yield Compared(
-                np.array([c.seen[1] for c in choices]),
-                np.hstack((of_things(case), of_ends(case))),
-                np.array([is_right(record["want"], Done(p.actions, p.state)) for p in plans]),
-                choices[0].tree != choices[-1].tree,
-            )
+            right = [is_right(record["want"], Done(p.actions, p.state)) for p in plans]
+            yield _seen(choices, case, right)
+
+
+def held_out(name: str, train: Sequence[str]) -> Iterator[tuple[str, Compared]]:
+    """The scenarios and plans of annotated commands; costs and trees don't know the scenario."""
+    others = (open_corpus(other) for other in train if other != name)
+    corpora = [open_corpus(name), *(corpus for corpus in others if corpus.annotations)]
+    costs = costs_without(data_of(corpora))
+    extractors = extractor_without(corpora)
+    for scenario, commands in groupby(judged_commands(corpora[0]), lambda c: c.command.scenario):
+        grounder, extractor = Grounder(costs(scenario)), extractors(scenario)
+        for tested in commands:
+            parse = parse_unsure(tested.command.text, n_best=PARSES, extractor=extractor)
+            choices, case = grounder.compared(parse, start_state(tested.context))
+            if choices:
+                yield scenario, _seen(choices, case, [_is_as_done(tested, c) for c in choices])
+
+
+def _is_as_done(tested: JudgedCommand, choice: Choice) -> bool:
+    plan = choice.hypothesis
+    own = FollowedPlan(Proposal(plan.actions), plan.state, tuple(choice.seen.tolist()))
+    return judged(tested, own).correct
+
+
+def _seen(choices: Sequence[Choice], case: PlanCase, right: Sequence[bool]) -> Compared:
+    return Compared(
+        np.array([c.seen[1] for c in choices]),
+        np.hstack((of_things(case), of_ends(case))),
+        np.array(right),
+        choices[0].tree != choices[-1].tree,
+    )
 
 
 def fitted(sets: Sequence[Sequence[Compared]]) -> FloatArray:
@@ -96,21 +135,38 @@ def fitted(sets: Sequence[Sequence[Compared]]) -> FloatArray:
     return found
 
 
+def learned(parts: Parts, annotated: str, *, but: tuple[str, str] = ("", "")) -> FloatArray:
+    """Weights from the sets of `LEARNED` and the annotated corpus, one unit left out."""
+    known = (
+        [c for unit, own in parts[name].items() if (name, unit) != but for c in own]
+        for name in (*LEARNED, *filter(None, [annotated]))
+    )
+    return fitted(list(filter(None, known)))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.plan_weights", description=__doc__)
     parser.add_argument(
         "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
     )
+    parser.add_argument("--held-out", default="aaai11", help="the annotated corpus; '' for none")
     options = parser.parse_args()
-    grounder = Grounder(learned_cost(options.train.split(",")))
-    sets = {name: list(compared(name, grounder)) for name in SETS}
-    print("| set left out | plans | right without potentials | with those of the other sets |")
-    for name, own in sets.items():
-        weights = fitted([sets[other] for other in LEARNED if other != name])
-        none = np.zeros(len(weights))
-        right = [sum(c.is_right(w) for c in own) for w in (none, weights)]
-        print(f"| {name} | {len(own)} | {right[0]} | {right[1]} |", flush=True)
-    weights = np.round(fitted([sets[name] for name in LEARNED]), 2)
+    train, annotated = options.train.split(","), options.held_out
+    grounder = Grounder(learned_cost(train))
+    parts: Parts = {name: {name: list(compared(name, grounder))} for name in SETS}
+    if annotated:
+        parts[annotated] = {}
+        for scenario, own in held_out(annotated, train):
+            parts[annotated].setdefault(scenario, []).append(own)
+    print("| left out | plans | right without potentials | with those of the others |")
+    for name, units in parts.items():
+        without, right = list[bool](), list[bool]()
+        for unit, commands in units.items():
+            weights = learned(parts, annotated, but=(name, unit))
+            without += [c.is_right(np.zeros(len(weights))) for c in commands]
+            right += [c.is_right(weights) for c in commands]
+        print(f"| {name} | {len(right)} | {sum(without)} | {sum(right)} |", flush=True)
+    weights = np.round(learned(parts, annotated), 2)
     for name, weight in zip(THINGS, weights, strict=False):
         print(f'    "{name}": {weight},')
     for cue, row in zip(CUES, weights[len(THINGS) :].reshape(-1, len(ENDS)), strict=True):
