@@ -52,6 +52,7 @@ def replay(context: Context, rate_hz: float) -> Recording:
     count = int(np.ceil(round(duration * rate_hz, 6))) + 1
     t_ns = np.rint(np.arange(count) * (NS_PER_S / rate_hz)).astype(np.int64)
     t = np.minimum(t_ns / NS_PER_S, duration)
+    t[-1] = duration  # also where the count was rounded down
     loaded_id = loaded(context)
     robot = _driven(_knots(context.agent.trajectory, begin), t)
     forks = _Forks(t, robot.xyz[:, 2])

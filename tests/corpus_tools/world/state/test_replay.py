@@ -149,6 +149,12 @@ def test_a_context_without_trajectories_is_one_moment():
     assert recording.fork_height_m.tolist() == [LOW]
 
 
+def test_the_last_moment_is_the_last_pose_in_spite_of_rounding():
+    end = 2 + 1e-8
+    recording = replay(world(robot([0, end - 0.002, end], [[0, 0, 0], [0, 0, 0], [5, 0, 0]])), 10.0)
+    assert recording.position[-1, 0].tolist() == [5, 0, 0]
+
+
 @given(contexts(), st.sampled_from([1.0, 7.5, 30.0]))
 def test_any_context_is_played_within_the_poses_of_its_log(context, rate_hz):
     recording = replay(context, rate_hz)
