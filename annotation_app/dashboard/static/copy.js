@@ -6,13 +6,13 @@ const what = link.dataset.what ?? "link";
 
 link.addEventListener("focus", () => link.select());
 button.hidden = false;
-button.addEventListener("click", async () => {
-  try {
-    await navigator.clipboard.writeText(link.value);
+button.addEventListener("click", () => {
+  link.focus();
+  // navigator.clipboard is missing on pages without TLS, and its answer may never come.
+  if (document.execCommand("copy")) {
     copied.textContent = `The ${what} is copied.`;
-  } catch {
-    link.focus();
-    link.select();
+    button.focus();
+  } else {
     copied.textContent = `The ${what} is selected: copy it with your keyboard or its menu.`;
   }
 });
