@@ -31,6 +31,7 @@ from g3.inference.problem.phrases import (
     names_forks,
     names_robot,
 )
+from g3.language.discourse.anaphora import anaphors
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.word_sets import AROUND, ARTICLES, BESIDE, GENERIC, PASSING, YOU
@@ -47,9 +48,12 @@ def command_load(case: CandidateCase) -> Measured:
     if case.problem.held is not None or case.within != first_handling(case.tree, case.problem):
         return False
     taken_off = any(is_source(case.tree.nodes[n]) for n in frame(case.tree, case.within).ways)
-    if _has_landmark(case.sdc) and not _names_kind(case):
+    named = _named(case)
+    if _has_landmark(named) and not _names_kind(named, case.problem):
         return False
-    behind = _behind(case, taken_off or _says_more(case.sdc))
+    says_which = taken_off or _says_more(named)
+    says_kind = _has_label(named, case.problem)
+    behind = _behind(case, kinds=not says_kind, alike=not says_which)
     if not behind:
         return False
     most = max(behind.values())
@@ -59,6 +63,19 @@ def command_load(case: CandidateCase) -> Measured:
         return float(np.mean(own)) if own else most
 
     return np.array([measure(group) for group in case.groups])
+
+
+def _named(case: CandidateCase) -> SDC:
+    """The clause that names the load: of "drive to the crate by the cone and lift it" the crate."""
+    known, node = case.tree.once(_antecedents), case.node
+    while is_pronoun(case.tree.nodes[node]) and node in known:
+        node = known[node]
+    return case.tree.nodes[node]
+
+
+def _antecedents(tree: Tree) -> dict[int, int]:
+    """The most probable antecedent of each pronoun."""
+    return {a.index: a.antecedents[0].index for a in anaphors(tree.sdcs) if a.antecedents}
 
 
 def _says_more(sdc: SDC) -> bool:
@@ -78,15 +95,29 @@ def _has_landmark(sdc: SDC) -> bool:
     return bool(said and sdc.landmark1) and YOU.isdisjoint(marks)
 
 
-def _names_kind(case: CandidateCase) -> bool:
+def _has_label(named: SDC, problem: GroundingProblem) -> bool:
+    """Whether words for a load have a label that tells loads apart, so that its kind is plain."""
+    return not _labels(problem)[0].isdisjoint(_noun(named))
+
+
+def _names_kind(named: SDC, problem: GroundingProblem) -> bool:
     """Whether the noun says what kind of load is meant: not "the pallet that is on the truck"."""
-    loads = tuple(loads_of(case.problem.state).values())
+    return not (_labels(problem)[1] | GENERIC | ARTICLES).issuperset(_noun(named))
+
+
+def _noun(sdc: SDC) -> tuple[str, ...]:
+    """Normal forms of an OBJECT's words but for its modifiers."""
+    while sdc.figure and not is_complement(sdc):
+        sdc = sdc.figure[0]
+    return field_words(all_words(sdc))
+
+
+def _labels(problem: GroundingProblem) -> tuple[set[str], set[str]]:
+    """Normal forms of the labels that tell loads apart, and of all others that loads have."""
+    loads = tuple(loads_of(problem.state).values())
     telling = {label for own in LoadChoice((), loads).telling for label in own}
-    common = {normalise(label) for load in loads for label in load.labels if label not in telling}
-    noun = case.sdc
-    while noun.figure and not is_complement(noun):
-        noun = noun.figure[0]
-    return not (common | GENERIC | ARTICLES).issuperset(field_words(all_words(noun)))
+    common = {label for load in loads for label in load.labels} - telling
+    return set(map(normalise, telling)), set(map(normalise, common))
 
 
 def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
@@ -105,16 +136,20 @@ def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
     return None
 
 
-def _behind(case: CandidateCase, kinds: bool) -> Mapping[str, float]:
+def _behind(case: CandidateCase, *, kinds: bool, alike: bool) -> Mapping[str, float]:
     """How much less probable each load is than the most probable one, by id; in nats.
 
-    With `kinds` each load is as probable as the most probable one with its labels.
+    With `kinds` it counts which labels it has, and with `alike` which one it is among those.
     """
     problem, cost = case.problem, case.problem.cost
     if not isinstance(cost, Scorer) or cost.model.load_chooser_ is None:
         return {}
     loads = loads_of(problem.state)
-    if len(loads) < 2 or _knows(cost, {label for load in loads.values() for label in load.labels}):
+    if (
+        not (kinds or alike)
+        or len(loads) < 2
+        or _knows(cost, {label for load in loads.values() for label in load.labels})
+    ):
         return {}
     words = words_of(case.tree, _told_besides(case))
     choice = LoadChoice(words, tuple(loads.values()))
@@ -124,14 +159,14 @@ def _behind(case: CandidateCase, kinds: bool) -> Mapping[str, float]:
         kind = frozenset(load.labels)
         best[kind] = max(best.get(kind, -np.inf), own)
     of_kind = np.array([best[frozenset(load.labels)] for load in loads.values()])
-    found = of_kind if kinds else score
+    found = kinds * of_kind + alike * (score - of_kind)
     return dict(zip(loads, (found.max() - found).tolist(), strict=True))
 
 
 def _told_besides(case: CandidateCase) -> set[Span]:
     """Words for other things than the load: "drive around the boxes, lift the pallet by them"."""
-    tree = case.tree
-    marks = list(case.sdc.landmark1) if _has_landmark(case.sdc) else []
+    tree, named = case.tree, _named(case)
+    marks = list(named.landmark1) if _has_landmark(named) else []
     meant = is_pronoun(case.sdc) or tree.left_out(case.sdc) is not None
     before = [n for n in asked(tree) if n < case.within]
     ways = [tree.nodes[p] for n in before for p in frame(tree, n).ways]

@@ -94,6 +94,18 @@ def you(case: CandidateCase) -> Measured:
     return names_robot(case.sdc) and _says(case, lambda g: _ids(g) != robot)
 
 
+@potential("not-robot", kind="noun", types=("OBJECT",), weight=UNLIKELY)
+def not_robot(case: CandidateCase) -> Measured:
+    """A noun that is a label of something else, and not of the robot, isn't the robot."""
+    noun, context = noun_words(case.sdc)[-1:], case.problem.state.context
+    robot = context.agent_id
+    if labels_in(noun, context.agent.labels) or not any(
+        labels_in(noun, o.labels) for o in context.objects if o.id != robot
+    ):
+        return False
+    return _says(case, lambda g: robot in _ids(g))
+
+
 @potential("load-elsewhere", kind="noun", types=("OBJECT",), weight=log(0.05))
 def load_elsewhere(case: CandidateCase) -> Measured:
     """What is moved isn't the landmark of where it goes."""
@@ -185,7 +197,7 @@ def row_size(case: FactorCase) -> Measured:
     return _number_said(case) == "row" and np.less(case.sizes, ROW)
 
 
-@potential("count", kind="factor", types=("OBJECT",), weight=log(0.001))
+@potential("count", kind="factor", types=("OBJECT",), weight=log(0.05))
 def count(case: FactorCase) -> Measured:
     """As many things are meant as words say: "both crates"."""
     said = group_of(case.sdc).count or 0

@@ -101,6 +101,12 @@ def test_words_of_a_tree_are_in_the_order_of_the_command():
             "EVENT(r = lift, l = OBJ(f = the gizmo))",
             True,
         ),
+        # A pronoun is what the words say that it stands for.
+        (
+            "EVENT(r = go, l = PATH(r = to, l = OBJ(f = OBJ(f = the gizmo), r = by, "
+            "l = OBJ(f = the gadget))))\nEVENT(r = lift, l = OBJ(f = it))",
+            True,
+        ),
         # "The pallet by the gizmo" says nothing of which kind is meant.
         ("EVENT(r = lift, l = OBJ(f = OBJ(f = the load), r = by, l = OBJ(f = the gizmo)))", False),
     ],
@@ -117,3 +123,15 @@ def test_only_words_for_the_load_tell_it(text, telling, model, yard):
             assert loads_of(start_state(yard))[thing].labels == meant
         else:
             assert plan.score == off.score
+
+
+def test_who_names_a_load_by_its_label_means_its_kind(model, yard):
+    _, kinds = kinds_in(yard)
+    sdcs = parse_brackets(
+        "EVENT(r = face, l = OBJ(f = the gizmo gizmo gizmo))\n"
+        "EVENT(r = lift, l = OBJ(f = the turbine))"
+    )
+    for meant in kinds:
+        plan = Grounder.load(taught(model, kinds, meant)).follow(sdcs, yard, least=0.0).plan
+        things = {a.object_id for a in plan.actions if a.object_id}
+        assert {loads_of(start_state(yard))[thing].labels for thing in things} == {("turbine",)}

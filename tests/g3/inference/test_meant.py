@@ -131,6 +131,14 @@ def test_you_are_the_robot():
     assert possible("you", TRUCK, STATE.context.agent) == {"robot"}
 
 
+def test_a_noun_for_something_else_is_not_the_robot():
+    own = STATE.context.agent.labels[0]
+    assert possible("the trailer", TRUCK, STATE.context.agent) == {"truck"}
+    assert possible(f"the {own}", TRUCK, STATE.context.agent) == {"truck", "robot"}
+    # No other thing has that label: the robot may be meant.
+    assert possible("the elephant", TRUCK, STATE.context.agent) == {"truck", "robot"}
+
+
 @pytest.mark.parametrize(
     ("relation", "costs"),
     [
