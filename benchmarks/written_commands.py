@@ -41,7 +41,7 @@ FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
 """From the edge of a thing that is come to; between middles; from the middle between two; between
 middles on a side."""
-SETS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+SETS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], Sequence[Action]]
 """From a command and a state to what to do."""
