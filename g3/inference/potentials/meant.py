@@ -197,7 +197,7 @@ def row_size(case: FactorCase) -> Measured:
     return _number_said(case) == "row" and np.less(case.sizes, ROW)
 
 
-@potential("count", kind="factor", types=("OBJECT",), weight=log(0.05))
+@potential("count", kind="factor", types=("OBJECT",), weight=log(0.001))
 def count(case: FactorCase) -> Measured:
     """As many things are meant as words say: "both crates"."""
     said = group_of(case.sdc).count or 0
