@@ -1,6 +1,6 @@
 """What isn't covered yet, each by its name: a gap that closes fails here, and goes.
 
-The table in docs/inference.md lists the same names.
+The table in docs/wordings.md lists the same names.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.actions.yards import box, forklift
 from tests.worlds import scene
 
-DOCS = Path(__file__).parents[3] / "docs" / "inference.md"
+DOCS = Path(__file__).parents[3] / "docs" / "wordings.md"
 TRAILER = box("trailer", "trailer", (0, 0, 0), (6.0, 3.0), (0.4, 0.85))
 CRATE = box("crate", "crate", (0, 0, 0))
 
