@@ -36,6 +36,7 @@ from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
 from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.problem.loads_of_state import loads_of
+from g3.language.parsing.extractor import Parse
 
 FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
@@ -151,9 +152,11 @@ def learned_cost(corpora: Sequence[str]) -> Scorer:
     return costs_without(data_of(known), load_choices_of(known))("")
 
 
-def _by_model(grounder: Grounder) -> Plan:
+def by_model(grounder: Grounder, parse: Parse | None = None) -> Plan:
+    """What follows commands with a model; with trees that are known, one command."""
+
     def plan(text: str, start: State) -> Sequence[Action]:
-        found = grounder.follow(text, start, least=0.0, insist=True).plan
+        found = grounder.follow(parse or text, start, least=0.0, insist=True).plan
         return found.actions if found else ()
 
     return plan
@@ -181,14 +184,14 @@ def main() -> None:
     cost = learned_cost(options.train.split(","))
     ways = {
         **{name: _by_baseline(name) for name in BASELINES if name not in missing()},
-        "random costs": _by_model(Grounder(RandomCost())),
-        "the model": _by_model(Grounder(cost, without=options.ablate)),
+        "random costs": by_model(Grounder(RandomCost())),
+        "the model": by_model(Grounder(cost, without=options.ablate)),
     }
     for name in options.sets or SETS:
         records = records_of(name)
         yards = np.array([record["world"] for record in records])
         for how, plan in ways.items():
-            right = np.array([_is_followed(record, plan) for record in records])
+            right = np.array([is_followed(record, plan) for record in records])
             if options.wrong and how == "the model":
                 wrong = (r for r, good in zip(records, right, strict=True) if not good)
                 print(*(f"  {r['world']} {r['text']!r}" for r in wrong), sep="\n")
@@ -200,7 +203,8 @@ def main() -> None:
             )
 
 
-def _is_followed(record: dict[str, Any], plan: Plan) -> bool:
+def is_followed(record: dict[str, Any], plan: Plan) -> bool:
+    """Whether a command is followed rightly."""
     start = state_of(record)
     actions = plan(record["text"], start)
     done = Done(actions, carried_out(start, actions))

@@ -14,8 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.written_commands import SETS, Done, is_right, learned_cost, records_of, state_of
-from corpus_tools.following.plan_steps import carried_out
+from benchmarks.written_commands import SETS, by_model, is_followed, learned_cost, records_of
 from corpus_tools.runtime.parallel import Workers, work
 from eval.on_trial.ablation_report import rows
 from eval.on_trial.ablation_runs import NOTHING
@@ -51,13 +50,9 @@ def followed(yard: Yard, *, train: str, names: Sequence[str]) -> list[tuple[str,
 
 
 def _outcome(record: dict[str, Any], name: str, parse: Parse, cost: Scorer, off: str) -> Outcome:
-    start = state_of(record)
-    grounder = Grounder(cost, without=(off,) if off else ())
-    plan = grounder.follow(parse, start, least=0.0, insist=True).plan
-    actions = plan.actions if plan else ()
-    right = bool(actions) and is_right(record["want"], Done(actions, carried_out(start, actions)))
-    chance = plan.probability if plan else 0.0
-    return Outcome(name, record["world"], record["text"], chance, right, "")
+    plan = by_model(Grounder(cost, without=(off,) if off else ()), parse)
+    right = is_followed(record, plan)
+    return Outcome(name, record["world"], record["text"], 0.0, right, "")
 
 
 def main() -> None:
