@@ -156,7 +156,8 @@ def by_model(grounder: Grounder, parse: Parse | None = None) -> Plan:
     """What follows commands with a model; with trees that are known, one command."""
 
     def plan(text: str, start: State) -> Sequence[Action]:
-        found = grounder.follow(parse or text, start, least=0.0, insist=True).plan
+        command = text if parse is None else parse
+        found = grounder.follow(command, start, least=0.0, insist=True).plan
         return found.actions if found else ()
 
     return plan

@@ -35,7 +35,7 @@ from g3.language.discourse.anaphora import anaphors
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.word_sets import AROUND, ARTICLES, BESIDE, GENERIC, PASSING, YOU
-from g3.learning.load_choice import LoadChoice
+from g3.learning.load_choice import LoadChoice, LoadChooser
 from g3.sdc.clauses import SDC, Span, all_words
 
 WEIGHT = -8.0
@@ -45,7 +45,10 @@ WEIGHT = -8.0
 @potential("command-load", kind="argument", types=("EVENT",), roles=("theme",), weight=WEIGHT)
 def command_load(case: CandidateCase) -> Measured:
     """What is handled first is the load that all words of the command tell, as learned."""
-    if case.problem.held is not None or case.within != first_handling(case.tree, case.problem):
+    chooser = _chooser(case.problem)
+    if chooser is None or case.problem.held is not None:
+        return False
+    if case.within != first_handling(case.tree, case.problem):
         return False
     taken_off = any(is_source(case.tree.nodes[n]) for n in frame(case.tree, case.within).ways)
     named = _named(case)
@@ -53,9 +56,9 @@ def command_load(case: CandidateCase) -> Measured:
         return False
     says_which = taken_off or _says_more(named)
     says_kind = _has_label(named, case.problem)
-    behind = _behind(case, kinds=not says_kind, alike=not says_which)
-    if not behind:
+    if says_kind and says_which:
         return False
+    behind = _behind(case, chooser, kinds=not says_kind, alike=not says_which)
     most = max(behind.values())
 
     def measure(group: tuple[object, ...]) -> float:
@@ -63,6 +66,15 @@ def command_load(case: CandidateCase) -> Measured:
         return float(np.mean(own)) if own else most
 
     return np.array([measure(group) for group in case.groups])
+
+
+def _chooser(problem: GroundingProblem) -> LoadChooser | None:
+    """What the model has learned to choose by; None where OBJECTs' factors know all labels."""
+    cost, loads = problem.cost, loads_of(problem.state)
+    if not isinstance(cost, Scorer) or len(loads) < 2:
+        return None
+    known = _knows(cost, {label for load in loads.values() for label in load.labels})
+    return None if known else cost.model.load_chooser_
 
 
 def _named(case: CandidateCase) -> SDC:
@@ -136,24 +148,16 @@ def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
     return None
 
 
-def _behind(case: CandidateCase, *, kinds: bool, alike: bool) -> Mapping[str, float]:
+def _behind(
+    case: CandidateCase, chooser: LoadChooser, *, kinds: bool, alike: bool
+) -> Mapping[str, float]:
     """How much less probable each load is than the most probable one, by id; in nats.
 
     With `kinds` it counts which labels it has, and with `alike` which one it is among those.
     """
-    problem, cost = case.problem, case.problem.cost
-    if not isinstance(cost, Scorer) or cost.model.load_chooser_ is None:
-        return {}
-    loads = loads_of(problem.state)
-    if (
-        not (kinds or alike)
-        or len(loads) < 2
-        or _knows(cost, {label for load in loads.values() for label in load.labels})
-    ):
-        return {}
+    loads = loads_of(case.problem.state)
     words = words_of(case.tree, _told_besides(case))
-    choice = LoadChoice(words, tuple(loads.values()))
-    score = cost.model.load_chooser_.log_probability(choice)
+    score = chooser.log_probability(LoadChoice(words, tuple(loads.values())))
     best: dict[frozenset[str], float] = {}
     for load, own in zip(loads.values(), score.tolist(), strict=True):
         kind = frozenset(load.labels)
