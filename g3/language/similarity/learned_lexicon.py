@@ -145,7 +145,7 @@ class Lexicon:
     """
 
     corpora: Mapping[str, NamingCounts]
-    _known: dict[tuple[str, str], float] = field(default_factory=dict, init=False, repr=False)
+    _known: dict[tuple[str, str, str], float] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def learn(cls, namings: Iterable[Naming]) -> Lexicon:
@@ -181,7 +181,7 @@ class Lexicon:
         name
             Labels with blanks between.
         """
-        key = term.form, name
+        key = term.form, term.written, name
         if key not in self._known:
             self._known[key] = self._log_odds(term, name)
         return self._known[key]

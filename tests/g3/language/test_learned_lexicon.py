@@ -48,6 +48,16 @@ def test_log_odds_compare_what_was_seen_with_the_share_of_the_corpus(without_lik
     assert lexicon.log_odds(chair, "boxes") == 0  # which nobody could choose there
 
 
+def test_log_odds_do_not_depend_on_what_was_asked_before(monkeypatch):
+    monkeypatch.setattr(
+        learned_lexicon, "likeness", lambda words, name: 0.9 if words == "fridge" else 0.1
+    )
+    one, many = Lexicon.learn(NAMINGS), Lexicon.learn(NAMINGS)
+    first = [one.log_odds(term_of(word), "generator") for word in ("fridge", "fridges")]
+    second = [many.log_odds(term_of(word), "generator") for word in ("fridges", "fridge")]
+    assert first == second[::-1]
+
+
 def test_a_corpus_with_one_kind_of_thing_tells_nothing(without_likeness):
     lexicon = Lexicon.learn(NAMINGS)
     assert {lexicon.log_odds(term_of("parcel"), name) for name in lexicon.names} == {0.0}
