@@ -35,7 +35,7 @@ from g3.language.lexicon.word_sets import (
     stems,
 )
 from g3.language.similarity import static_embeddings
-from g3.language.similarity.resources import wordnet_identity
+from g3.language.similarity.resources import wordnet, wordnet_identity
 from g3.language.similarity.word_similarity import MEASURES
 from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
@@ -264,12 +264,11 @@ def _counted(namings: Sequence[Naming]) -> NamingCounts:
 
 def likeness_identity() -> str:
     """What tells how likeness is measured here from other ways."""
-    if static_embeddings.is_installed():
-        return static_embeddings.identity()
+    measured = static_embeddings.identity() if static_embeddings.is_installed() else "form"
     try:
-        return f"form, WordNet {wordnet_identity()}"
+        return f"{measured}, WordNet {wordnet_identity()}"
     except ModelError:
-        return "form"
+        return measured
 
 
 @lru_cache(maxsize=65536)
@@ -280,8 +279,22 @@ def likeness(words: str, name: str) -> float:
     """
     if not static_embeddings.is_installed():
         return _by_form_and_wordnet(words.split(), name.split())
-    own, *others = static_embeddings.vectors([words, name, *name.split()])
-    return float(np.clip(np.array(others) @ own, 0.0, 1.0).max())
+    own = np.array(static_embeddings.vectors(_in_the_singular(words)))
+    others = np.array(static_embeddings.vectors([name, *name.split()]))
+    return float(np.clip(others @ own.T, 0.0, 1.0).max())
+
+
+def _in_the_singular(words: str) -> list[str]:
+    """A word or two, and what they are in the singular where WordNet knows that.
+
+    Vectors of plurals are less like labels: "fridges" than "fridge" to "refrigerator".
+    """
+    try:
+        lemmas = wordnet().lemmas(words.rpartition(" ")[2])
+    except ModelError:
+        return [words]
+    first = words[: words.rfind(" ") + 1]
+    return list(dict.fromkeys([words, *(first + lemma.replace("_", " ") for lemma in lemmas)]))
 
 
 def _by_form_and_wordnet(words: Sequence[str], labels: Sequence[str]) -> float:

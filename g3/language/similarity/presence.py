@@ -11,8 +11,6 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import product
 
-import numpy as np
-
 from g3.errors import ModelError
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.word_sets import (
@@ -32,7 +30,7 @@ from g3.language.lexicon.word_sets import (
     stems,
 )
 from g3.language.similarity import static_embeddings
-from g3.language.similarity.learned_lexicon import SHORTEST, Lexicon, term_of
+from g3.language.similarity.learned_lexicon import SHORTEST, Lexicon, likeness, term_of
 from g3.language.similarity.resources import wordnet
 from g3.language.similarity.word_similarity import MEASURES, PHYSICAL_ENTITY, is_another_kind
 from g3.language.similarity.wordnet import WordNet, share_of_senses
@@ -150,8 +148,7 @@ def _likeness(noun: str, labels: Labels) -> float:
     near = _lin(noun, words)
     if not static_embeddings.is_installed():
         return near
-    own, *others = static_embeddings.vectors([noun, " ".join(words), *words])
-    return float((near + np.clip(np.array(others) @ own, 0.0, 1.0).max()) / 2)
+    return (near + likeness(noun, " ".join(words))) / 2
 
 
 def _lin(noun: str, words: Sequence[str]) -> float:

@@ -88,6 +88,8 @@ def test_an_unknown_word_means_what_it_is_like(monkeypatch):
 def test_embeddings_know_words_that_no_label_has():
     assert likeness("fridge", "refrigerator pallet") > 0.6
     assert likeness("elephant", "refrigerator pallet") < 0.3
+    assert likeness("fridges", "refrigerator") == pytest.approx(likeness("fridge", "refrigerator"))
+    assert likeness("tall boxes", "box") >= 0.99 * likeness("tall box", "box")
     lexicon = Lexicon.learn([Naming(["xyz"], "refrigerator"), Naming(["xyz"], "tire")])
     assert lexicon.log_odds(term_of("fridge"), "refrigerator") > 1
     assert lexicon.log_odds(term_of("fridge"), "tire") == 0
