@@ -32,6 +32,7 @@ from g3.language.lexicon.word_sets import (
     YOU,
 )
 from g3.language.parsing.mending import mend
+from g3.language.parsing.numbered_steps import Token, without_numbers
 from g3.language.parsing.spacy_import import import_spacy
 from g3.lengths import too_long
 from g3.sdc.clauses import Span
@@ -190,7 +191,7 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
     kept: list[int] = []
     first, note = True, too_long(text)
     readable = "" if note else _SURROGATES.sub("\ufffd", text)
-    tokens = [token for token in _tokens(readable) if token[2] not in ASIDES]
+    tokens = without_numbers([token for token in _tokens(readable) if token[2] not in ASIDES])
     for (start, end, lower), (_, _, following) in pairwise([*tokens, (0, 0, "")]):
         if len(kept) == MAX_WORDS:
             note = f"only the first {MAX_WORDS} words were parsed, which is the limit"
@@ -216,7 +217,7 @@ def _may_be_imperative(word: str, following: str) -> bool:
     return bool(verb.classes or verb.leads_on) or following in _AFTER_VERBS
 
 
-def _tokens(text: str) -> Iterator[tuple[int, int, str]]:
+def _tokens(text: str) -> Iterator[Token]:
     """Where the words of a text begin and end, and how they are read."""
     for match in _CHUNKS.finditer(text):
         at, chunk = match.start(), match.group()
@@ -226,7 +227,7 @@ def _tokens(text: str) -> Iterator[tuple[int, int, str]]:
 
 
 @lru_cache(maxsize=65536)
-def _cut(chunk: str) -> tuple[tuple[int, int, str], ...]:
+def _cut(chunk: str) -> tuple[Token, ...]:
     """Cut what stands between white space into words, as spaCy does."""
     found: list[tuple[int, int]] = []
     for token in language_model().tokenizer(chunk):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from g3.errors import ModelError
 from g3.language.parsing.mending import mend
@@ -51,6 +54,31 @@ def test_short_forms_are_read_as_what_they_stand_for_and_asides_left_out():
 def test_a_letter_before_a_full_stop_is_no_abbreviation():
     (command,) = analyse(["Go to truck A. Wait."])
     assert command.lower == ("go", "to", "truck", "a", ".", "wait", ".")
+
+
+STEPS = ("go to crate 7", "lift it", "pick up pallet 2", "put it on truck 1", "wait 2 seconds")
+
+
+@given(
+    steps=st.lists(st.sampled_from(STEPS), min_size=1, max_size=4),
+    number=st.sampled_from(["{}. ", "{}) ", "Step {}: ", "step {}. "]),
+    between=st.sampled_from(["\n", " ", "\n\n"]),
+)
+@settings(deadline=None, max_examples=40)
+def test_numbered_steps_are_read_as_sentences(steps, number, between):
+    listed = [number.format(i) + step for i, step in enumerate(steps, start=1)]
+    plain, command = analyse([". ".join(steps), text := between.join(listed)])
+    assert command.lower == plain.lower
+    assert all(text[span.start : span.end] == span.text for span in command.spans)
+    assert [s.text for s in command.spans if s.text.isalpha()] == [
+        s.text for s in plain.spans if s.text.isalpha()
+    ]
+
+
+@pytest.mark.parametrize("text", ["pick up pallet 2. lift it", "go to 1) and 2)", "2. lift it"])
+def test_other_numbers_are_words(text):
+    (command,) = analyse([text])
+    assert [word for word in command.lower if word.isdigit()] == re.findall(r"\d", text)
 
 
 def test_heads_are_words_of_the_command():
