@@ -27,6 +27,7 @@ from eval.table_3.baselines import BASELINES, missing
 from eval.table_3.following import plan_by_grounder
 from eval.table_3.grounder_registry import PlanTask, grounder_named
 from eval.table_3.held_out import costs_without
+from eval.table_3.outcomes import Outcome, reliability
 from eval.table_3.search_examples import data_of
 from g3.actions.action_kinds import Action
 from g3.actions.grounding_candidates import carrier
@@ -44,8 +45,8 @@ NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
 middles on a side."""
 SETS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
-Plan = Callable[[str, State], Sequence[Action]]
-"""From a command and a state to what to do."""
+Plan = Callable[[str, State], tuple[Sequence[Action], float]]
+"""From a command and a state to what to do, and how probably that is right; 0 if nothing says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,30 +156,34 @@ def learned_cost(corpora: Sequence[str]) -> Scorer:
 def by_model(grounder: Grounder, parse: Parse | None = None) -> Plan:
     """What follows commands with a model; with trees that are known, one command."""
 
-    def plan(text: str, start: State) -> Sequence[Action]:
+    def plan(text: str, start: State) -> tuple[Sequence[Action], float]:
         command = text if parse is None else parse
         found = grounder.follow(command, start, least=0.0, insist=True).plan
-        return found.actions if found else ()
+        return (found.actions, found.probability) if found else ((), 0.0)
 
     return plan
 
 
 def _by_baseline(name: str) -> Plan:
-    def plan(text: str, start: State) -> Sequence[Action]:
+    def plan(text: str, start: State) -> tuple[Sequence[Action], float]:
         task = PlanTask(text, start, tuple(start.thing(n) for n in loads_of(start)))
-        return plan_by_grounder(grounder_named(name), task).proposal.actions
+        return plan_by_grounder(grounder_named(name), task).proposal.actions, 0.0
 
     return plan
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.written_commands", description=__doc__
-    )
+def parser_of(module: str, description: str | None) -> argparse.ArgumentParser:
+    """Options of what follows these commands."""
+    parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{module}", description=description)
     parser.add_argument(
         "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
     )
     parser.add_argument("--set", action="append", choices=SETS, dest="sets")
+    return parser
+
+
+def main() -> None:
+    parser = parser_of("written_commands", __doc__)
     parser.add_argument("--ablate", action="append", default=[], help="a potential to leave out")
     parser.add_argument("--wrong", action="store_true", help="show which commands go wrong")
     options = parser.parse_args()
@@ -192,24 +197,28 @@ def main() -> None:
         records = records_of(name)
         yards = np.array([record["world"] for record in records])
         for how, plan in ways.items():
-            right = np.array([is_followed(record, plan) for record in records])
+            done = [followed(record, plan) for record in records]
+            right = np.array([outcome.correct for outcome in done])
             if options.wrong and how == "the model":
-                wrong = (r for r, good in zip(records, right, strict=True) if not good)
-                print(*(f"  {r['world']} {r['text']!r}" for r in wrong), sep="\n")
+                wrong = (o for o in done if not o.correct)
+                print(*(f"  {o.scenario} {o.text!r}" for o in wrong), sep="\n")
             found = bootstrap(right, yards, rng=np.random.default_rng(0))
+            stated = float(np.mean([outcome.probability for outcome in done]))
+            curve = f"  stated {stated:.2f}, error {reliability(done)[0]:.2f}" if stated else ""
             print(
                 f"{name:7} {how:13} {right.sum():4} of {len(right)}  "
-                f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f})",
+                f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f}){curve}",
                 flush=True,
             )
 
 
-def is_followed(record: dict[str, Any], plan: Plan) -> bool:
-    """Whether a command is followed rightly."""
+def followed(record: dict[str, Any], plan: Plan, name: str = "") -> Outcome:
+    """What becomes of a command."""
     start = state_of(record)
-    actions = plan(record["text"], start)
+    actions, probability = plan(record["text"], start)
     done = Done(actions, carried_out(start, actions))
-    return bool(actions) and is_right(record["want"], done)
+    right = bool(actions) and is_right(record["want"], done)
+    return Outcome(name, record["world"], record["text"], probability, right, "")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ have a record, too. Those have learned their weights from the first seven sets.
 
 from __future__ import annotations
 
-import argparse
 import functools
 import json
 from collections import defaultdict
@@ -14,7 +13,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.written_commands import SETS, by_model, is_followed, learned_cost, records_of
+from benchmarks.written_commands import (
+    SETS,
+    by_model,
+    followed,
+    learned_cost,
+    parser_of,
+    records_of,
+)
 from corpus_tools.runtime.parallel import Workers, work
 from eval.on_trial.ablation_report import rows
 from eval.on_trial.ablation_runs import NOTHING
@@ -36,7 +42,7 @@ def _cost(train: str) -> Scorer:
     return learned_cost(train.split(","))
 
 
-def followed(yard: Yard, *, train: str, names: Sequence[str]) -> list[tuple[str, Outcome]]:
+def of_yard(yard: Yard, *, train: str, names: Sequence[str]) -> list[tuple[str, Outcome]]:
     """What becomes of a yard's commands, by what is switched off; what says nothing is left out."""
     own = [record for record in records_of(yard[0]) if record["world"] == yard[1]]
     found: list[tuple[str, Outcome]] = []
@@ -51,18 +57,11 @@ def followed(yard: Yard, *, train: str, names: Sequence[str]) -> list[tuple[str,
 
 def _outcome(record: dict[str, Any], name: str, parse: Parse, cost: Scorer, off: str) -> Outcome:
     plan = by_model(Grounder(cost, without=(off,) if off else ()), parse)
-    right = is_followed(record, plan)
-    return Outcome(name, record["world"], record["text"], 0.0, right, "")
+    return followed(record, plan, name)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.written_on_trial", description=__doc__
-    )
-    parser.add_argument(
-        "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
-    )
-    parser.add_argument("--set", action="append", choices=SETS, dest="sets")
+    parser = parser_of("written_on_trial", __doc__)
     parser.add_argument("--potential", action="append", help="one to switch off, if not each")
     parser.add_argument("--jobs", type=int, default=1, help="how many processes work")
     parser.add_argument("--out", type=Path, required=True, help="rows for docs/make_potentials.py")
@@ -74,7 +73,7 @@ def main() -> None:
     ]
     by_name: dict[str, list[Outcome]] = defaultdict(list)
     names = options.potential or [p.name for p in potentials()]
-    task = functools.partial(followed, train=options.train, names=names)
+    task = functools.partial(of_yard, train=options.train, names=names)
     for number, done in enumerate(work(task, yards, Workers(options.jobs)), start=1):
         if done.result is None:
             raise done.error or RuntimeError(done.item)

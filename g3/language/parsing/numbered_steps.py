@@ -15,7 +15,7 @@ def without_numbers(tokens: Sequence[Token]) -> list[Token]:
     """Words of a text without the numbers of its steps; what a number begins is a sentence.
 
     Steps are numbered only if the text begins with the first one's number, and each number comes
-    after the one before: the "2" of "pick up pallet 2." is no step's.
+    after the one before. Of "lift pallet 2. 2. wait" the second 2 is the step's.
 
     >>> words = "1 . go to the truck step 2 : lift crate 7".split()
     >>> [word for _, _, word in without_numbers([(0, 0, word) for word in words])]
@@ -24,7 +24,9 @@ def without_numbers(tokens: Sequence[Token]) -> list[Token]:
     found: list[Token] = []
     at, number = 0, 1
     while at < len(tokens):
-        size = _size(tokens[at : at + 3], number) if number > 1 or not at else 0
+        size = _size(tokens, at, number) if number > 1 or not at else 0
+        if size and _size(tokens, at + size, number):
+            size = 0
         if not size:
             found.append(tokens[at])
         elif found:
@@ -35,10 +37,10 @@ def without_numbers(tokens: Sequence[Token]) -> list[Token]:
     return found
 
 
-def _size(tokens: Sequence[Token], number: int) -> int:
-    """How many words are the number of a step; 0 if they begin with none."""
-    words = [word for _, _, word in tokens]
-    begins = 1 if words[0] == STEP else 0
+def _size(tokens: Sequence[Token], at: int, number: int) -> int:
+    """How many words from one on are the number of a step; 0 if none is."""
+    words = [word for _, _, word in tokens[at : at + 3]]
+    begins = int(words[:1] == [STEP])
     told = words[begins : begins + 2]
     ends = len(told) == 2 and told[0] == str(number) and told[1] in _AFTER_NUMBER
     return begins + 2 if ends else 0

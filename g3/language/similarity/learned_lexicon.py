@@ -294,7 +294,7 @@ def _in_the_singular(words: str) -> list[str]:
     except ModelError:
         return [words]
     first = words[: words.rfind(" ") + 1]
-    return list(dict.fromkeys([words, *(first + lemma.replace("_", " ") for lemma in lemmas)]))
+    return list(dict.fromkeys([words, *(first + lemma for lemma in lemmas)]))
 
 
 def _by_form_and_wordnet(words: Sequence[str], labels: Sequence[str]) -> float:

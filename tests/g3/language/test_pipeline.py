@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from g3.errors import ModelError
@@ -64,6 +64,7 @@ STEPS = ("go to crate 7", "lift it", "pick up pallet 2", "put it on truck 1", "w
     number=st.sampled_from(["{}. ", "{}) ", "Step {}: ", "step {}. "]),
     between=st.sampled_from(["\n", " ", "\n\n"]),
 )
+@example(steps=["lift it", "wait", "lift pallet 2", "go"], number="{}. ", between="\n")
 @settings(deadline=None, max_examples=40)
 def test_numbered_steps_are_read_as_sentences(steps, number, between):
     listed = [number.format(i) + step for i, step in enumerate(steps, start=1)]
@@ -73,6 +74,11 @@ def test_numbered_steps_are_read_as_sentences(steps, number, between):
     assert [s.text for s in command.spans if s.text.isalpha()] == [
         s.text for s in plain.spans if s.text.isalpha()
     ]
+
+
+def test_a_number_that_ends_a_step_is_not_the_next_ones():
+    (command,) = analyse(["1. Lift pallet 2. 2. Put it down."])
+    assert command.lower == ("lift", "pallet", "2", ".", ".", "put", "it", "down", ".")
 
 
 @pytest.mark.parametrize("text", ["pick up pallet 2. lift it", "go to 1) and 2)", "2. lift it"])
