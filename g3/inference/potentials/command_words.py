@@ -109,12 +109,13 @@ def _has_landmark(sdc: SDC) -> bool:
 
 def _has_label(named: SDC, problem: GroundingProblem) -> bool:
     """Whether words for a load have a label that tells loads apart, so that its kind is plain."""
-    return not _labels(problem)[0].isdisjoint(_noun(named))
+    return any(map(set(_noun(named)).issuperset, _labels(problem)[0]))
 
 
 def _names_kind(named: SDC, problem: GroundingProblem) -> bool:
     """Whether the noun says what kind of load is meant: not "the pallet that is on the truck"."""
-    return not (_labels(problem)[1] | GENERIC | ARTICLES).issuperset(_noun(named))
+    common = _labels(problem)[1]
+    return not GENERIC.union(ARTICLES, *common).issuperset(_noun(named))
 
 
 def _noun(sdc: SDC) -> tuple[str, ...]:
@@ -124,12 +125,15 @@ def _noun(sdc: SDC) -> tuple[str, ...]:
     return field_words(all_words(sdc))
 
 
-def _labels(problem: GroundingProblem) -> tuple[set[str], set[str]]:
-    """Normal forms of the labels that tell loads apart, and of all others that loads have."""
+def _labels(problem: GroundingProblem) -> tuple[list[set[str]], list[set[str]]]:
+    """Normal forms of each label that tells loads apart, and of each other one that loads have."""
     loads = tuple(loads_of(problem.state).values())
     telling = {label for own in LoadChoice((), loads).telling for label in own}
     common = {label for load in loads for label in load.labels} - telling
-    return set(map(normalise, telling)), set(map(normalise, common))
+    told, shared = (
+        [set(map(normalise, label.split())) for label in labels] for labels in (telling, common)
+    )
+    return told, shared
 
 
 def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:

@@ -125,13 +125,16 @@ def test_only_words_for_the_load_tell_it(text, telling, model, yard):
             assert plan.score == off.score
 
 
-def test_who_names_a_load_by_its_label_means_its_kind(model, yard):
-    _, kinds = kinds_in(yard)
+@pytest.mark.parametrize("label", ["turbine", "wind turbine"])
+def test_who_names_a_load_by_its_label_means_its_kind(label, model, yard):
+    things = (replace(o, labels=(label,)) if "turbine" in o.labels else o for o in yard.objects)
+    context = replace(yard, objects=tuple(things))
+    _, kinds = kinds_in(context)
     sdcs = parse_brackets(
         "EVENT(r = face, l = OBJ(f = the gizmo gizmo gizmo))\n"
-        "EVENT(r = lift, l = OBJ(f = the turbine))"
+        f"EVENT(r = lift, l = OBJ(f = the {label}))"
     )
     for meant in kinds:
-        plan = Grounder.load(taught(model, kinds, meant)).follow(sdcs, yard, least=0.0).plan
-        things = {a.object_id for a in plan.actions if a.object_id}
-        assert {loads_of(start_state(yard))[thing].labels for thing in things} == {("turbine",)}
+        plan = Grounder.load(taught(model, kinds, meant)).follow(sdcs, context, least=0.0).plan
+        handled = {a.object_id for a in plan.actions if a.object_id}
+        assert {loads_of(start_state(context))[load].labels for load in handled} == {(label,)}
