@@ -8,7 +8,7 @@ Token = tuple[int, int, str]
 """Where a word of a text begins and ends, and how it is read."""
 
 STEP = "step"
-_AFTER_NUMBER = frozenset(".):")
+_AFTER_NUMBER = (".", ")", ":")
 
 
 def without_numbers(tokens: Sequence[Token]) -> list[Token]:
