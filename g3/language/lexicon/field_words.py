@@ -21,16 +21,17 @@ def normalise(word: str) -> str:
     >>> normalise("Pallets,"), normalise("beetween")
     ('pallet', 'between')
     """
-    return stem(mended(bare(word)))
+    return stem(bare(word))
 
 
+@lru_cache(maxsize=65536)
 def bare(word: str) -> str:
-    """A word in lower case, without punctuation around it, and not shortened.
+    """A word in lower case, without punctuation around it, not shortened, and mended.
 
-    >>> bare("Pallets,"), bare("'em")
-    ('pallets', 'them')
+    >>> bare("Pallets,"), bare("'em"), bare("Pikc")
+    ('pallets', 'them', 'pick')
     """
-    return unshortened(word.strip(_AROUND))
+    return mended(unshortened(word.strip(_AROUND)))
 
 
 def text_words(text: str) -> tuple[str, ...]:

@@ -1,44 +1,61 @@
-"""Misspelt words for where things are: "the frthest pallet".
+"""Misspelt words that decide how a command is built: "the frthest pallet", "pikc it up".
 
-Nouns need none of this, as their labels are compared by their spelling. A word for a side, a
-distance or a number has no label to be compared with, and misspelt it would say nothing.
+Other words need none of this, as they are compared with labels by their spelling. A misspelt verb,
+preposition or word for a side has no label to be compared with, and would say nothing.
+
+What is a word of English is no misspelling, so "closet" isn't "closest". pyspellchecker knows
+them, and how frequent they are.
 """
 
 from __future__ import annotations
 
-from rapidfuzz.distance import OSA
-from rapidfuzz.process import extractOne
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
-from g3.language.lexicon.word_sets import LIKE_WHERE, WHERE
+from g3.language.lexicon.verb_classes import word_class
+from g3.language.lexicon.word_sets import MENDED
 
-_VOCABULARY = tuple(sorted(WHERE))
-SHORTEST = 6
-"""Shorter words have too many neighbours."""
+if TYPE_CHECKING:
+    from spellchecker import SpellChecker
+
+SHORTEST, LONGEST = 4, 16
+"""Letters of a word that is looked at. Shorter ones have too many neighbours."""
 
 
+@lru_cache(maxsize=1)
+def _english() -> SpellChecker:
+    from spellchecker import SpellChecker  # noqa: PLC0415 - most commands need none
+
+    return SpellChecker(distance=1)
+
+
+@lru_cache(maxsize=65536)
 def mended(word: str) -> str:
-    """The word that was meant, if it is one letter away from a word for where things are.
+    """The word that was meant, if a word is none, and one slip away from one that decides.
+
+    A letter may be left out, added, another one, or swapped with the next; not the first one.
 
     Parameters
     ----------
     word
         In lower case, without punctuation around it.
 
-    >>> mended("frthest"), mended("cloesst"), mended("closet"), mended("pallet")
-    ('farthest', 'closest', 'closet', 'pallet')
+    >>> mended("frthest"), mended("pikc"), mended("closet"), mended("conex")
+    ('furthest', 'pick', 'closet', 'conex')
     """
-    return word if word in LIKE_WHERE else one_letter_away(word, _VOCABULARY)
-
-
-def one_letter_away(word: str, vocabulary: tuple[str, ...]) -> str:
-    """The word of a vocabulary that a long word misspells, else the word itself.
-
-    A letter may be left out, added, another one, or swapped with the next.
-
-    >>> one_letter_away("palllet", ("pallet",)), one_letter_away("pallets", ("pallet",))
-    ('pallet', 'pallets')
-    """
-    if len(word) < SHORTEST or not word.isalpha() or word.removesuffix("s") in vocabulary:
+    if not SHORTEST <= len(word) <= LONGEST or not _is_spelt(word) or _decides(word):
         return word
-    nearest = extractOne(word, vocabulary, scorer=OSA.distance, score_cutoff=1)
-    return word if nearest is None else str(nearest[0])
+    english = _english()
+    if word in english:
+        return word
+    near = english.known(english.edit_distance_1(word))
+    meant = [other for other in near if other[0] == word[0] and _decides(other)]
+    return max(meant, key=lambda other: (english[other], other), default=word)
+
+
+def _is_spelt(word: str) -> bool:
+    return word.isascii() and word.isalpha()
+
+
+def _decides(word: str) -> bool:
+    return len(word) >= SHORTEST and bool(word in MENDED or word_class(word))

@@ -72,16 +72,13 @@ BESIDE = SIDES | {"near", "between"}
 WAYS = SIDES | {"around"}
 """Concepts of ways that the robot can go without a landmark, and around."""
 
-WHERE = words(
-    "leftmost rightmost leftward rightward nearest closest farthest furthest second opposite "
-    "behind beside between middle forward backward towards sideways straight"
+MENDED = words(
+    "above alongside among barrel barrels behind below beneath beside between boxes closer crate "
+    "crates floor fork forks forklift from ground inside into near nearby onto opposite outside "
+    "package packages pallet pallets past platform receiving sideways skid skids storage there "
+    "tire tires toward towards trailer trailers truck trucks under until with"
 )
-"""Words for sides, distances and order that look like few others, known misspelt, too."""
-LIKE_WHERE = words(
-    "closet closets father fathers dearest bedside backyard secondo seconds muddle riddle fiddle "
-    "piddle peddle meddle diddle besides before reside"
-)
-"""Words that look like one of them and mean something else."""
+"""Words that are known misspelt, too, besides those of `WORD_CLASSES`: "palllet"."""
 
 BEHIND = stems("behind")
 """The far side of a thing. The concept "back" is also a thing's own rear."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from g3.language.lexicon.spelling import one_letter_away
+from g3.language.lexicon.spelling import mended
 
 ALIASES = {
     "tailor": "trailer",
@@ -22,13 +22,6 @@ ALIASES = {
 }
 """Words that are words, or that people write in more than one way."""
 
-_COMMON = (
-    "pallet pallets trailer trailers forklift barrel forward backward behind between toward "
-    "towards straight platform package packages receiving storage slowly directly"
-)
-VOCABULARY = tuple(_COMMON.split())
-"""Words of the domain that are often misspelt and look like few others."""
-
 
 @lru_cache(maxsize=65536)
 def mend(word: str) -> str:
@@ -37,4 +30,4 @@ def mend(word: str) -> str:
     >>> mend("palllet"), mend("tailor"), mend("barrels")
     ('pallet', 'trailer', 'barrels')
     """
-    return ALIASES[word] if word in ALIASES else one_letter_away(word, VOCABULARY)
+    return ALIASES[word] if word in ALIASES else mended(word)

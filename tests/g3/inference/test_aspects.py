@@ -10,8 +10,8 @@ from g3.sdc.sdc_notation import parse_brackets
 def test_reasons_of_a_sort_are_told_together():
     (clause,) = parse_brackets("OBJ(f = the tyres)")
     reasons = [
-        Reason("word-form/spelling.own", "figure:tyre", 1.0),
-        Reason("labels/tire", "figure:tyre", 0.5),
+        Reason("word-form/spelling.own", "figure:tire", 1.0),
+        Reason("labels/tire", "figure:tire", 0.5),
         Reason("labels/pallet", "figure:the", 0.7),
         Reason("ranks/ahead.first", "", -0.7),
         Reason("bearing/ahead", "", 0.01),

@@ -14,7 +14,12 @@ from g3.errors import CorpusError, ModelError
 from g3.estimator import NotFittedError
 from g3.language.parsing.extractor import DEFAULT_L2, SDCExtractor, default_extractor
 from g3.language.parsing.spacy_pipeline import analyse
-from g3.language.parsing.training.extractor_training import prepare, recipe
+from g3.language.parsing.training.extractor_training import (
+    RETYPED,
+    prepare,
+    recipe,
+    retyped,
+)
 from g3.sdc.sdc_notation import parse_brackets
 from g3.storage.array_file import DIGEST, write_arrays
 
@@ -77,6 +82,18 @@ def test_whatever_it_is_told_the_trees_by_it_learns_the_same(extractor, content,
     again = type(extractor)(**extractor.get_params())
     assert again.fit(*taught) is again
     assert saved(again, tmp_path / "again") == content
+
+
+def test_some_lessons_are_learned_again_without_articles_and_punctuation():
+    text = "Lift the crate, please."
+    tree = "EVENT(r = Lift, l = OBJ(f = the crate))"
+    lesson = (text, parse_brackets(tree, command=text))
+    short, run_on = retyped(prepare([lesson] * RETYPED))
+    assert short.command.text == "Lift crate, please."
+    assert short.sdcs == parse_brackets(tree.replace("the ", ""), command=short.command.text)
+    assert run_on.command.text == "Lift the crate please"
+    assert run_on.sdcs == parse_brackets(tree, command=run_on.command.text)
+    assert retyped(prepare([("Go left", parse_brackets(TAUGHT["Go left"]))])) == []
 
 
 def test_a_probability_for_each_tree(extractor):

@@ -12,9 +12,10 @@ import numpy as np
 
 from g3.annotation import Command
 from g3.errors import CorpusError
-from g3.language.lexicon.word_sets import WORD_CLASSES
+from g3.language.lexicon.word_sets import MENDED, WORD_CLASSES
 from g3.language.parsing.attachment import AttachmentModel
-from g3.language.parsing.mending import ALIASES, VOCABULARY
+from g3.language.parsing.mending import ALIASES
+from g3.language.parsing.perturbation import perturb
 from g3.language.parsing.role_model import RoleModel
 from g3.language.parsing.spacy_pipeline import Analysis, analyse
 from g3.language.parsing.training.attachment_training import train_attachments
@@ -29,6 +30,9 @@ LEAST = 2
 """How often a feature must occur to have a weight."""
 TreeOf = tuple[str | Command, tuple[SDC, ...]]
 """A command and its top-level clauses, as annotated."""
+RETYPED = 3
+"""One command in so many is learned from again without articles, another one without
+punctuation."""
 _SCALES = {1: 1.4, 2: 1.0}
 _SMALLEST_SCALE = 0.7
 SCALES = tuple(_SCALES.get(len(template), _SMALLEST_SCALE) for template in TEMPLATES)
@@ -75,9 +79,26 @@ def recipe() -> str:
 
     A trained extractor has it in its card, so that one can tell whether it is out of date.
     """
-    parts = [written_text(), WORD_CLASSES, ALIASES, VOCABULARY, TEMPLATES, MOVE_TEMPLATES]
-    content = json.dumps([*parts, SCALES, VECTOR_SCALE, LEAST])
+    parts = [written_text(), WORD_CLASSES, ALIASES, sorted(MENDED), TEMPLATES, MOVE_TEMPLATES]
+    content = json.dumps([*parts, SCALES, VECTOR_SCALE, LEAST, RETYPED])
     return f"sha256:{hashlib.sha256(content.encode()).hexdigest()}"
+
+
+def retyped(lessons: Sequence[Lesson]) -> list[Lesson]:
+    """Some lessons once more, as people type them who leave out articles, or punctuation."""
+    ways = [
+        _retyped(lesson, kind)
+        for start, kind in enumerate(("articles", "run-on"))
+        for lesson in lessons[start::RETYPED]
+    ]
+    return [again for again in ways if again]
+
+
+@lru_cache(maxsize=4096)
+def _retyped(lesson: Lesson, kind: str) -> Lesson | None:
+    typed = perturb(lesson.command.text, kind, sdcs=lesson.sdcs)
+    again = (typed.text, typed.carry(lesson.sdcs))
+    return prepare([again])[0] if typed.text != lesson.command.text else None
 
 
 @lru_cache(maxsize=1)
@@ -93,6 +114,7 @@ def learned(
         [lesson for lesson in part if lesson.command.lower and lesson.sdcs]
         for part in (lessons, others)
     )
+    own, besides = ([*part, *retyped(part)] for part in (own, besides))
     if not own:
         raise CorpusError(
             "there are no commands with annotated SDC trees", fix="take a corpus with annotations"
