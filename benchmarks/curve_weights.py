@@ -1,61 +1,91 @@
 """How right the probabilities of plans are on a corpus that their curve hasn't seen.
 
-``python -m benchmarks.curve_weights CORPUS CORPUS...`` follows the commands of each corpus, each
-scenario held out of what is learned. It then fits the curve to the plans for all corpora but one,
-each counted as much as the others, and prints its errors on the one. The last line has the weights
-for `g3.inference.calibration`, fitted to all. Corpora after ``--tested`` are not learned from.
+``python -m benchmarks.curve_weights CORPUS CORPUS...`` follows the commands of each corpus as
+typed, each scenario held out of what is learned. A plan is right if it does what annotated words
+say, else if it ends where the corpus says. It then fits the curve to the plans for all corpora but
+one, each counted as much as the others, and prints its errors on the one. The last line has the
+weights for `g3.inference.calibration`, fitted to all. What comes after ``--tested`` is neither
+learned from nor fitted to. "written" are the commands that imitate people
+(:mod:`benchmarks.written_commands`), all sets but the last two; a set's name is that set. Nothing
+is learned from them.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterable, Mapping
+import argparse
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.special import expit
 
+from benchmarks.written_commands import SETS, by_model, followed, learned_cost, records_of
+from corpus_tools.runtime.parallel import Workers
 from eval.statistics.estimates import BoolArray
 from eval.table_3.end_to_end import run
 from eval.table_3.outcomes import Outcome, reliability, risk_coverage
 from g3.groundings import FloatArray
 from g3.inference.calibration import fit_curve
+from g3.inference.grounder import Grounder
 
 PLANS = 200
 """How many each corpus counts for, beside the prior of the slope."""
 DRAWS = 300
 """Of verdicts that the stated probabilities make, which say how large the error is by chance."""
+WRITTEN: Mapping[str, Sequence[str]] = {"written": SETS[:-2], **{name: (name,) for name in SETS}}
 
 
-def main(names: list[str]) -> None:
-    at = names.index("--tested") if "--tested" in names else len(names)
-    learned, tested = names[:at], names[at + 1 :]
-    plans = {name: _plans(name, ",".join(learned)) for name in (*learned, *tested)}
-    print("| left out | plans | right | ECE | by chance | Brier | under risk-coverage |")
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.curve_weights",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("names", nargs="*", default=["aaai11", "automatic", "warehouse", "written"])
+    parser.add_argument("--tested", nargs="+", default=[], metavar="NAME")
+    parser.add_argument("--jobs", type=int, default=1, help="how many processes work")
+    options = parser.parse_args()
+    learned = ",".join(name for name in options.names if name not in WRITTEN)
+    workers = Workers(options.jobs)
+    plans = {
+        name: _written(name, learned) if name in WRITTEN else _plans(name, learned, workers)
+        for name in (*options.names, *options.tested)
+    }
+    print("| left out | plans | right | stated | ECE | by chance | Brier | under risk-coverage |")
     for name, own in plans.items():
-        weights = fitted(plan for other, plan in plans.items() if other != name)
-        chance = expit(_seen(own) @ weights)
+        others = [plans[other] for other in options.names if not _alike(other, name)]
+        chance = expit(_seen(own) @ fitted(others))
         told = [replace(o, probability=float(p)) for o, p in zip(own, chance, strict=True)]
         right = _right(own)
         brier = float(np.square(chance - right).mean())
-        figures = (right.mean(), reliability(told)[0], _by_chance(told), brier, risk_coverage(told))
+        error, by_chance, risk = reliability(told)[0], _by_chance(told), risk_coverage(told)
+        figures = (right.mean(), chance.mean(), error, by_chance, brier, risk)
         print(f"| {name} | {len(own)} | {' | '.join(f'{f:.3f}' for f in figures)} |")
-    print(f"weights: {np.round(fitted(plans.values()), 2).tolist()}")
+    print(f"weights: {np.round(fitted([plans[name] for name in options.names]), 2).tolist()}")
 
 
-def fitted(plans: Iterable[list[Outcome]]) -> FloatArray:
+def _alike(one: str, other: str) -> bool:
+    """Whether plans are of one kind of worlds, so that they are left out together."""
+    return one == other or (one in WRITTEN and other in WRITTEN)
+
+
+def fitted(parts: Sequence[Sequence[Outcome]]) -> FloatArray:
     """A curve for plans of several corpora, each as weighty as the others."""
-    parts = list(plans)
     counts = np.concatenate([np.full(len(own), PLANS / len(own)) for own in parts])
     together = [o for own in parts for o in own]
     return fit_curve(_seen(together), _right(together), counts)
 
 
-def _plans(test: str, train: str) -> list[Outcome]:
-    found: Mapping[str, Iterable[Outcome]] = run(
-        train, test, configurations=("gold", "auto")
-    ).outcomes
-    return [o for o in found.get("gold", found["auto"]) if o.evidence]
+def _plans(test: str, train: str, workers: Workers) -> list[Outcome]:
+    found = run(train, test, configurations=("auto",), workers=workers).outcomes["auto"]
+    own = [o for o in found if o.evidence]
+    return [o if o.by_words is None else replace(o, correct=o.by_words) for o in own]
+
+
+def _written(name: str, train: str) -> list[Outcome]:
+    plan = by_model(Grounder(learned_cost(train.split(","))))
+    records = [record for own in WRITTEN[name] for record in records_of(own)]
+    return [o for o in (followed(record, plan) for record in records) if o.evidence]
 
 
 def _seen(plans: list[Outcome]) -> FloatArray:
@@ -77,4 +107,4 @@ def _by_chance(plans: list[Outcome]) -> float:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or ["aaai11", "automatic", "warehouse"])
+    main()

@@ -18,14 +18,13 @@ import numpy as np
 from shapely.geometry import Point, Polygon
 
 from corpus_tools.corpus.load_choices import load_choices_of
-from corpus_tools.following.plan_steps import carried_out
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.statistics.intervals import bootstrap
 from eval.table_3.baselines import BASELINES, missing
-from eval.table_3.following import plan_by_grounder
-from eval.table_3.grounder_registry import PlanTask, grounder_named
+from eval.table_3.following import FollowedPlan, plan_by_grounder
+from eval.table_3.grounder_registry import PlanTask, Proposal, grounder_named
 from eval.table_3.held_out import costs_without
 from eval.table_3.outcomes import Outcome, reliability
 from eval.table_3.search_examples import data_of
@@ -43,10 +42,13 @@ FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
 """From the edge of a thing that is come to; between middles; from the middle between two; between
 middles on a side."""
-SETS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
+SETS = (
+    *("first", "second", "third", "fourth", "fifth"),
+    *("sixth", "seventh", "eighth", "ninth", "tenth"),
+)
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
-Plan = Callable[[str, State], tuple[Sequence[Action], float]]
-"""From a command and a state to what to do, and how probably that is right; 0 if nothing says."""
+Plan = Callable[[str, State], FollowedPlan]
+"""From a command and a state to a plan."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,18 +158,21 @@ def learned_cost(corpora: Sequence[str]) -> Scorer:
 def by_model(grounder: Grounder, parse: Parse | None = None) -> Plan:
     """What follows commands with a model; with trees that are known, one command."""
 
-    def plan(text: str, start: State) -> tuple[Sequence[Action], float]:
+    def plan(text: str, start: State) -> FollowedPlan:
         command = text if parse is None else parse
         found = grounder.follow(command, start, least=0.0, insist=True).plan
-        return (found.actions, found.probability) if found else ((), 0.0)
+        if found is None:
+            return FollowedPlan(Proposal())
+        stated = Proposal(found.actions, found.probability)
+        return FollowedPlan(stated, found.state, found.evidence)
 
     return plan
 
 
 def _by_baseline(name: str) -> Plan:
-    def plan(text: str, start: State) -> tuple[Sequence[Action], float]:
+    def plan(text: str, start: State) -> FollowedPlan:
         task = PlanTask(text, start, tuple(start.thing(n) for n in loads_of(start)))
-        return plan_by_grounder(grounder_named(name), task).proposal.actions, 0.0
+        return plan_by_grounder(grounder_named(name), task)
 
     return plan
 
@@ -212,13 +217,15 @@ def main() -> None:
             )
 
 
-def followed(record: dict[str, Any], plan: Plan, name: str = "") -> Outcome:
+def followed(record: dict[str, Any], follow: Plan, name: str = "") -> Outcome:
     """What becomes of a command."""
-    start = state_of(record)
-    actions, probability = plan(record["text"], start)
-    done = Done(actions, carried_out(start, actions))
-    right = bool(actions) and is_right(record["want"], done)
-    return Outcome(name, record["world"], record["text"], probability, right, "")
+    plan = follow(record["text"], state_of(record))
+    own = plan.proposal
+    done = Done(own.actions, plan.final) if own.actions and plan.final else None
+    right = done is not None and is_right(record["want"], done)
+    return Outcome(
+        name, record["world"], record["text"], own.probability, right, "", evidence=plan.evidence
+    )
 
 
 if __name__ == "__main__":

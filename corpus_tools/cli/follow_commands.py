@@ -22,7 +22,7 @@ NOTHING = 2
 """Exit status where there is nothing to do, as for bad input."""
 FAILED = 3
 """Exit status where a plan couldn't be carried out."""
-UNSURE = 0.5
+UNSURE = 0.7
 """Without a terminal, plans that are less probable than this aren't carried out unasked."""
 
 

@@ -62,8 +62,8 @@ if TYPE_CHECKING:
 
 GUESSED_RIGHT = 0.8
 """How probably an unknown verb asks for what its arguments allow: assumed, for corpora have few."""
-LIKELY_NOTHING = 0.3
-"""A plan less probable than this is no answer. What fits nothing at all has 0.27."""
+LIKELY_NOTHING = 0.57
+"""A plan less probable than this is no answer. What fits nothing at all has 0.53."""
 
 
 @short_repr

@@ -8,6 +8,7 @@ from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
 from g3.actions.robot_state import State, moved_to, with_moved
 from g3.groundings import Context
 from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end, share_alike
+from g3.inference.grounder import LIKELY_NOTHING
 from g3.inference.search.action_search import Hypothesis
 from tests import worlds
 
@@ -88,7 +89,7 @@ def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhe
     assert plan(0.9, 0.01) > plan(0.5, 0.01) > plan(0.01, 0.01)
     assert plan(0.9, 0.01) > plan(0.9, 0.5)
     # What fits nothing is improbable however little else there is.
-    assert plan(1e-6, 1e-6) < 0.5
+    assert plan(1e-6, 1e-6) < LIKELY_NOTHING
 
 
 def test_a_curve_weighs_plans_as_often_as_they_count():

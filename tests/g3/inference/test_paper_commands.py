@@ -11,8 +11,8 @@ from eval.judging.judge import judge
 from g3.groundings import object_ids
 from tests.g3.inference.following_commands import BOXES, TIRES, did, end_of, followed, under, world
 
-UNSURE = 0.5
-PROBABLE = 0.6
+UNSURE = 0.75
+PROBABLE = 0.83
 """A plan that isn't what was meant must be less probable."""
 
 
