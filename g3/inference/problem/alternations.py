@@ -394,6 +394,7 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 def _light(sdc: SDC, _: Nouns) -> SDC | None:
     """A noun that says what to do: "make a left turn", "give the drum a lift"."""
+    sdc = _with_its_noun(sdc)
     words = tuple(_words(sdc))
     first = next(iter(sdc.landmark1), None)
     start = verb_of(words).start
@@ -420,6 +421,14 @@ def _light(sdc: SDC, _: Nouns) -> SDC | None:
     relation = (*sdc.relation[:start], act[-1], *around, *sdc.relation[start + 1 :])
     parts = (*themes, *rest, *sdc.landmark2)
     return replace(sdc, relation=relation, landmark1=parts[:1], landmark2=parts[1:])
+
+
+def _with_its_noun(sdc: SDC) -> SDC:
+    """A side after an article is a noun, however a tree has it: "take a left"."""
+    said = tuple(word for part in _arguments(sdc) for word in all_words(part))
+    if [bare(word.text) for word in said] not in (["a", "left"], ["a", "right"]):
+        return sdc
+    return replace(sdc, landmark1=(SDC("OBJECT", words=said),), landmark2=())
 
 
 def _whole(words: tuple[Span, ...]) -> tuple[Span, ...]:

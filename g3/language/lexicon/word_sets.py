@@ -359,8 +359,11 @@ SHORT_FORMS = {
     "n": "and",
     "thru": "through",
     "til": "till",
+    "teh": "the",
+    "hte": "the",
+    "adn": "and",
 }
-"""Words that people type or say shorter."""
+"""Words that people type or say shorter, and slips in words too short to be mended."""
 CONTRACTED = {"re": "are", "ve": "have", "ll": "will", "d": "would", "em": "them", "til": "till"}
 """What stands after an apostrophe."""
 ASIDES = words(

@@ -107,6 +107,7 @@ def spans(text: str) -> tuple[Span, ...]:
     [
         ("'em", "them"),
         ("em,", "them"),
+        ("Teh", "the"),
         ("’re", "are"),
         ("'d", "would"),
         # A letter by itself may name a place.
