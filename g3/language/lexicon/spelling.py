@@ -24,7 +24,7 @@ SHORTEST, LONGEST = 4, 16
 
 @lru_cache(maxsize=1)
 def _english() -> SpellChecker:
-    from spellchecker import SpellChecker  # noqa: PLC0415 - most commands need none
+    from spellchecker import SpellChecker  # noqa: PLC0415 - slow to import
 
     return SpellChecker(distance=1)
 
