@@ -23,8 +23,8 @@ from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.statistics.intervals import bootstrap
 from eval.table_3.baselines import BASELINES, missing
-from eval.table_3.following import FollowedPlan, plan_by_grounder
-from eval.table_3.grounder_registry import PlanTask, Proposal, grounder_named
+from eval.table_3.following import FollowedPlan, plan_by_grounder, plan_of
+from eval.table_3.grounder_registry import PlanTask, grounder_named
 from eval.table_3.held_out import costs_without
 from eval.table_3.outcomes import Outcome, reliability
 from eval.table_3.search_examples import data_of
@@ -160,11 +160,7 @@ def by_model(grounder: Grounder, parse: Parse | None = None) -> Plan:
 
     def plan(text: str, start: State) -> FollowedPlan:
         command = text if parse is None else parse
-        found = grounder.follow(command, start, least=0.0, insist=True).plan
-        if found is None:
-            return FollowedPlan(Proposal())
-        stated = Proposal(found.actions, found.probability)
-        return FollowedPlan(stated, found.state, found.evidence)
+        return plan_of(grounder.follow(command, start, least=0.0, insist=True))
 
     return plan
 

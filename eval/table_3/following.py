@@ -83,15 +83,17 @@ def plan_by_model(
     annotation = tested.annotation if which in ("gold", "random") else None
     sdcs = annotation.sdcs if annotation else extracted
     result = grounder.follow(sdcs, tested.context, least=0.0, insist=True)
+    found = plan_of(result)
+    told = annotation if result.plan else None
+    return replace(found, objects=_objects(told, result)) if told else found
+
+
+def plan_of(result: Result) -> FollowedPlan:
+    """The best plan that a model has found, or why there is none."""
     plan = result.plan
     if plan is None:
         return FollowedPlan(Proposal(note=result.note))
-    return FollowedPlan(
-        Proposal(plan.actions, plan.probability),
-        plan.state,
-        plan.evidence,
-        _objects(annotation, result) if annotation else (0, 0),
-    )
+    return FollowedPlan(Proposal(plan.actions, plan.probability), plan.state, plan.evidence)
 
 
 def task_of(tested: JudgedCommand, heading: str = "") -> PlanTask:

@@ -29,7 +29,6 @@ def _english() -> SpellChecker:
     return SpellChecker(distance=1)
 
 
-@lru_cache(maxsize=65536)
 def mended(word: str) -> str:
     """The word that was meant, if a word is none, and one slip away from one that decides.
 

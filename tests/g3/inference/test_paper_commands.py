@@ -12,7 +12,7 @@ from g3.groundings import object_ids
 from tests.g3.inference.following_commands import BOXES, TIRES, did, end_of, followed, under, world
 
 UNSURE = 0.75
-PROBABLE = 0.83
+PROBABLE = 0.82
 """A plan that isn't what was meant must be less probable."""
 
 
@@ -223,11 +223,21 @@ def test_the_original_spot_is_where_the_robot_was(grounder, yard):
     assert np.linalg.norm(found.plan.state.pose[:2]) < 1
 
 
-def test_what_is_not_understood_is_not_probable(grounder, yard):
-    # Trees take something up, so that they agree on what isn't meant.
-    for parses in (1, 3):
-        found = grounder.follow("Pull parallel to the skid", yard, parses=parses)
-        assert found.plan is None or found.plan.probability < PROBABLE
+@pytest.mark.parametrize(
+    ("parses", "most"),
+    [
+        pytest.param(
+            1,
+            UNSURE,
+            marks=pytest.mark.xfail(strict=True, reason='"parallel" is taken for a thing: .82'),
+        ),
+        (3, PROBABLE),
+    ],
+)
+def test_what_is_not_understood_is_not_probable(parses, most, grounder, yard):
+    # All three trees take something up, so that they agree on what isn't meant.
+    found = grounder.follow("Pull parallel to the skid", yard, parses=parses)
+    assert found.plan is None or found.plan.probability < most
 
 
 # What the paper leaves to later work
