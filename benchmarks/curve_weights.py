@@ -7,7 +7,7 @@ one, each counted as much as the others, and prints its errors on the one. The l
 weights for `g3.inference.calibration`, fitted to all. What comes after ``--tested`` is neither
 learned from nor fitted to. "written" are the commands that imitate people
 (:mod:`benchmarks.written_commands`), all sets but the last two; a set's name is that set. Nothing
-is learned from them.
+is learned from them. With ``--apart`` no scenario of the tested corpus is learned from.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ def main() -> None:
     parser.add_argument("names", nargs="*", default=["aaai11", "automatic", "warehouse", "written"])
     parser.add_argument("--tested", nargs="+", default=[], metavar="NAME")
     parser.add_argument("--jobs", type=int, default=1, help="how many processes work")
+    parser.add_argument("--apart", action="store_true", help="learn from the other corpora alone")
     options = parser.parse_args()
-    learned = ",".join(name for name in options.names if name not in WRITTEN)
-    workers = Workers(options.jobs)
-    plans = {
-        name: _written(name, learned) if name in WRITTEN else _plans(name, learned, workers)
-        for name in (*options.names, *options.tested)
-    }
+    workers, plans = Workers(options.jobs), dict[str, list[Outcome]]()
+    for name in (*options.names, *options.tested):
+        left_out = {*WRITTEN, name} if options.apart else {*WRITTEN}
+        learned = ",".join(other for other in options.names if other not in left_out)
+        plans[name] = _written(name, learned) if name in WRITTEN else _plans(name, learned, workers)
     print("| left out | plans | right | stated | ECE | by chance | Brier | under risk-coverage |")
     for name, own in plans.items():
         others = [plans[other] for other in options.names if not _alike(other, name)]
