@@ -13,6 +13,7 @@ from g3.actions.robot_state import State, centres
 from g3.geometry.footprints import centre, covers
 from g3.geometry.plane import BoolArray, area, convex_hull, point_gap, rotate
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place, Prism
+from g3.language.lexicon.word_sets import HEAPS
 
 Group = tuple[Grounding, ...]
 
@@ -196,7 +197,9 @@ def squares(middles: FloatArray, yaw: float, bottom: float) -> list[Place]:
 
 
 def is_surface(thing: PhysicalObject) -> bool:
-    """Whether a load can be put on top of a thing."""
+    """Whether a load can be put on top of a thing: a low one with room, but no heap of earth."""
+    if HEAPS.intersection(word for label in thing.labels for word in label.lower().split()):
+        return False
     low = thing.prism.z_max - thing.prism.z_min
     return bool(area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2) and low < HIGH_M
 

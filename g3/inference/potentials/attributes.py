@@ -116,10 +116,11 @@ def _adjectives(sdc: SDC) -> list[str]:
 
 def _has_nothing(sdc: SDC) -> bool:
     """Whether words say that there is nothing on a thing."""
-    if not (sdc.landmark1 and HAVING.intersection(_bare(sdc.relation))):
+    said = set(_bare(sdc.relation))
+    if not (sdc.landmark1 and said & HAVING):
         return False
     named = set(_bare(noun_leaf(sdc.landmark1[0]).words))
-    return bool(named & NOTHING) or (negated(sdc) and bool(named & QUANTIFIERS))
+    return bool((named | said) & NOTHING) or (negated(sdc) and bool(named & QUANTIFIERS))
 
 
 def _bare(spans: Iterable[Span]) -> list[str]:

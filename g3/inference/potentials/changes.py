@@ -15,6 +15,7 @@ from g3.inference.potentials.place_rules import stands_at
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.clause_roles import is_source
 from g3.inference.problem.grounding_problem import things_of
+from g3.inference.problem.phrases import is_floor
 from g3.sdc.clauses import SDCType
 
 _CLAUSES: tuple[SDCType, ...] = ("EVENT", "PATH")
@@ -40,13 +41,15 @@ def moved(case: ActionCase) -> BoolArray:
 
 
 @potential(
-    "taken-from", kind="path", types=("PATH",), roles=("figure", "landmark"), weight=log(0.05)
+    "taken-from", kind="path", types=("PATH",), roles=("figure", "landmark"), weight=log(0.001)
 )
 def taken_from(case: PathCase) -> Measured:
-    """What is taken "off the truck" stands on it, where anything does."""
+    """What is taken "off the truck" stands on it, where anything does; off the ground, there."""
     if not is_source(case.sdc):
         return False
     under = case.problem.carriers
+    if any(map(is_floor, case.sdc.landmark1)):
+        return np.repeat([[a.object_id in under] for a in case.actions], len(case.marks), axis=1)
     marks = [things_of(mark.group) if mark else [] for mark in case.marks]
     laden = [{thing.id for thing in own}.intersection(under.values()) for own in marks]
     taken = [a.object_id if a.object_id != case.state.held else "" for a in case.actions]

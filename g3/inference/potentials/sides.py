@@ -7,12 +7,13 @@ around they speak as they stand.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
 
 from g3.actions.facing import facing, lines, turned
+from g3.actions.loads import is_load
 from g3.features.factor_batch import FactorBatch, WordField
 from g3.features.sets.named import named
 from g3.features.sets.order import DIRECTIONS, all_ordinals, extents, ordinals, rivals
@@ -21,15 +22,19 @@ from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import potential
-from g3.language.discourse.groups import group
-from g3.language.lexicon.concepts import CONCEPTS, concepts
-from g3.language.lexicon.word_sets import ENDS, REAR
+from g3.inference.problem.clause_roles import is_source, objects, ways
+from g3.inference.problem.command_tree import Tree
+from g3.language.discourse.groups import group, noun_leaf, noun_words
+from g3.language.lexicon.concepts import CONCEPTS, Concept, concepts
+from g3.language.lexicon.field_words import field_words, normalise
+from g3.language.lexicon.word_sets import ENDS, GENERIC, HANDLING_VERBS, ONES, PARTS, REAR, SIDES
 from g3.sdc.clauses import SDC
 
 CENTRAL = 0.5
 """What stands in the middle is at most so far from the middle of all, as a share of the others."""
 DOUBTFUL = 0.3
 """Of things all around one is further to a side if the sines of their directions differ so much."""
+_DEPTHS: tuple[Concept, ...] = ("near", "far")
 _FIELDS: tuple[WordField, ...] = ("figure", "relation")
 
 
@@ -39,7 +44,8 @@ class _SingledOut:
 
     Words do so that have no landmark but the robot, or the row that the thing stands in. "The
     second from the left" isn't the leftmost, "the second on the left" is counted from there too,
-    and on "the far left" it's the side that counts.
+    and on "the far left" it's the side that counts. "The far one on the left" is the farthest of
+    those on the robot's left.
     """
 
     side: BoolArray
@@ -48,10 +54,14 @@ class _SingledOut:
     aside: BoolArray
 
 
-def _singled_out(batch: FactorBatch) -> _SingledOut | None:
+def _singled_out(batch: FactorBatch, depth: Concept | None) -> _SingledOut | None:
     free = (batch.landmark < 0) | (batch.landmark == batch.agent_body) | is_member(batch)
     wanted = named(batch, ("figure",)) | (named(batch, _FIELDS) & free[:, None])
     direction = wanted[:, [CONCEPTS.index(c) for c in DIRECTIONS]]
+    away = np.zeros((len(batch), 1 + batch.peers.shape[1]), dtype=bool)
+    if depth:
+        away = _away(batch, direction)
+        direction = np.array(DIRECTIONS) == np.full((len(batch), 1), depth)
     rear = _says(batch, REAR, batch.landmark < 0)
     direction[:, DIRECTIONS.index("back")] &= ~rear
     last = wanted[:, CONCEPTS.index("last")]
@@ -64,9 +74,9 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     middle = named(batch, ("figure",))[:, CONCEPTS.index("between")] | np.array(inner)[batch.factor]
     if not (direction.any() or number.any() or middle.any()):
         return None
-    rival = rivals(batch)
+    rival = rivals(batch) & ~away[:, 1:]
     ahead = _further(batch, rival)
-    beaten = (direction & (ahead > 0)).any(axis=1)
+    beaten = (direction & (ahead > 0)).any(axis=1) | away[:, 0]
     outer = np.zeros(len(batch), dtype=bool)
     if middle.any() or end.any():
         along, straight, central = _arranged(batch, rival)
@@ -77,11 +87,32 @@ def _singled_out(batch: FactorBatch) -> _SingledOut | None:
     counted = direction.copy()
     counted[:, DIRECTIONS.index("near")] |= ~aside
     other = ~(counted & (ahead == number[:, None] - 1)).any(axis=1)
-    applies = rival.any(axis=1) & ~is_robot(batch) & (batch.bodies.count[batch.figure] == 1)
+    applies = (
+        (rival.any(axis=1) | away[:, 0])
+        & ~is_robot(batch)
+        & (batch.bodies.count[batch.figure] == 1)
+    )
     plain = applies & (number == 0)
     return _SingledOut(
         plain & beaten, applies & (number > 0) & other, plain & outer & ~beaten, aside
     )
+
+
+def _depth(sdc: SDC) -> Concept | None:
+    """Whether a noun says near or far, and only its relation a side: "the near one on the left"."""
+    said = {c for c in concepts(field_words(noun_leaf(sdc).words)) if c in DIRECTIONS}
+    sides = concepts(field_words(sdc.relation)) & {"left", "right"}
+    if not sdc.figure or sdc.landmark1 or len(sides) != 1:
+        return None
+    return next((c for c in _DEPTHS if said == {c}), None)
+
+
+def _away(batch: FactorBatch, direction: BoolArray) -> BoolArray:
+    """Whether figures and peers are on the other side of the robot than is named; (n, 1 + p)."""
+    middles = local_centres(batch, batch.figure)[:, None], local_centres(batch, batch.peers)
+    leftward = np.concatenate(middles, axis=1)[..., 1]
+    away: BoolArray = np.where(direction[:, :1], leftward, -leftward) <= 0
+    return away
 
 
 def _says(batch: FactorBatch, wanted: frozenset[str], free: BoolArray) -> BoolArray:
@@ -127,8 +158,76 @@ def _wrong(case: FactorCase, which: str) -> FloatArray:
     """
     if case.is_part:
         return case.nothing
-    found = case.own_batch.once(_singled_out, _singled_out)
+    depth = _depth(case.sdc)
+    found = _compared(case).once((_singled_out, depth), lambda b: _singled_out(b, depth))
     return case.nothing if found is None else getattr(found, which) * (1.0 + found.aside)
+
+
+def _names_any_load(case: FactorCase) -> bool:
+    """Whether a clause is what is handled, and its noun names no kind: "the one on the left"."""
+    noun = {normalise(word) for word in noun_words(case.sdc)[-1:]}
+    unnamed = noun & GENERIC or (noun & ONES and case.tree.left_out(case.sdc) is None)
+    return bool(unnamed) and case.node in case.tree.once(_handled)
+
+
+def _handled(tree: Tree) -> frozenset[int]:
+    """OBJECTs that name what a clause handles, with what says more of them."""
+    roots = [n for n, verb in enumerate(tree.verbs) if verb.classes & HANDLING_VERBS]
+    found = [n for root in roots for n in objects(tree, root)[:1]]
+    for node in found:
+        found += tree.children[node].get("f", ())
+    return frozenset(found)
+
+
+def _compared(case: FactorCase) -> FactorBatch:
+    """The rows with those peers alone that a figure is compared with.
+
+    "The right one on the truck" is compared with what stands there, and whatever is to be lifted
+    with what can be. "On the right end of the truck" tells nothing but the side of what is on it.
+    """
+    batch, problem = case.own_batch, case.problem
+    standing, any_load = case.node in case.tree.once(_told_standing), _names_any_load(case)
+    aside = _says_end(case.sdc)
+    if not (standing or any_load or aside):
+        return batch
+    ids = [o.id for o in problem.state.context.objects]
+    under = np.array([ids.index(problem.carriers.get(own, own)) for own in ids])
+    figure, peer = (np.minimum(body, len(ids) - 1) for body in (batch.figure, batch.peers))
+    compared: BoolArray = batch.peers < len(ids)
+    if any_load:
+        compared &= np.array([is_load(problem.state, own) for own in ids])[peer]
+    level = np.where(under == np.arange(len(ids)), -1, under)
+    aboard = aside & (level[figure] >= 0) & (level[figure] == batch.landmark)
+    same = level[peer] == level[figure][:, None]
+    compared &= same | ~(standing | aboard[:, None])
+    return replace(
+        batch,
+        landmark=np.where(aboard, -1, batch.landmark),
+        peers=np.where(compared, batch.peers, -1),
+    )
+
+
+def _says_end(sdc: SDC) -> bool:
+    """Whether a relation names an end or a side that something is on: "on the right end of"."""
+    words = field_words(sdc.relation)
+    said = concepts(words)
+    return bool(sdc.landmark1 and "on" in said and said & SIDES and PARTS.intersection(words))
+
+
+def _told_standing(tree: Tree) -> frozenset[int]:
+    """OBJECTs of which more words say what they stand on: "the left one on the truck"."""
+    found: list[int] = []
+    for node, sdc in enumerate(tree.nodes):
+        said = concepts(field_words(sdc.relation))
+        if sdc.type == "OBJECT" and "on" in said and not said & SIDES and sdc.landmark1:
+            found += tree.children[node].get("f", ())
+        if "taking" in tree.verbs[node].classes and any(
+            is_source(tree.nodes[way]) and tree.nodes[way].landmark1 for way in ways(tree, node)
+        ):
+            found += objects(tree, node)[:1]
+    for node in found:
+        found += tree.children[node].get("f", ())
+    return frozenset(found)
 
 
 @potential("side", kind="factor", types=("OBJECT",), weight=log(0.05))

@@ -24,6 +24,7 @@ from g3.inference.problem.plain_phrases import plain_phrases
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
+from g3.language.discourse.negation import is_negation, negated
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.verb_chains import is_nominal, verb_of
@@ -39,6 +40,7 @@ from g3.language.lexicon.word_sets import (
     HELD,
     INTERJECTIONS,
     IT,
+    LEADING,
     LIGHT,
     REGARDING,
     UNLOADING,
@@ -64,7 +66,7 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     found: list[SDC] = []
     for sdc in sdcs:
         last = found[-1] if found else None
-        joined = _joined(last, sdc) if last is not None else None
+        joined = (_negated(last, sdc) or _joined(last, sdc)) if last is not None else None
         shared = _shared(last, sdc) if last is not None else None
         found[len(found) - (joined is not None) :] = [joined or shared or sdc]
     asking = without_statements([_wanted(plain_phrases(sdc), nouns) for sdc in found], nouns)
@@ -133,6 +135,18 @@ def _joined(before: SDC, sdc: SDC) -> SDC | None:
     if theme is None or names_robot(theme) or names_forks(theme):
         return None
     return replace(sdc, figure=(theme,))
+
+
+def _negated(before: SDC, sdc: SDC) -> SDC | None:
+    """A clause with the negation that a tree has before it: "do not" and "lift it"."""
+    words = _words(before)
+    if before.type != "EVENT" or sdc.type != "EVENT" or _arguments(before) or _subject(before):
+        return None
+    if not (negated(before) and side_by_side(before, sdc, _JOINED)):
+        return None
+    if not all(is_negation(word) or normalise(word) in LEADING for word in words):
+        return None
+    return replace(sdc, relation=(*before.relation, *sdc.relation))
 
 
 def _shared(before: SDC, sdc: SDC) -> SDC | None:

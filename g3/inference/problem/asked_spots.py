@@ -9,8 +9,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.language.discourse.groups import group
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import CARDINALS, METRES, SIDES
-from g3.sdc.clauses import SDC
+from g3.language.lexicon.word_sets import CARDINALS, METRES, SIDES, STACKING
 
 FAR_M = 3.0
 """Nearer spots are there anyway: who says "a few feet" or "a metre" doesn't measure."""
@@ -31,8 +30,9 @@ def metres_said(words: list[str]) -> float | None:
     return None
 
 
-def spots_asked(sdc: SDC) -> SpotsAsked:
+def spots_asked(tree: Tree, node: int) -> SpotsAsked:
     """What the words of a PLACE, or of what tells a place, ask of spots."""
+    sdc = tree.nodes[node]
     relation = field_words(sdc.relation)
     said = concepts(relation)
     apart = metres_said([bare(word.text) for word in sdc.relation])
@@ -40,8 +40,18 @@ def spots_asked(sdc: SDC) -> SpotsAsked:
         apart=apart if apart is not None and apart > FAR_M else None,
         corner="corner" in relation,
         side="on" in said and bool(said & SIDES),
-        top="top" in relation,
+        top="top" in relation or (said == {"on"} and node in tree.once(_stacked)),
     )
+
+
+def _stacked(tree: Tree) -> frozenset[int]:
+    """Clauses in the one that says where something is stacked."""
+    stacks = (
+        n
+        for n, sdc in enumerate(tree.nodes)
+        if sdc.type == "EVENT" and STACKING.intersection(field_words(sdc.relation))
+    )
+    return frozenset(below for n in stacks for below in tree.all_below(n))
 
 
 def counts_said(tree: Tree) -> tuple[int, ...]:

@@ -158,8 +158,9 @@ def told_ways(tree: Tree, root: int) -> frozenset[str]:
     """Ways that a clause names, it or what in it has no landmark but who is spoken to."""
     said = set(field_words(tree.nodes[root].relation))
     for node in tree.below(root, _ARGUMENTS, "PATH", "PLACE"):
-        marks = [bare(w.text) for mark in tree.nodes[node].landmark1 for w in all_words(mark)]
-        if not marks or YOU.intersection(marks):
+        marks = tree.nodes[node].landmark1
+        own = {bare(word.text) for mark in marks for word in mark.words}
+        if not marks or YOU.intersection(own):
             said.update(field_words(all_words(tree.nodes[node])))
     around: frozenset[str] = frozenset(("around",) if AROUND.intersection(said) else ())
     return (concepts(said) & SIDES) | around

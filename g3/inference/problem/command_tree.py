@@ -20,7 +20,7 @@ from g3.inference.problem.phrases import (
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.verb_chains import Verb, verb_of
-from g3.language.lexicon.word_sets import NOUNLESS
+from g3.language.lexicon.word_sets import COLLECTIVES, NOUNLESS, PARTS
 from g3.learning.examples import factor_words
 from g3.sdc.clauses import SDC, Field, Span, breadth_first, child_indices
 from g3.short_repr import short_repr
@@ -108,7 +108,7 @@ class Tree:
         return [
             sdc.words[-1]
             for sdc in leaves
-            if bare(sdc.words[-1].text) not in NOUNLESS
+            if bare(sdc.words[-1].text) not in NOUNLESS | COLLECTIVES | PARTS
             and names_thing(sdc)
             and not (is_pronoun(sdc) or names_robot(sdc) or is_measure(sdc) or names_forks(sdc))
         ]

@@ -15,13 +15,15 @@ from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import (
     ASKING,
+    CLOSING,
+    DEMONSTRATIVES,
     EXISTENTIAL,
     HANDLING_VERBS,
     PAST,
     REGARDING,
     STATING,
 )
-from g3.sdc.clauses import SDC
+from g3.sdc.clauses import SDC, all_words
 
 
 def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
@@ -34,7 +36,7 @@ def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     nouns
         What words may name in the world.
     """
-    states = [_states(sdc, nouns) for sdc in sdcs]
+    states = [_closes(sdc) or _states(sdc, nouns) for sdc in sdcs]
     for i, (sdc, following) in enumerate(pairwise(sdcs)):
         states[i] = states[i] or _wishes(sdc, following)
     if all(stated or sdc.type != "EVENT" for sdc, stated in zip(sdcs, states, strict=True)):
@@ -67,6 +69,12 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     return not (named or subjects or verb.classes)
 
 
+def _closes(sdc: SDC) -> bool:
+    """Whether a clause says that the command is at its end: "that's it"."""
+    said = {bare(word.text) for word in all_words(sdc)}
+    return said <= CLOSING and bool(said & DEMONSTRATIVES) and not said.isdisjoint(("it", "all"))
+
+
 def _wishes(sdc: SDC, following: SDC) -> bool:
     """Whether a clause says what is wanted, and the next one what is to be done about it.
 
@@ -89,6 +97,6 @@ def _named(sdc: SDC, nouns: Nouns) -> tuple[SDC, ...]:
     parts = (*sdc.figure, *sdc.landmark1, *sdc.landmark2)
     if all(p.is_implicit for p in parts) and nouns.name_load(sdc.relation):
         return (SDC("OBJECT", words=sdc.relation),)
-    if nouns.call_robot(sdc.relation):
+    if nouns.call_robot(sdc.relation) or _closes(sdc):
         return ()
     return tuple(p for p in parts if p.type == "OBJECT" and not (p.is_implicit or names_robot(p)))

@@ -27,11 +27,12 @@ from g3.actions.grounding_candidates import (
     square,
 )
 from g3.actions.robot_state import State
-from g3.features.factor_batch import Role
+from g3.features.factor_batch import FactorBatch, Role
 from g3.geometry.footprints import centre
-from g3.groundings import PhysicalObject, Place
+from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase, ReferentCase, SpotCase
 from g3.inference.potentials.potential_registry import added, allowed
+from g3.inference.potentials.sides import is_member
 from g3.inference.problem.asked_spots import spots_asked
 from g3.inference.problem.clause_roles import landmark_nodes
 from g3.inference.problem.command_tree import Tree
@@ -207,7 +208,7 @@ def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
         nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, problem)]
         if nearer:
             return sorted(nearer, key=lambda c: -c.score)[: problem.width]
-    asked = spots_asked(tree.nodes[node])
+    asked = spots_asked(tree, node)
     pairs: list[tuple[Candidate, Candidate | None]] = []
     for number, landmark in enumerate(landmarks):
         spots = [] if landmark is None else spots_about(landmark.group, problem.state, asked)
@@ -281,7 +282,7 @@ def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -
     groups = {
         group_key(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None
     }
-    asked = [spots_asked(tree.nodes[node]) for node in nodes]
+    asked = [spots_asked(tree, node) for node in nodes]
     wanted = next((own for own in asked if own != ANY_SPOTS), ANY_SPOTS)
     spots = [s for group in groups.values() for s in spots_about(group, problem.state, wanted)]
     room = _room(problem, [*spots, *_common_spots(problem, wanted)])
@@ -295,6 +296,18 @@ def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -
             both = Candidate(c.group, c.score + other.score, {**other.nodes, **c.nodes})
             joined[id(c.group[0])] = both
     return sorted(joined.values(), key=lambda c: -c.score)[: problem.width]
+
+
+def _evenly(scores: FloatArray, batch: FactorBatch) -> FloatArray:
+    """Of several things none is more in them than another: "the last one in the row"."""
+    inside = np.flatnonzero(is_member(batch)) if (batch.landmark >= 0).any() else ()
+    if not len(inside):
+        return scores
+    best = np.full(len(batch.bodies.count), -np.inf)
+    np.maximum.at(best, batch.landmark[inside], scores[inside])
+    even: FloatArray = scores.copy()
+    even[inside] = best[batch.landmark[inside]]
+    return even
 
 
 def _scored(
@@ -324,6 +337,7 @@ def _scored(
         own = problem.cost.log_probability(batch, true=not negated(sdc))
     else:
         own = known[index[:n]]
+    own = _evenly(own, batch)
     sizes = [len(figure.group) for figure, _ in pairs]
     own = own + added(FactorCase(tree, node, batch, problem, sizes))
     below = np.array([f.score + (lm.score if lm else 0.0) for f, lm in pairs])

@@ -121,10 +121,10 @@ def _is_plural(words: Sequence[str]) -> bool:
 
 
 def _count(words: Sequence[str], number: Number, ordinals: Sequence[int]) -> int | None:
-    for word in words[:-1] if len(words) > 1 else words:
-        if word in COUNTS:
+    for place, word in enumerate(words, start=1):
+        if word in COUNTS:  # "the three", but not "truck 3"
             return COUNTS[word]
-        if word.isdecimal() and len(word) < 4:
+        if word.isdecimal() and len(word) < 4 and (place < len(words) or place == 1):
             return int(word)
     if number == "singular":
         return 1

@@ -163,12 +163,12 @@ ROBOT = words("you yourself me myself i we us")
 """Nouns for the robot. These are grounded in it; "your" isn't."""
 SELVES = words("itself themselves")
 REFLEXIVES = SELVES | words("himself herself")
-IT = words("it them they itself")
-"""Pronouns that the search grounds as their antecedents are."""
 THESE = words("this that these those")
 """Demonstratives: "this table" is one that was spoken of."""
 _PERSONAL = words("him her he she")
 PERSONAL = _PERSONAL | words("himself herself")
+IT = words("it them they itself") | PERSONAL
+"""Pronouns that the search grounds as their antecedents are."""
 PRONOUNS = IT | THESE | SELVES | _PERSONAL
 """Words that stand for something spoken of before, as their clause's noun."""
 DEMONSTRATIVES = THESE | words("said")
@@ -179,12 +179,17 @@ REST = OTHERS | words("others rest remainder remaining")
 ONES = words("one ones")
 NOUNLESS = ONES | words("other others")
 """Heads that leave out their noun: "the empty one"."""
-PEOPLE = words("person man woman human worker pedestrian")
-"""People, as labels of things have them: they are no loads."""
-PERSONS = PEOPLE | PERSONAL | words("guy lady operator driver somebody someone colleague people")
-"""People, as commands have them."""
+PEOPLE = words(
+    "person people man woman human worker pedestrian guy lady fellow fella bloke chap gentleman "
+    "employee colleague somebody someone"
+)
+"""People, who are no loads."""
 DRIVERS = words("operator driver")
 """Who drives the robot, and so is told what to do."""
+PERSONS = PEOPLE | DRIVERS | PERSONAL
+"""People, as commands have them."""
+HEAPS = words("berm mound heap hill bank ridge embankment")
+"""Heaps of earth: nothing is put on top of them."""
 NO_ANTECEDENTS = words(
     "you your yourself me i we us my anything something everything nothing forward left right "
     "back bit degrees feet inches meters metres"
@@ -266,6 +271,8 @@ FILLING = words(
     "cram stuff"
 )
 """Verbs that have what is filled first: "load the truck with the tires"."""
+STACKING = stems("stack pile heap")
+"""Verbs that put a load on top of another one."""
 UNLOADING = words("unload unloading offload offloading")
 """Verbs whose object is what is emptied, or what comes off it."""
 EMPTYING = UNLOADING | words(
@@ -337,6 +344,8 @@ PHRASAL_VERBS = {
 """Verbs with a particle that are of other classes than the verb alone."""
 EXISTENTIAL = words("there here is are was were 's s 're re")
 """Words that say that something is there: "there are two crates"."""
+CLOSING = words("that 's s is it all")
+"""Words that say that a command is at its end: "that's it"."""
 STATING = words("is are was were 's s 're re has have had seems looks")
 """Verbs that say how the thing is that they have as their subject."""
 PAST = words("was were")
@@ -362,6 +371,8 @@ SHORT_FORMS = {
     "teh": "the",
     "hte": "the",
     "adn": "and",
+    "nxt": "next",
+    "ontop": "top",
 }
 """Words that people type or say shorter, and slips in words too short to be mended."""
 CONTRACTED = {"re": "are", "ve": "have", "ll": "will", "d": "would", "em": "them", "til": "till"}

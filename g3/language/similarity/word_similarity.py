@@ -18,6 +18,7 @@ from rapidfuzz.process import cdist
 from g3.groundings import FloatArray
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.word_sets import HEAPS, PEOPLE
 from g3.language.similarity.resources import tag_table, word_vectors, wordnet
 from g3.language.similarity.wordnet import Score, WordNet
 
@@ -77,9 +78,9 @@ _SYNONYMS = {
     "trailer": "trailer tailor truck lorry flatbed flat bed platform table cart trolley wagon dock "
     "bench conveyor rig semi van vehicle deck loading",
     "forklift": "forklift fork lift robot machine driver you your yourself me my i",
-    "person": "person man woman worker people human guy lady fellow employee pedestrian",
+    "person": " ".join(sorted(PEOPLE)),
     "barrel": "barrel drum keg",
-    "berm": "berm mound hill heap bank ridge embankment dirt mud earth soil",
+    "berm": " ".join(("dirt mud earth soil", *sorted(HEAPS))),
     "shelf": "shelf shelves shelving rack",
     "sign": "sign signpost signboard post board",
     "cone": "cone pylon",

@@ -12,7 +12,6 @@ from g3.actions.grounding_candidates import SpotsAsked, object_groups
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
 from g3.inference.problem.asked_spots import counts_said, spots_asked
-from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.actions.yards import box, forklift
 from tests.g3.inference.ruled import tree_of
 from tests.g3.inference.test_coverage import (
@@ -46,8 +45,16 @@ from tests.worlds import scene
     ],
 )
 def test_what_a_relation_asks_of_spots(relation, asked):
-    (place,) = parse_brackets(f"PLACE(r = {relation}, l = OBJ(f = the crate))")
-    assert spots_asked(place) == asked
+    tree = tree_of(f"PLACE(r = {relation}, l = OBJ(f = the crate))")
+    assert spots_asked(tree, 0) == asked
+
+
+@pytest.mark.parametrize(("verb", "top"), [("put", False), ("stack", True), ("pile", True)])
+def test_who_stacks_asks_for_spots_on_top(verb, top):
+    where = "PLACE(r = on, l = OBJ(f = the crate))"
+    tree = tree_of(f"EVENT(r = {verb}, l = OBJ(f = the box), l2 = {where})")
+    node = next(n for n, sdc in enumerate(tree.nodes) if sdc.type == "PLACE")
+    assert spots_asked(tree, node) == SpotsAsked(top=top)
 
 
 @pytest.mark.parametrize("side", SIDES)

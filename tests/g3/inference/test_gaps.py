@@ -16,6 +16,7 @@ from g3.actions.robot_state import start_state
 from g3.geometry.footprints import centre
 from g3.groundings import FloatArray, PhysicalObject
 from g3.inference.problem.asked_spots import spots_asked
+from g3.inference.problem.command_tree import Tree
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.actions.yards import box, forklift
 from tests.worlds import scene
@@ -43,8 +44,8 @@ def diagonal_on_a_deck() -> bool:
 
 
 def on_a_load() -> bool:
-    """On a crate; "on top of a crate" is covered."""
-    asked = spots_asked(parse_brackets("PLACE(r = on, l = OBJ(f = the crate))")[0])
+    """On a crate; "on top of a crate" and stacking are covered."""
+    asked = spots_asked(Tree(parse_brackets("PLACE(r = on, l = OBJ(f = the crate))")), 0)
     state = start_state(scene(CRATE, agent=forklift((20.0, 0.0, 0.0))))
     return any(spot.prism.z_min > 0.5 for spot in spots_about((CRATE,), state, asked))
 
