@@ -44,11 +44,14 @@ from g3.language.lexicon.word_sets import (
     LIGHT,
     REGARDING,
     UNLOADING,
+    WORD_CLASSES,
     YOU,
+    words,
 )
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
+_POLITE = words(WORD_CLASSES["polite"])
 _JOINED = len(", ")
 """So far apart at most are two clauses with nothing but a space or a comma between them."""
 
@@ -139,12 +142,12 @@ def _joined(before: SDC, sdc: SDC) -> SDC | None:
 
 def _negated(before: SDC, sdc: SDC) -> SDC | None:
     """A clause with the negation that a tree has before it: "do not" and "lift it"."""
-    words = _words(before)
+    said = _words(before)
     if before.type != "EVENT" or sdc.type != "EVENT" or _arguments(before) or _subject(before):
         return None
     if not (negated(before) and side_by_side(before, sdc, _JOINED)):
         return None
-    if not all(is_negation(word) or normalise(word) in LEADING for word in words):
+    if not all(is_negation(w) or w in _POLITE or normalise(w) in LEADING for w in said):
         return None
     return replace(sdc, relation=(*before.relation, *sdc.relation))
 

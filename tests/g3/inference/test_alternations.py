@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from g3.actions.robot_state import start_state
 from g3.inference.problem.alternations import plain
 from g3.inference.problem.world_nouns import Nouns
+from g3.language.discourse.negation import negated
 from g3.language.parsing.parser import parse
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import format_brackets, parse_brackets
@@ -156,6 +157,16 @@ def test_clauses_are_said_plainly(said, clauses):
     found = made(said)
     assert found == written(parse_brackets(clauses or said))
     assert made(clauses or said) == found
+
+
+@pytest.mark.parametrize("no", ["do nt", "Please don't", "never"])
+def test_a_negation_before_a_clause_is_its_own(no):
+    lift = "EVENT(r = lift, l = OBJ(f = the crate))"
+    (found,) = plain(parse_brackets(f"EVENT(r = {no}); {lift}"), NOUNS)
+    assert negated(found)
+    # What has an argument of its own is no negation of the next clause.
+    told = parse_brackets(f"EVENT(r = {no} wait, l = OBJ(f = the van)); {lift}")
+    assert not negated(plain(told, NOUNS)[-1])
 
 
 def test_what_is_there_already_is_not_where_it_shall_be():

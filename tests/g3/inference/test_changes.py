@@ -52,3 +52,7 @@ def test_what_is_taken_off_a_truck_is_on_it_if_anything_is():
     elsewhere = WEIGHT["taken-from"]
     assert adds("taken-from", off).tolist() == [[0, 0, 0], [elsewhere, 0, 0], [0, 0, 0]]
     assert not adds("taken-from", to).any()
+    ground = tree_of("PATH(r = from, l = OBJ(f = the ground))")
+    off_ground = adds("taken-from", PathCase(ground, 0, PROBLEM.state, actions, marks, PROBLEM))
+    assert set(off_ground.ravel()) == {0, elsewhere}
+    assert [row.any() for row in off_ground] == [a.object_id in PROBLEM.carriers for a in actions]

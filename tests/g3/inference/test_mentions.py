@@ -126,3 +126,15 @@ def test_on_the_left_then_is_the_side_that_was_turned_to(mirrored, grounder):
 def test_one_of_several_is_told_by_where_it_is(text, spots, mirrored, grounder):
     things = {name: (CRATE, spot) for name, spot in spots.items()}
     assert ends(grounder, text, things, mirrored)[0].held == "meant"
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("someone", ["person", "fella", "guy"])
+@pytest.mark.parametrize("them", ["him", "her"])
+def test_who_is_spoken_of_is_a_person(someone, them, mirrored, grounder):
+    things = {"boxes": (BOXES, (9, 1)), "person": ("person", (6, 9)), "truck": ("truck", (17, -5))}
+    text = f"Pick up the boxes and take them to the {someone}. Set them down next to {them}."
+    state, handled = ends(grounder, text, things, mirrored)
+    away = centre(state.thing("boxes").prism) - centre(state.thing("person").prism)
+    assert handled == {"boxes"}
+    assert np.linalg.norm(away) < 4

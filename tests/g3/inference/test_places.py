@@ -20,6 +20,7 @@ from g3.inference.search.arguments import arguments
 from g3.inference.search.thing_search import ground_place, ground_places, landmarks_of
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.constant_cost import ConstantCost
+from tests.g3.inference.following_commands import under, world
 from tests.g3.inference.ruled import WEIGHT, of_examples, of_groups, problem_in, tree_of
 from tests.worlds import robot, scene, thing
 
@@ -300,3 +301,19 @@ def test_two_metres_to_the_right_is_counted_from_where_the_load_is():
     assert best == pytest.approx((20, -6), abs=0.01)
     robot_itself = ground_place(tree, 0, around())[0].group[0].prism.xy.mean(axis=0)
     assert robot_itself == pytest.approx((0, -4), abs=0.01)
+
+
+@pytest.mark.parametrize("text", ["take it to the berm, set it down there", "put it by the mound"])
+def test_nothing_is_put_on_a_heap(text, grounder):
+    yard = world(boxes=("box-pallet", (8, 2)), berm=("berm", (18, -6)))
+    result = grounder.follow(f"Grab the boxes, {text}.", yard, least=0.0)
+    assert under(result, "boxes") is None
+
+
+@pytest.mark.parametrize(
+    "text", ["Stack the crate on the boxes", "Lift the crate, stack it on the boxes"]
+)
+def test_who_stacks_puts_on_top(text, grounder):
+    yard = world(boxes=("box-pallet", (6, 3)), crate=("crate", (7, -6)), truck=("truck", (16, -7)))
+    result = grounder.follow(text, yard, least=0.0)
+    assert under(result, "crate") == "boxes"

@@ -34,6 +34,9 @@ def nouns():
         ("EVENT(r = forklift)", []),
         ("EVENT(r = alright hand)", []),
         ("EVENT(r = thank, l = OBJ(f = you))", []),
+        # That this is all.
+        ("EVENT(r = that 's, l = OBJ(f = it))", []),
+        ("PLACE(r = that s, l = OBJ(f = all))", []),
         # What is on the forks meanwhile.
         (f"EVENT(r = while still carrying, l = {CRATE})", ["the crate"]),
         # A load that was taken for a verb.

@@ -27,6 +27,7 @@ GOLDEN = {
     "two tire pallets": Group("plural", 2),
     "the other two trucks": Group("plural", 2),
     "12 boxes": Group("plural", 12),
+    "the three": Group("plural", 3),
     "truck 2": Group("singular", 1),
     "the second pallet": Group("singular", 1, "", (2,)),
     "the first and second pallets": Group("plural", 2, "", (1, 2)),
