@@ -73,8 +73,8 @@ def object_groups(
 ) -> tuple[Group, ...]:
     """What an OBJECT may be besides a single object: groups of things alike, and places.
 
-    These are all that share a label, rows and clusters of things alike without what is on the
-    forks, pairs of things alike (the nearest first), and places.
+    These are all that share a label, with and without what is on the forks, rows and clusters of
+    the others, pairs of things alike (the nearest first), and places.
 
     Parameters
     ----------
@@ -87,7 +87,8 @@ def object_groups(
     groups: dict[tuple[str, ...], tuple[PhysicalObject, ...]] = {}
     for label in sorted({label for o in things for label in o.labels}):
         alike = tuple(o for o in things if label in o.labels)
-        groups[tuple(o.id for o in alike)] = alike
+        for own in (alike, tuple(o for o in alike if o.id != held)):
+            groups.setdefault(tuple(o.id for o in own), own)
     found = arrangements_of([o for o in things if o.id != held])
     for together in (*found.rows, *found.clusters):
         groups.setdefault(tuple(o.id for o in together), together)

@@ -26,8 +26,20 @@ from g3.language.discourse.groups import group as group_of
 from g3.language.discourse.groups import noun_words
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import BESIDE, REFLEXIVES, ROWS, SIDES
+from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.word_sets import (
+    BESIDE,
+    CARDINALS,
+    COLLECTIVES,
+    GENERIC,
+    NOUNLESS,
+    PARTS,
+    PRONOUNS,
+    QUANTIFIERS,
+    REFLEXIVES,
+    ROWS,
+    SIDES,
+)
 from g3.language.similarity.word_similarity import labels_in
 from g3.sdc.clauses import all_words
 
@@ -133,10 +145,26 @@ def _is_said_shorter(labels: tuple[str, ...], other: tuple[str, ...], noun: Sequ
 
 @potential("each-named", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def each_named(case: CandidateCase) -> Measured:
-    """Of several things no word names one and not another: "the two refrigerator pallets"."""
+    """Of several things no word names one and not another: "the two refrigerator pallets".
+
+    What no label says, as "washers", names things of one kind.
+    """
     words = noun_words(case.sdc)
     known = {o.labels: labels_in(words, o.labels) for o in case.problem.state.context.objects}
-    return _says(case, lambda g: len({known[t.labels] for t in things_of(g)}) > 1)
+    some_kind = not (case.tree.left_out(case.sdc) or _says_no_kind(words[-1:]))
+
+    def is_mixed(group: Group) -> bool:
+        labels = {thing.labels for thing in things_of(group)}
+        named = {known[own] for own in labels}
+        return len(named) > 1 or (some_kind and len(labels) > 1 and not any(named))
+
+    return _says(case, is_mixed)
+
+
+def _says_no_kind(noun: Sequence[str]) -> bool:
+    """Whether a noun may stand for things of any kind: "them", "the others", "all the stuff"."""
+    closed = PRONOUNS | NOUNLESS | COLLECTIVES | PARTS | QUANTIFIERS | CARDINALS.keys()
+    return closed.issuperset(noun) or not GENERIC.isdisjoint(map(normalise, noun))
 
 
 @potential("named-again", kind="noun", types=("OBJECT",), weight=UNLIKELY)

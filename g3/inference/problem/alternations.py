@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from g3.inference.problem.clause_roles import is_goal
 from g3.inference.problem.phrases import (
+    is_complement,
     is_floor,
     is_pronoun,
     names_forks,
@@ -376,6 +377,20 @@ def _emptied(sdc: SDC, nouns: Nouns) -> SDC | None:
     return replace(sdc, landmark1=emptied.landmark1, landmark2=(path, *sdc.landmark2))
 
 
+def _taken_of(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """What a load is taken off, with a letter missing: "take the drum of the truck"."""
+    theme = next(iter(sdc.landmark1), None)
+    if theme is None or not is_complement(theme) or len(theme.figure) != 1:
+        return None
+    if "taking" not in verb_of(tuple(_words(sdc))).classes or len(theme.landmark1) != 1:
+        return None
+    source = noun_leaf(theme.landmark1[0]).words
+    if not (nouns.name_load(noun_leaf(theme.figure[0]).words) and nouns.name_other(source)):
+        return None
+    path = SDC("PATH", relation=theme.relation, landmark1=theme.landmark1)
+    return replace(sdc, landmark1=theme.figure, landmark2=(path, *sdc.landmark2))
+
+
 def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
     """What needs something is where that goes: "the truck needs the drum"."""
     theme = _only(sdc)
@@ -479,6 +494,7 @@ _ALTERNATIONS: tuple[Callable[[SDC, Nouns], SDC | None], ...] = (
     _light,
     _filled,
     _emptied,
+    _taken_of,
     _needed,
     _result,
 )

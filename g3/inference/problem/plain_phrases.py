@@ -21,6 +21,7 @@ from g3.language.lexicon.word_sets import (
     ASIDE,
     BESIDE,
     BRINGING,
+    HANDS,
     HAVING,
     IT,
     ONES,
@@ -217,7 +218,8 @@ def _aside(sdc: SDC) -> SDC:
     if not named or mark is None or not (mark.is_leaf and sdc.relation):
         return sdc
     *before, noun = map(_bare, mark.words) if mark.words else ("",)
-    if noun not in ASIDE or not STRESSING.issuperset(before) or sdc.landmark2:
+    own = ASIDE.intersection(before) if noun in HANDS else ASIDE.intersection((noun,))
+    if not own or not (STRESSING | YOU | own).issuperset(before) or sdc.landmark2:
         return sdc
     return replace(sdc, relation=(*sdc.relation, *mark.words), landmark1=())
 
@@ -246,6 +248,7 @@ def _has_side(sdc: SDC) -> bool:
 
 def _beside(place: SDC) -> SDC:
     """A place beside something, where words say "on the ground beside it"."""
+    place = _without_floor(place)
     if len(place.landmark1) != 1 or place.landmark2:
         return place
     (mark,) = place.landmark1
@@ -256,6 +259,19 @@ def _beside(place: SDC) -> SDC:
     return replace(
         place, relation=mark.relation, landmark1=mark.landmark1, landmark2=mark.landmark2
     )
+
+
+def _without_floor(place: SDC) -> SDC:
+    """A place that a tree has one with the ground: "on" the ground, "left of" the truck."""
+    floors = [mark for mark in place.landmark1 if is_floor(mark) and mark.is_leaf]
+    others = tuple(mark for mark in place.landmark1 if mark not in floors)
+    if not (floors and others):
+        return place
+    start = all_words(floors[0])[0].start
+    relation = tuple(word for word in place.relation if word.start > start)
+    if not SIDES & concepts(field_words(relation)):
+        return place
+    return replace(place, relation=relation, landmark1=others)
 
 
 def _one_place(event: SDC) -> SDC:

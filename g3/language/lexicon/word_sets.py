@@ -255,6 +255,8 @@ GENERIC = stems(
 """Nouns that may stand for whatever there is."""
 ASIDE = words("left right front back rear")
 """Nouns for where a thing is, not for what it is by: "in the back"."""
+HANDS = words("hand shoulder")
+"""Nouns that a side may stand before, where it is of who looks there: "your left shoulder"."""
 STRESSING = words("the very far extreme absolute")
 """What may stand before them."""
 PARTS = words("end side part half corner space spot area slot")
@@ -373,6 +375,9 @@ SHORT_FORMS = {
     "adn": "and",
     "nxt": "next",
     "ontop": "top",
+    "wit": "with",
+    "farest": "farthest",
+    "closet": "closest",
 }
 """Words that people type or say shorter, and slips in words too short to be mended."""
 CONTRACTED = {"re": "are", "ve": "have", "ll": "will", "d": "would", "em": "them", "til": "till"}

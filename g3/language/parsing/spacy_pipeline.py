@@ -191,7 +191,8 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
     kept: list[int] = []
     first, note = True, too_long(text)
     readable = "" if note else _SURROGATES.sub("\ufffd", text)
-    tokens = without_numbers([token for token in _tokens(readable) if token[2] not in ASIDES])
+    said = without_numbers([token for token in _tokens(readable) if token[2] not in ASIDES])
+    tokens = _plainly_negated(said)
     for (start, end, lower), (_, _, following) in pairwise([*tokens, (0, 0, "")]):
         if len(kept) == MAX_WORDS:
             note = f"only the first {MAX_WORDS} words were parsed, which is the limit"
@@ -203,6 +204,21 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
         words.append(lower)
         spans.append(Span(start, text[start:end]))
     return Doc(nlp.vocab, words=words), (text, tuple(spans), kept, note)
+
+
+def _plainly_negated(tokens: Sequence[Token]) -> list[Token]:
+    """Words with a negation before the verb: "do n't lift it" for "there's no need to lift it"."""
+    found: list[Token] = []
+    words = [word for _, _, word in tokens]
+    for at, token in enumerate(tokens):
+        if words[at - 2 : at + 1] == ["no", "need", "to"]:
+            (start, middle, _), (_, end, _) = found[-2:]
+            told = [word for _, _, word in found[-4:-2]]
+            del found[-4 if told in (["there", "'s"], ["there", "is"], ["there", "s"]) else -2 :]
+            found += [(start, middle, "do"), (tokens[at - 1][0], end, "n't")]
+        else:
+            found.append(token)
+    return found
 
 
 def _may_be_imperative(word: str, following: str) -> bool:
