@@ -134,6 +134,15 @@ def made(notation, nouns=NOUNS):
             "EVENT(r = Set, l = OBJ(f = OBJ(f = the crate), r = beside, l = OBJ(f = the van)))",
             None,
         ),
+        # What is taken off, with a letter missing; a pallet of bricks is one thing.
+        (
+            "EVENT(r = take, l = OBJ(f = OBJ(f = the crate), r = of, l = OBJ(f = the truck)))",
+            "EVENT(r = take, l = OBJ(f = the crate), l2 = PATH(r = of, l = OBJ(f = the truck)))",
+        ),
+        (
+            "EVENT(r = take, l = OBJ(f = OBJ(f = the pallet), r = of, l = OBJ(f = bricks)))",
+            None,
+        ),
         # What is named before the verb is what "it" is.
         (
             "EVENT(f = OBJ(f = The crate), r = lift, l = OBJ(f = it))",

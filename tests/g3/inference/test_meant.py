@@ -176,6 +176,11 @@ def test_of_several_things_no_word_names_one_and_not_another():
     found = of_groups("each-named", "OBJ(f = the fridge pallets)", groups, problem)
     assert found.tolist() == [0, UNLIKELY, 0]
     assert not of_groups("each-named", "OBJ(f = the pallets)", groups, problem).any()
+    # What no label says names one kind of things, but for what may stand for any.
+    unknown = of_groups("each-named", "OBJ(f = both coolers)", groups, problem)
+    assert unknown.tolist() == [0, UNLIKELY, 0]
+    for noun in ("them", "the others", "all the stuff", "both"):
+        assert not of_groups("each-named", f"OBJ(f = {noun})", groups, problem).any()
 
 
 def named_again(second, spoken=frozenset({"truck"}), load=None):

@@ -165,3 +165,20 @@ def test_nothing_stands_on_the_truck_that_has_nothing_on_it(widely_trained):
     )
     text = "Put the tires on the truck that doesn't have anything on it"
     assert under(widely_trained.follow(text, yard), "tires-1") == "truck-1"
+
+
+def test_the_ground_and_the_side_of_a_thing_may_be_one_place_in_a_tree():
+    text = "on ground, left of the gate"
+    notation = f"PLACE(r = on left of, l = [OBJ(f = ground), {GATE}])"
+    (place,) = parse_brackets(notation, command=text)
+    assert format_brackets((plain_phrases(place),)) == format_brackets(
+        parse_brackets(f"PLACE(r = left of, l = {GATE})", command=text)
+    )
+
+
+@pytest.mark.parametrize("side", ["your left shoulder", "the right hand", "left hand"])
+def test_a_side_of_who_looks_there_is_no_landmark(side):
+    (drum,) = parse_brackets(of(DRUM, "over", f"OBJ(f = {side})"))
+    found = plain_phrases(drum)
+    assert not found.landmark1
+    assert [word.text for word in found.relation] == ["over", *side.split()]

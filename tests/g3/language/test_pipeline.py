@@ -51,6 +51,17 @@ def test_short_forms_are_read_as_what_they_stand_for_and_asides_left_out():
     assert all(text[span.start : span.end] == span.text for span in command.spans)
 
 
+@pytest.mark.parametrize(
+    "text", ["No need to lift it", "There's no need to lift it", "there is no need to lift it"]
+)
+def test_no_need_is_read_as_a_negation(text):
+    (found,) = analyse([text])
+    assert found.lower == ("do", "n't", "lift", "it")
+    assert "".join(span.text for span in found.spans).lower() == "noneedliftit"
+    (other,) = analyse(["Lift it with no need for a truck"])
+    assert other.lower[2:6] == ("with", "no", "need", "for")
+
+
 def test_a_letter_before_a_full_stop_is_no_abbreviation():
     (command,) = analyse(["Go to truck A. Wait."])
     assert command.lower == ("go", "to", "truck", "a", ".", "wait", ".")
