@@ -82,6 +82,15 @@ def ranks(batch: FactorBatch) -> FloatArray:
     return table
 
 
+def is_member(batch: FactorBatch) -> BoolArray:
+    """Whether each row's figure is one of the several things that its landmark is; shape (n,)."""
+    several = (batch.landmark >= 0) & (batch.bodies.count[batch.landmark] > 1)
+    members = batch.bodies.members[batch.landmark]
+    away = np.linalg.norm(members - batch.bodies.centre[batch.figure][:, None], axis=-1)
+    result: BoolArray = several & (away < SAME_PLACE_M).any(axis=1)
+    return result
+
+
 def is_robot(batch: FactorBatch) -> BoolArray:
     """Whether the figure is a robot like the context's own, shape (n,).
 

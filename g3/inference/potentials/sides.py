@@ -17,7 +17,7 @@ from g3.actions.loads import is_load
 from g3.features.factor_batch import FactorBatch, WordField
 from g3.features.sets.named import named
 from g3.features.sets.order import DIRECTIONS, all_ordinals, extents, ordinals, rivals
-from g3.features.sets.ranks import SAME_PLACE_M, is_robot, local_centres
+from g3.features.sets.ranks import SAME_PLACE_M, is_member, is_robot, local_centres
 from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import FactorCase
@@ -159,7 +159,8 @@ def _wrong(case: FactorCase, which: str) -> FloatArray:
     if case.is_part:
         return case.nothing
     depth = _depth(case.sdc)
-    found = _compared(case).once((_singled_out, depth), lambda b: _singled_out(b, depth))
+    compared = case.own_batch.once((_compared, case.node), lambda _: _compared(case))
+    found = compared.once((_singled_out, depth), lambda batch: _singled_out(batch, depth))
     return case.nothing if found is None else getattr(found, which) * (1.0 + found.aside)
 
 
@@ -287,15 +288,6 @@ def _numbers(sdc: SDC, batch: FactorBatch) -> list[frozenset[int]]:
         several if told == {1} or (not told and said & set(DIRECTIONS)) else told
         for told, said in zip(all_ordinals(batch, "figure"), named_by, strict=True)
     ]
-
-
-def is_member(batch: FactorBatch) -> BoolArray:
-    """Whether each row's figure is one of the several things that its landmark is; shape (n,)."""
-    several = (batch.landmark >= 0) & (batch.bodies.count[batch.landmark] > 1)
-    members = batch.bodies.members[batch.landmark]
-    away = np.linalg.norm(members - batch.bodies.centre[batch.figure][:, None], axis=-1)
-    result: BoolArray = several & (away < SAME_PLACE_M).any(axis=1)
-    return result
 
 
 def _further(batch: FactorBatch, rival: BoolArray) -> FloatArray:

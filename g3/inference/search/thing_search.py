@@ -28,11 +28,11 @@ from g3.actions.grounding_candidates import (
 )
 from g3.actions.robot_state import State
 from g3.features.factor_batch import FactorBatch, Role
+from g3.features.sets.ranks import is_member
 from g3.geometry.footprints import centre
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase, ReferentCase, SpotCase
 from g3.inference.potentials.potential_registry import added, allowed
-from g3.inference.potentials.sides import is_member
 from g3.inference.problem.asked_spots import spots_asked
 from g3.inference.problem.clause_roles import landmark_nodes
 from g3.inference.problem.command_tree import Tree

@@ -377,7 +377,6 @@ SHORT_FORMS = {
     "ontop": "top",
     "wit": "with",
     "farest": "farthest",
-    "closet": "closest",
 }
 """Words that people type or say shorter, and slips in words too short to be mended."""
 CONTRACTED = {"re": "are", "ve": "have", "ll": "will", "d": "would", "em": "them", "til": "till"}
