@@ -22,12 +22,11 @@ from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import potential
-from g3.inference.problem.clause_roles import is_source, objects, ways
-from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.clause_roles import handled_nodes, told_standing
 from g3.language.discourse.groups import group, noun_leaf, noun_words
 from g3.language.lexicon.concepts import CONCEPTS, Concept, concepts
 from g3.language.lexicon.field_words import field_words, normalise
-from g3.language.lexicon.word_sets import ENDS, GENERIC, HANDLING_VERBS, ONES, PARTS, REAR, SIDES
+from g3.language.lexicon.word_sets import ENDS, GENERIC, ONES, PARTS, REAR, SIDES
 from g3.sdc.clauses import SDC
 
 CENTRAL = 0.5
@@ -168,16 +167,7 @@ def _names_any_load(case: FactorCase) -> bool:
     """Whether a clause is what is handled, and its noun names no kind: "the one on the left"."""
     noun = {normalise(word) for word in noun_words(case.sdc)[-1:]}
     unnamed = noun & GENERIC or (noun & ONES and case.tree.left_out(case.sdc) is None)
-    return bool(unnamed) and case.node in case.tree.once(_handled)
-
-
-def _handled(tree: Tree) -> frozenset[int]:
-    """OBJECTs that name what a clause handles, with what says more of them."""
-    roots = [n for n, verb in enumerate(tree.verbs) if verb.classes & HANDLING_VERBS]
-    found = [n for root in roots for n in objects(tree, root)[:1]]
-    for node in found:
-        found += tree.children[node].get("f", ())
-    return frozenset(found)
+    return bool(unnamed) and case.node in case.tree.once(handled_nodes)
 
 
 def _compared(case: FactorCase) -> FactorBatch:
@@ -187,7 +177,7 @@ def _compared(case: FactorCase) -> FactorBatch:
     with what can be. "On the right end of the truck" tells nothing but the side of what is on it.
     """
     batch, problem = case.own_batch, case.problem
-    standing, any_load = case.node in case.tree.once(_told_standing), _names_any_load(case)
+    standing, any_load = case.node in case.tree.once(told_standing), _names_any_load(case)
     aside = _says_end(case.sdc)
     if not (standing or any_load or aside):
         return batch
@@ -213,22 +203,6 @@ def _says_end(sdc: SDC) -> bool:
     words = field_words(sdc.relation)
     said = concepts(words)
     return bool(sdc.landmark1 and "on" in said and said & SIDES and PARTS.intersection(words))
-
-
-def _told_standing(tree: Tree) -> frozenset[int]:
-    """OBJECTs of which more words say what they stand on: "the left one on the truck"."""
-    found: list[int] = []
-    for node, sdc in enumerate(tree.nodes):
-        said = concepts(field_words(sdc.relation))
-        if sdc.type == "OBJECT" and "on" in said and not said & SIDES and sdc.landmark1:
-            found += tree.children[node].get("f", ())
-        if "taking" in tree.verbs[node].classes and any(
-            is_source(tree.nodes[way]) and tree.nodes[way].landmark1 for way in ways(tree, node)
-        ):
-            found += objects(tree, node)[:1]
-    for node in found:
-        found += tree.children[node].get("f", ())
-    return frozenset(found)
 
 
 @potential("side", kind="factor", types=("OBJECT",), weight=log(0.05))

@@ -13,19 +13,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from g3.inference.problem.clause_roles import is_goal
+from g3.inference.problem.joined_clauses import (
+    arguments_of,
+    joined,
+    only_object,
+    subject_of,
+    verb_words,
+)
 from g3.inference.problem.phrases import (
     is_complement,
     is_floor,
     is_pronoun,
     names_forks,
     names_robot,
-    side_by_side,
 )
 from g3.inference.problem.plain_phrases import plain_phrases
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
-from g3.language.discourse.negation import is_negation, negated
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.verb_chains import is_nominal, verb_of
@@ -39,22 +44,14 @@ from g3.language.lexicon.word_sets import (
     GENERIC,
     HANDLING_VERBS,
     HELD,
-    INTERJECTIONS,
     IT,
-    LEADING,
     LIGHT,
     REGARDING,
     UNLOADING,
-    WORD_CLASSES,
     YOU,
-    words,
 )
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
-
-_POLITE = words(WORD_CLASSES["polite"])
-_JOINED = len(", ")
-"""So far apart at most are two clauses with nothing but a space or a comma between them."""
 
 
 def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
@@ -67,13 +64,8 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     nouns
         What words may name in the world.
     """
-    found: list[SDC] = []
-    for sdc in sdcs:
-        last = found[-1] if found else None
-        joined = (_negated(last, sdc) or _joined(last, sdc)) if last is not None else None
-        shared = _shared(last, sdc) if last is not None else None
-        found[len(found) - (joined is not None) :] = [joined or shared or sdc]
-    asking = without_statements([_wanted(plain_phrases(sdc), nouns) for sdc in found], nouns)
+    wanted = [_wanted(plain_phrases(sdc), nouns) for sdc in joined(sdcs)]
+    asking = without_statements(wanted, nouns)
     return tuple(_plain(sdc, nouns) for sdc in asking)
 
 
@@ -95,86 +87,15 @@ def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     return replace(sdc, landmark1=first, landmark2=second)
 
 
-def _words(sdc: SDC) -> list[str]:
-    return [bare(word.text) for word in sdc.relation]
-
-
-def _arguments(sdc: SDC) -> tuple[SDC, ...]:
-    return tuple(part for part in (*sdc.landmark1, *sdc.landmark2) if not part.is_implicit)
-
-
-def _subject(sdc: SDC) -> SDC | None:
-    return next((part for part in sdc.figure if not part.is_implicit), None)
-
-
-def _only(sdc: SDC) -> SDC | None:
-    """The OBJECT of a clause that has no other argument."""
-    own = _arguments(sdc)
-    return own[0] if len(own) == 1 and own[0].type == "OBJECT" else None
-
-
 def _names_load(sdc: SDC, nouns: Nouns) -> bool:
     """Whether a noun is a label of a load, and not only like one."""
     return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
 
 
-def _joined(before: SDC, sdc: SDC) -> SDC | None:
-    """One clause of two that lie side by side and are none without each other.
-
-    "The drum" and "to the gate"; "make sure the drum" and "ends up on the truck"; "gensets" and
-    "go to the gate".
-    """
-    if not side_by_side(before, sdc, _JOINED):
-        return None
-    if before.type == "OBJECT" and sdc.type in ("PATH", "PLACE") and sdc.landmark1:
-        return SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(before,), landmark2=(sdc,))
-    if before.type != "EVENT" or sdc.type != "EVENT" or _subject(sdc) or not _leads(sdc):
-        return None
-    words = _words(before)
-    theme, verb = _only(before), verb_of(tuple(words))
-    if not _arguments(before) and verb.is_open and side_by_side(before, sdc, len(" ")):
-        theme = SDC("OBJECT", words=before.relation)
-    elif verb.classes or not (verb.leads_on or "that" in words or INTERJECTIONS.issuperset(words)):
-        return None
-    if theme is None or names_robot(theme) or names_forks(theme):
-        return None
-    return replace(sdc, figure=(theme,))
-
-
-def _negated(before: SDC, sdc: SDC) -> SDC | None:
-    """A clause with the negation that a tree has before it: "do not" and "lift it"."""
-    said = _words(before)
-    if before.type != "EVENT" or sdc.type != "EVENT" or _arguments(before) or _subject(before):
-        return None
-    if not (negated(before) and side_by_side(before, sdc, _JOINED)):
-        return None
-    if not all(is_negation(w) or w in _POLITE or normalise(w) in LEADING for w in said):
-        return None
-    return replace(sdc, relation=(*before.relation, *sdc.relation))
-
-
-def _shared(before: SDC, sdc: SDC) -> SDC | None:
-    """A clause with the subject of the one before: "the drum comes off it and goes to the gate"."""
-    subject = _subject(before)
-    if before.type != "EVENT" or subject is None or names_robot(subject):
-        return None
-    if sdc.type != "EVENT" or _subject(sdc) or not _leads(sdc):
-        return None
-    goes = verb_of(tuple(_words(sdc))).classes == {"going"}
-    near = side_by_side(before, sdc, len(" and "))
-    return replace(sdc, figure=(subject,)) if goes and near else None
-
-
-def _leads(sdc: SDC) -> bool:
-    """Whether a clause says where to, and names nothing that goes there."""
-    types = {part.type for part in _arguments(sdc)}
-    return bool(types & {"PLACE", "PATH"}) and "OBJECT" not in types
-
-
 def _called(sdc: SDC, nouns: Nouns) -> SDC | None:
     """Who is spoken to, taken for a thing: "kid, go to the gate", "the operator goes there"."""
     first = next(iter(sdc.landmark1 or sdc.figure), None)
-    drives = _subject(sdc)
+    drives = subject_of(sdc)
     if drives is not None and drives.words and bare(drives.words[-1].text) in DRIVERS:
         return None if nouns.name_other(drives.words) else replace(sdc, figure=IMPLICIT_FIGURE)
     if first is None or first.type != "OBJECT" or len(first.words) != 1 or not sdc.relation:
@@ -193,7 +114,7 @@ def _named_first(sdc: SDC, nouns: Nouns) -> SDC | None:
     """A noun that was taken for a verb, before another verb: "gensets go to the gate"."""
     theme, *own = sdc.relation[:1], *sdc.relation[1:]
     verb, first = (verb_of(tuple(bare(w.text) for w in words)) for words in (own, theme))
-    if not (own and first.is_open) or _subject(sdc) or any(map(_is_thing, _arguments(sdc))):
+    if not (own and first.is_open) or subject_of(sdc) or any(map(_is_thing, arguments_of(sdc))):
         return None
     if verb.start or verb.classes != {"going"}:
         return None
@@ -208,7 +129,7 @@ def _held(sdc: SDC, nouns: Nouns) -> SDC | None:
     """What the robot holds is named by that: "put down the crate you are holding"."""
     if nouns.state.held is None:
         return None
-    parts = _arguments(sdc)
+    parts = arguments_of(sdc)
     if not any(map(_is_held, (*parts, *(inner for part in parts for inner in part.landmark1)))):
         return None
     first, second = (
@@ -220,24 +141,24 @@ def _held(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 def _is_held(sdc: SDC) -> bool:
     """Whether a clause says that the robot has something: "you are holding"."""
-    said = HELD.intersection(_words(sdc))
+    said = HELD.intersection(verb_words(sdc))
     return sdc.type == "EVENT" and bool(said) and all(map(names_robot, sdc.figure))
 
 
 def _without_held(sdc: SDC) -> tuple[SDC, ...]:
     """What is left of an argument: a thing alone, and where it goes."""
     if _is_held(sdc):
-        return tuple(p for p in _arguments(sdc) if not any(map(names_forks, p.landmark1)))
+        return tuple(p for p in arguments_of(sdc) if not any(map(names_forks, p.landmark1)))
     held = [part for part in sdc.landmark1 if _is_held(part)]
     return (*sdc.figure, *(p for part in held for p in _without_held(part))) if held else (sdc,)
 
 
 def _fronted(sdc: SDC, nouns: Nouns) -> SDC | None:
     """A load that is named before the verb, and meant by "it" after it: "the drum, lift it"."""
-    if not verb_of(tuple(_words(sdc))).classes & HANDLING_VERBS:
+    if not verb_of(tuple(verb_words(sdc))).classes & HANDLING_VERBS:
         return None
-    subject = _subject(sdc)
-    theme, *others = (*((subject,) if subject else ()), *_arguments(sdc)) or (None,)
+    subject = subject_of(sdc)
+    theme, *others = (*((subject,) if subject else ()), *arguments_of(sdc)) or (None,)
     if theme is None:
         return None
     named = theme.type == "OBJECT" and not (names_robot(theme) or is_pronoun(theme))
@@ -258,7 +179,7 @@ def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
     if held is None or theme is None or len(theme.figure) != 1 or not theme.landmark1:
         return None
     said = concepts(field_words(theme.relation))
-    if verb_of(tuple(_words(sdc))).classes != {"placing"} or not said & BESIDE:
+    if verb_of(tuple(verb_words(sdc))).classes != {"placing"} or not said & BESIDE:
         return None
     names = GENERIC.union(map(normalise, nouns.state.thing(held).labels))
     named = noun_leaf(theme).words
@@ -275,10 +196,10 @@ def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 def _loaded(sdc: SDC, nouns: Nouns) -> SDC | None:
     """Somewhere with the load that is on the forks: "stop there with the drum still up"."""
-    parts = _arguments(sdc)
+    parts = arguments_of(sdc)
     if nouns.state.held is None or any(part.type == "OBJECT" for part in parts):
         return None
-    if verb_of(tuple(_words(sdc))).classes & {"placing", "turning"} or not sdc.relation:
+    if verb_of(tuple(verb_words(sdc))).classes & {"placing", "turning"} or not sdc.relation:
         return None
     kept = [part for part in parts if not _says_what_is_held(part)]
     if len(kept) == len(parts):
@@ -290,12 +211,12 @@ def _says_what_is_held(part: SDC) -> bool:
     """Whether a phrase says that something is on the forks: "with the drum", "on the forks"."""
     if part.type not in ("PATH", "PLACE") or not part.landmark1:
         return False
-    return _words(part)[:1] == ["with"] or names_forks(part.landmark1[0])
+    return verb_words(part)[:1] == ["with"] or names_forks(part.landmark1[0])
 
 
 def _aboard(sdc: SDC, nouns: Nouns) -> SDC | None:
     """Onto the forks, where nothing is yet: "get the drum on your forks"."""
-    theme = _only(sdc)
+    theme = only_object(sdc)
     if theme is None or nouns.state.held is not None or not theme.figure:
         return None
     if not (theme.landmark1 and names_forks(theme.landmark1[0])):
@@ -312,19 +233,19 @@ def _robot_asked(sdc: SDC, nouns: Nouns) -> SDC | None:
         return None
     if robot.isdisjoint(field_words(first.words)[-1:]):
         return None
-    if not any(p.type == "OBJECT" for p in _arguments(sdc)[1:]):
+    if not any(p.type == "OBJECT" for p in arguments_of(sdc)[1:]):
         return None
     return replace(sdc, landmark1=sdc.landmark1[1:])
 
 
 def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
     """A load that goes somewhere, named before the verb: "the drums go to the gate"."""
-    theme, *goals = _arguments(sdc) or (None,)
-    if theme is None or theme.type != "OBJECT" or not goals or _subject(sdc) or not sdc.relation:
+    theme, *goals = arguments_of(sdc) or (None,)
+    if theme is None or theme.type != "OBJECT" or not goals or subject_of(sdc) or not sdc.relation:
         return None
     first = all_words(theme)[0].start <= sdc.relation[-1].start
     others = any(part.type not in ("PATH", "PLACE") for part in goals)
-    if not first or others or verb_of(tuple(_words(sdc))).classes != {"going"}:
+    if not first or others or verb_of(tuple(verb_words(sdc))).classes != {"going"}:
         return None
     if not nouns.name_load(noun_leaf(theme).words):
         return None
@@ -333,10 +254,10 @@ def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 def _verbless(sdc: SDC, nouns: Nouns) -> SDC | None:
     """A noun that was taken for a verb: "drums to the gate"."""
-    own, parts = sdc.relation, _arguments(sdc)
-    if not parts or any(part.type not in ("PATH", "PLACE") for part in parts) or _subject(sdc):
+    own, parts = sdc.relation, arguments_of(sdc)
+    if not parts or any(part.type not in ("PATH", "PLACE") for part in parts) or subject_of(sdc):
         return None
-    verb = verb_of(tuple(_words(sdc)))
+    verb = verb_of(tuple(verb_words(sdc)))
     if verb.classes or nouns.loads.isdisjoint(field_words(own)):
         return None
     theme = SDC("OBJECT", words=own)
@@ -345,10 +266,10 @@ def _verbless(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
     """What is filled comes first, and what with in it: "load the truck with the drum"."""
-    filled = _only(sdc)
+    filled = only_object(sdc)
     if filled is None or not filled.figure or not filled.landmark1:
         return None
-    if FILLING.isdisjoint(_words(sdc)) or [bare(w.text) for w in filled.relation] != ["with"]:
+    if FILLING.isdisjoint(verb_words(sdc)) or [bare(w.text) for w in filled.relation] != ["with"]:
         return None
     if _names_load(filled.figure[0], nouns):
         return None
@@ -365,11 +286,11 @@ def _emptied(sdc: SDC, nouns: Nouns) -> SDC | None:
     emptied = next(iter(sdc.landmark1), None)
     if emptied is None or not emptied.figure or not emptied.landmark1 or len(sdc.landmark1) > 1:
         return None
-    if EMPTYING.isdisjoint(_words(sdc)) or [bare(w.text) for w in emptied.relation] != ["of"]:
+    if EMPTYING.isdisjoint(verb_words(sdc)) or [bare(w.text) for w in emptied.relation] != ["of"]:
         return None
     source = noun_leaf(emptied.figure[0]).words
     known = (nouns.others | IT).intersection(field_words(source))
-    if not known and not UNLOADING.isdisjoint(_words(sdc)):
+    if not known and not UNLOADING.isdisjoint(verb_words(sdc)):
         return None  # "unload the skid of boxes": a skid isn't known to be what they stand on
     if _names_load(emptied.figure[0], nouns):
         return None
@@ -382,7 +303,7 @@ def _taken_of(sdc: SDC, nouns: Nouns) -> SDC | None:
     theme = next(iter(sdc.landmark1), None)
     if theme is None or not is_complement(theme) or len(theme.figure) != 1:
         return None
-    if "taking" not in verb_of(tuple(_words(sdc))).classes or len(theme.landmark1) != 1:
+    if "taking" not in verb_of(tuple(verb_words(sdc))).classes or len(theme.landmark1) != 1:
         return None
     source = noun_leaf(theme.landmark1[0]).words
     if not (nouns.name_load(noun_leaf(theme.figure[0]).words) and nouns.name_other(source)):
@@ -393,9 +314,9 @@ def _taken_of(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
     """What needs something is where that goes: "the truck needs the drum"."""
-    theme = _only(sdc)
-    needs = _subject(sdc)
-    if theme is None or needs is None or ASKING.isdisjoint(map(normalise, _words(sdc))):
+    theme = only_object(sdc)
+    needs = subject_of(sdc)
+    if theme is None or needs is None or ASKING.isdisjoint(map(normalise, verb_words(sdc))):
         return None
     if names_robot(needs) or _names_load(needs, nouns):
         return None
@@ -406,12 +327,12 @@ def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
     """Where something shall be, if it isn't there: "I want the drum on the truck"."""
-    theme = _only(sdc)
+    theme = only_object(sdc)
     if theme is None or len(theme.figure) != 1 or len(theme.landmark1) != 1:
         return None
     said = concepts(field_words(theme.relation))
-    own = set(map(normalise, _words(sdc)))
-    verb = verb_of(tuple(_words(sdc)))
+    own = set(map(normalise, verb_words(sdc)))
+    verb = verb_of(tuple(verb_words(sdc)))
     wants = not own or bool(own & ASKING) or verb.classes in ({"placing"}, {"carrying"})
     if not wants or "on" not in said or said & (BESIDE | {"from"}):
         return None
@@ -427,7 +348,7 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
 def _light(sdc: SDC, _: Nouns) -> SDC | None:
     """A noun that says what to do: "make a left turn", "give the drum a lift"."""
     sdc = _with_its_noun(sdc)
-    words = tuple(_words(sdc))
+    words = tuple(verb_words(sdc))
     first = next(iter(sdc.landmark1), None)
     start = verb_of(words).start
     if first is None or first.type != "OBJECT" or LIGHT.isdisjoint(words[start : start + 1]):
@@ -457,7 +378,7 @@ def _light(sdc: SDC, _: Nouns) -> SDC | None:
 
 def _with_its_noun(sdc: SDC) -> SDC:
     """A side after an article is a noun, however a tree has it: "take a left"."""
-    said = tuple(word for part in _arguments(sdc) for word in all_words(part))
+    said = tuple(word for part in arguments_of(sdc) for word in all_words(part))
     if [bare(word.text) for word in said] not in (["a", "left"], ["a", "right"]):
         return sdc
     return replace(sdc, landmark1=(SDC("OBJECT", words=said),), landmark2=())

@@ -18,6 +18,7 @@ from g3.language.lexicon.word_sets import (
     BESIDE,
     DECKS,
     FILLING,
+    HANDLING_VERBS,
     INDEFINITE,
     LOWERING,
     OWNERS,
@@ -164,3 +165,31 @@ def told_ways(tree: Tree, root: int) -> frozenset[str]:
             said.update(field_words(all_words(tree.nodes[node])))
     around: frozenset[str] = frozenset(("around",) if AROUND.intersection(said) else ())
     return (concepts(said) & SIDES) | around
+
+
+def handled_nodes(tree: Tree) -> frozenset[int]:
+    """OBJECTs that name what a clause handles, with those in them that say less of it."""
+    roots = (n for n, verb in enumerate(tree.verbs) if verb.classes & HANDLING_VERBS)
+    return _with_figures(tree, [n for root in roots for n in objects(tree, root)[:1]])
+
+
+def told_standing(tree: Tree) -> frozenset[int]:
+    """OBJECTs of which more words say what they stand on: "the left one on the truck"."""
+    found: list[int] = []
+    for node, sdc in enumerate(tree.nodes):
+        said = concepts(field_words(sdc.relation))
+        if sdc.type == "OBJECT" and "on" in said and not said & SIDES and sdc.landmark1:
+            found += tree.children[node].get("f", ())
+        if "taking" in tree.verbs[node].classes and any(
+            is_source(tree.nodes[way]) and tree.nodes[way].landmark1 for way in ways(tree, node)
+        ):
+            found += objects(tree, node)[:1]
+    return _with_figures(tree, found)
+
+
+def _with_figures(tree: Tree, nodes: list[int]) -> frozenset[int]:
+    """OBJECTs, and all that their figures are made of."""
+    found = list(nodes)
+    for node in found:
+        found += tree.children[node].get("f", ())
+    return frozenset(found)
