@@ -135,3 +135,16 @@ def test_an_admin_makes_a_token_and_revokes_it(
     assert app.test_client().get("/api/dashboard/studies", headers=headers).status_code == 401
     assert found == []
     assert errors == []
+
+
+def test_nobody_presses_a_button_whose_script_has_not_come(
+    app: Flask, address: str, context: BrowserContext
+) -> None:
+    sign_in(context, signed_in(app, "ada", "admin"), address)
+    page = context.new_page()
+    page.route("**/copy.js", lambda route: route.abort())
+    page.goto(f"{address}/admin/tokens")
+    page.get_by_label("Name of the program").fill("notebook")
+    page.get_by_role("button", name="Make the token").click()
+    expect(page.get_by_label("The token", exact=True)).to_be_visible()
+    expect(page.get_by_text("Copy the token", exact=True)).to_be_hidden()
