@@ -141,7 +141,7 @@ def _known(corpus: Corpus) -> Iterator[tuple[Command, Context, list[tuple[str, .
 def _meant(annotation: Annotation) -> list[tuple[str, ...]]:
     """The labels of the things that the OBJECTs with nouns of their own are grounded in."""
     tree = Tree(annotation.sdcs)
-    starts = {noun.start for noun in tree.nouns}
+    starts = {noun[-1].start for noun in tree.nouns}
     return [
         g.labels
         for sdc, groundings in zip(tree.nodes, annotation.groundings, strict=True)

@@ -60,7 +60,7 @@ def asked_nouns(tree: Tree) -> Iterator[str]:
         for child in tree.children[parent].get(field, ())
         for node in tree.all_below(child)
     }
-    ends = {noun.start for noun in tree.nouns}
+    ends = {noun[-1].start for noun in tree.nouns}
     for node, sdc in enumerate(tree.nodes):
         if (
             sdc.type == "OBJECT"

@@ -69,7 +69,7 @@ def row_line(case: FactorCase) -> Measured:
 
 @potential("place-between", kind="factor", types=("PLACE",), roles=_BOTH, weight=log(0.01))
 def place_between(case: FactorCase) -> Measured:
-    """A place between things is on the way from one of them to another."""
+    """A place between things is on the way from one to another, rather in the middle of it."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
     applies = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
@@ -83,8 +83,8 @@ def place_between(case: FactorCase) -> Measured:
     along = (off * way).sum(axis=-1) / length**2
     aside = np.abs(cross(off, way)) / length
     among = (along > 0) & (along < 1) & (aside <= np.maximum(OFF_LINE_M, WIDE * length))
-    result: BoolArray = applies & ~among.any(axis=1)
-    return result
+    off_middle = np.where(among, np.abs(2 * along - 1), 1.0).min(axis=1)
+    return np.where(applies, off_middle, 0.0)
 
 
 def _is_between_one(case: CandidateCase) -> bool:

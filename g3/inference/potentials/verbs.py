@@ -267,7 +267,8 @@ def _not_carrying(found: _Reading) -> BoolArray:
 
 def _not_taking(found: _Reading) -> BoolArray:
     asked = found.asked
-    taking: BoolArray = found.picks | (found.carries & (asked.leads and asked.theme))
+    leaves = found.puts if asked.held is not None and asked.at_place else found.carries
+    taking: BoolArray = found.picks | (leaves & (asked.leads and asked.theme))
     return ~taking if asked.theme and asked.held is None else found.handles & ~taking
 
 

@@ -28,6 +28,7 @@ from g3.inference.problem.phrases import (
     names_robot,
 )
 from g3.inference.problem.plain_phrases import plain_phrases
+from g3.inference.problem.repetitions import repeated
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
@@ -42,11 +43,14 @@ from g3.language.lexicon.word_sets import (
     EMPTYING,
     FILLING,
     GENERIC,
+    GETTING,
     HANDLING_VERBS,
     HELD,
     IT,
     LIGHT,
+    LOWERING,
     REGARDING,
+    RELATIVE,
     UNLOADING,
     YOU,
 )
@@ -66,7 +70,7 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     """
     wanted = [_wanted(plain_phrases(sdc), nouns) for sdc in joined(sdcs)]
     asking = without_statements(wanted, nouns)
-    return tuple(_plain(sdc, nouns) for sdc in asking)
+    return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
 
 
 def _wanted(sdc: SDC, nouns: Nouns) -> SDC:
@@ -258,10 +262,21 @@ def _verbless(sdc: SDC, nouns: Nouns) -> SDC | None:
     if not parts or any(part.type not in ("PATH", "PLACE") for part in parts) or subject_of(sdc):
         return None
     verb = verb_of(tuple(verb_words(sdc)))
-    if verb.classes or nouns.loads.isdisjoint(field_words(own)):
+    if verb.classes or not nouns.name_load(own):
         return None
     theme = SDC("OBJECT", words=own)
     return replace(sdc, relation=(), landmark1=(theme,), landmark2=parts)
+
+
+def _no_noun(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """A verb that was taken for a noun: "trundle to the gate"."""
+    theme = next(iter(sdc.landmark1), None)
+    if sdc.relation or theme is None or not theme.is_leaf or len(theme.words) != 1:
+        return None
+    named = nouns.name_load(theme.words) or nouns.name_other(theme.words) or is_pronoun(theme)
+    if named or not verb_of((bare(theme.words[0].text),)).is_open:
+        return None
+    return replace(sdc, relation=theme.words, landmark1=sdc.landmark2, landmark2=())
 
 
 def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
@@ -330,11 +345,16 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
     theme = only_object(sdc)
     if theme is None or len(theme.figure) != 1 or len(theme.landmark1) != 1:
         return None
+    if not RELATIVE.isdisjoint(verb_words(theme)):
+        return None
     said = concepts(field_words(theme.relation))
-    own = set(map(normalise, verb_words(sdc)))
-    verb = verb_of(tuple(verb_words(sdc)))
-    wants = not own or bool(own & ASKING) or verb.classes in ({"placing"}, {"carrying"})
-    if not wants or "on" not in said or said & (BESIDE | {"from"}):
+    own = verb_words(sdc)
+    classes = verb_of(tuple(own)).classes
+    gets = not GETTING.isdisjoint(own) and nouns.name_other(noun_leaf(theme.landmark1[0]).words)
+    wants = not own or not ASKING.isdisjoint(map(normalise, own)) or gets
+    puts = classes == {"placing"} and LOWERING.isdisjoint((*own, *map(normalise, own)))
+    where = puts and "down" not in own if said & BESIDE else "on" in said
+    if not where or "from" in said or not (wants or classes in ({"placing"}, {"carrying"})):
         return None
     one, other = (
         field_words(noun_leaf(part).words) for part in (theme.figure[0], theme.landmark1[0])
@@ -411,6 +431,7 @@ _ALTERNATIONS: tuple[Callable[[SDC, Nouns], SDC | None], ...] = (
     _aboard,
     _named_first,
     _verbless,
+    _no_noun,
     _goes,
     _light,
     _filled,

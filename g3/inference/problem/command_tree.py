@@ -18,6 +18,7 @@ from g3.inference.problem.phrases import (
     unstressed,
 )
 from g3.language.discourse.groups import noun_leaf
+from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.verb_chains import Verb, verb_of
 from g3.language.lexicon.word_sets import COLLECTIVES, NOUNLESS, PARTS
@@ -26,6 +27,14 @@ from g3.sdc.clauses import SDC, Field, Span, breadth_first, child_indices
 from g3.short_repr import short_repr
 
 T = TypeVar("T")
+
+_SCALES: tuple[tuple[Concept, Concept], ...] = (
+    ("left", "right"),
+    ("near", "far"),
+    ("front", "back"),
+    ("first", "last"),
+)
+"""By what things are told apart."""
 
 
 @short_repr
@@ -94,19 +103,30 @@ class Tree:
         }
 
     def left_out(self, sdc: SDC) -> Span | None:
-        """The noun of the OBJECT before that "the other" or "the empty one" stands for."""
+        """The noun of the OBJECT before that "the other" or "the empty one" stands for.
+
+        That is the last one, or else the last that is told apart by the same: "load the far crate
+        on the truck and lift the near one".
+        """
         leaf = noun_leaf(sdc)
         if sdc.type != "OBJECT" or not leaf.words or bare(leaf.words[-1].text) not in NOUNLESS:
             return None
-        before = [noun for noun in self.nouns if noun.start < leaf.words[0].start]
-        return max(before, key=lambda noun: noun.start, default=None)
+        before = [noun for noun in self.nouns if noun[-1].start < leaf.words[0].start]
+        alike = [noun for noun in before if not _scales(noun).isdisjoint(_scales(leaf.words))]
+        last = max(alike or before, key=lambda noun: noun[-1].start, default=None)
+        return last[-1] if last else None
 
     @cached_property
-    def nouns(self) -> list[Span]:
-        """The nouns that name things."""
+    def nouns(self) -> list[tuple[Span, ...]]:
+        """The nouns that name things, with the words before them: "the left pallet of" tires."""
+        before = {
+            id(sdc.landmark1[0]): noun_leaf(sdc.figure[0]).words
+            for sdc in self.nodes
+            if sdc.type == "OBJECT" and is_complement(sdc) and sdc.figure and sdc.landmark1
+        }
         leaves = [sdc for sdc in self.nodes if sdc.type == "OBJECT" and sdc.words]
         return [
-            sdc.words[-1]
+            (*before.get(id(sdc), ()), *sdc.words)
             for sdc in leaves
             if bare(sdc.words[-1].text) not in NOUNLESS | COLLECTIVES | PARTS
             and names_thing(sdc)
@@ -142,3 +162,9 @@ class Tree:
 
 def _without_lead(sdc: SDC, verb: Verb) -> SDC:
     return replace(sdc, relation=sdc.relation[verb.start :]) if verb.start else sdc
+
+
+def _scales(noun: Sequence[Span]) -> set[tuple[Concept, Concept]]:
+    """By what a noun with the words before it is told apart from others."""
+    said = concepts(field_words(noun))
+    return {scale for scale in _SCALES if said.intersection(scale)}

@@ -61,8 +61,8 @@ def _together(before: SDC, sdc: SDC) -> SDC | None:
     """
     if not side_by_side(before, sdc, _JOINED):
         return None
-    if before.type == "OBJECT" and sdc.type in ("PATH", "PLACE") and sdc.landmark1:
-        return SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(before,), landmark2=(sdc,))
+    if sdc.type in ("PATH", "PLACE"):
+        return _led(before, sdc) if sdc.landmark1 else None
     if before.type != "EVENT" or sdc.type != "EVENT" or subject_of(sdc) or not _leads(sdc):
         return None
     said = verb_words(before)
@@ -74,6 +74,15 @@ def _together(before: SDC, sdc: SDC) -> SDC | None:
     if theme is None or names_robot(theme) or names_forks(theme):
         return None
     return replace(sdc, figure=(theme,))
+
+
+def _led(before: SDC, where: SDC) -> SDC | None:
+    """A thing with where it comes from and goes: "the drum", "from the truck", "to the gate"."""
+    if before.type == "OBJECT":
+        return SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(before,), landmark2=(where,))
+    if before.type == "EVENT" and not before.relation:
+        return replace(before, landmark2=(*before.landmark2, where))
+    return None
 
 
 def _negated(before: SDC, sdc: SDC) -> SDC | None:

@@ -27,6 +27,7 @@ from g3.language.lexicon.word_sets import (
     ONES,
     PARTS,
     PRONOUNS,
+    RELATIVE,
     SIDES,
     STRESSING,
     WORD_CLASSES,
@@ -38,7 +39,6 @@ from g3.sdc.clauses import SDC, Span, all_words
 COMMA = len(" - ")
 """Two phrases so far apart have nothing between them but a comma or a dash."""
 _CLOSED = ARTICLES | PRONOUNS | YOU
-_WHICH = words(WORD_CLASSES["relative"])
 _BEING = words(WORD_CLASSES["being"]) | {"s", "'s"}
 
 
@@ -54,7 +54,7 @@ def plain_phrases(sdc: SDC) -> SDC:
     if sdc.type == "OBJECT":
         return _with_none(_beside_it(_without_copula(_aside(_turned_round(sdc)))))
     if sdc.type == "PLACE":
-        return _beside(_aside(sdc))
+        return _on_top(_beside(_aside(sdc)))
     if sdc.type == "EVENT":
         return _picked_up_there(
             _one_place(_marks_aside(_being_there(_put_there(_with_side(_counted(sdc))))))
@@ -81,6 +81,14 @@ def _says_more(sdc: SDC, following: SDC) -> bool:
     if not (noun and ONES.intersection([_bare(noun[-1])])):
         return False
     return side_by_side(sdc, following, COMMA)
+
+
+def _on_top(place: SDC) -> SDC:
+    """A place that was spoken of, with its noun taken for a thing: "put it on top"."""
+    mark = place.landmark1[0] if len(place.landmark1) == 1 else None
+    if mark is None or not mark.is_leaf or {"top"} != {*map(_bare, mark.words)} - ARTICLES:
+        return place
+    return replace(place, relation=(*place.relation, *mark.words), landmark1=())
 
 
 def _with_none(sdc: SDC) -> SDC:
@@ -180,7 +188,7 @@ def _being_there(event: SDC) -> SDC:
 def _without_copula(sdc: SDC) -> SDC:
     """The crate by the gate, where words say "the crate that is standing by the gate"."""
     said = list(map(_bare, sdc.relation))
-    if not (sdc.figure and sdc.landmark1 and said) or said[0] not in _WHICH:
+    if not (sdc.figure and sdc.landmark1 and said) or said[0] not in RELATIVE:
         return sdc
     copula = next((i for i, word in enumerate(said[1:], 1) if word not in _BEING), len(said))
     if copula in (1, len(said)):
@@ -191,7 +199,7 @@ def _without_copula(sdc: SDC) -> SDC:
 def _turned_round(sdc: SDC) -> SDC:
     """The crate beside the drum, where words say "the crate that the drum is standing beside"."""
     said = list(map(_bare, sdc.relation))
-    if not sdc.figure or sdc.landmark1 or len(said) < 4 or said[0] not in _WHICH:
+    if not sdc.figure or sdc.landmark1 or len(said) < 4 or said[0] not in RELATIVE:
         return sdc
     copula = next((i for i, word in enumerate(said) if word in _BEING), 1)
     if copula == 1 or not concepts(field_words(sdc.relation[-1:])) & (BESIDE | {"on"}):

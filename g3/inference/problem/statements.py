@@ -11,6 +11,7 @@ from itertools import pairwise
 
 from g3.inference.problem.phrases import is_pronoun, names_robot
 from g3.inference.problem.world_nouns import Nouns
+from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import (
@@ -20,6 +21,7 @@ from g3.language.lexicon.word_sets import (
     EXISTENTIAL,
     HANDLING_VERBS,
     PAST,
+    QUESTIONS,
     REGARDING,
     STATING,
 )
@@ -52,21 +54,27 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     """Whether a clause only states or calls something."""
     words = [bare(word.text) for word in sdc.relation]
     parts = (*sdc.landmark1, *sdc.landmark2)
-    if sdc.type != "EVENT" or not words or any(part.type == "EVENT" for part in parts):
+    if sdc.type != "EVENT" or not words:
         return False
     named = [p for p in parts if not (p.is_implicit or names_robot(p))]
     subjects = [p for p in sdc.figure if not (p.is_implicit or names_robot(p))]
     verb = verb_of(tuple(words))
     head = words[verb.start] if verb.start < len(words) else ""
-    if verb.is_open and nouns.call_robot(sdc.relation) and all(p.type == "OBJECT" for p in parts):
-        return True
-    if normalise(head) in REGARDING or words[0] == "while":
-        return True
-    if subjects and (head in STATING or words[0] in PAST):
-        return True
-    if EXISTENTIAL.issuperset(words):
-        return bool(named)
-    return not (named or subjects or verb.classes)
+    tells = verb.is_open or (normalise(head) in ASKING and not verb.classes)
+    if tells and subjects and all(map(is_pronoun, subjects)):
+        return not any(nouns.name_load(noun_leaf(p).words) for p in named)
+    if any(part.type == "EVENT" for part in parts):
+        return False
+    exists = EXISTENTIAL.issuperset(words)
+    calls = verb.is_open and nouns.call_robot(sdc.relation)
+    return (
+        (calls and all(part.type == "OBJECT" for part in parts))
+        or (words[0] in QUESTIONS and not verb.classes & HANDLING_VERBS)
+        or normalise(head) in REGARDING
+        or words[0] == "while"
+        or (bool(subjects) and (head in STATING or words[0] in PAST))
+        or (bool(named) if exists else not (named or subjects or verb.classes))
+    )
 
 
 def _closes(sdc: SDC) -> bool:

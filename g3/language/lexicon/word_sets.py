@@ -54,7 +54,7 @@ CONCEPT_WORDS: dict[Concept, str] = {
     "between": f"{BETWEEN_WORDS} middle midway center centre among amid",
     "near": f"next near {NEAREST_WORDS} beside besides by close {NEARER_WORDS} nearby alongside "
     "adjacent side",
-    "far": f"far farther further {FARTHEST_WORDS} outside opposite",
+    "far": f"far distant farther further {FARTHEST_WORDS} outside opposite",
     "to": "to toward towards into onto until approach reach at",
     "from": "from off out away leave",
     "first": f"first {NEAREST_WORDS}",
@@ -172,6 +172,8 @@ IT = words("it them they itself") | PERSONAL
 PRONOUNS = IT | THESE | SELVES | _PERSONAL
 """Words that stand for something spoken of before, as their clause's noun."""
 DEMONSTRATIVES = THESE | words("said")
+AGAIN = words("then also too likewise same well ditto")
+"""Words by which the same is said of something else: "then the crate", "the crate as well"."""
 OTHERS = words("other another")
 """Something else than what was meant before: "the other truck"."""
 REST = OTHERS | words("others rest remainder remaining")
@@ -200,7 +202,7 @@ NO_ANTECEDENTS = words(
 
 EMPTY = words("empty unloaded vacant bare")
 LADEN = words("loaded full laden occupied nonempty non-empty")
-HAVING = words("with has have having carrying holding bearing")
+HAVING = words("with has have having got carrying holding bearing")
 """Before what stands on a thing: "the truck with the tires on it"."""
 HELD = words("have having got carry carrying hold holding")
 """What the robot does with its load: "the crate that you are holding"."""
@@ -304,7 +306,8 @@ KEEPING = words("keep keeping")
 """Verbs that put a thing somewhere where a place follows, in English as it is spoken in India."""
 MOVING = words("move moving return returning pull pulling")
 """Verbs of moving the robot, where they are about nothing else: "pull out"."""
-BRINGING = words("take taking get getting remove removing pull pulling")
+GETTING = words("take taking get getting")
+BRINGING = GETTING | words("remove removing pull pulling")
 """Verbs of taking that may also say where to: "get the crate next to the truck"."""
 LEAVING = words("leave leaving")
 RAISING = words("raise raising lift lifting elevate elevating hoist hoisting")
@@ -320,7 +323,7 @@ PASSING = words("past pass passing beyond")
 LEADING = stems(
     "be am is are was re have has had do does did will would shall should can could may might must "
     "need want wish like love prefer try attempt begin start continue proceed keep resume go come "
-    "get prepare make ensure remember help let use ask tell want expect manage plan decide"
+    "get prepare make ensure remember help let use ask tell say want expect manage plan decide"
 )
 """Verbs that lead on to the verb that says what to do: auxiliaries, and verbs of beginning, trying,
 wanting and helping. "Go" and "get" say what to do where no other verb follows."""
@@ -352,6 +355,8 @@ STATING = words("is are was were 's s 're re has have had seems looks")
 """Verbs that say how the thing is that they have as their subject."""
 PAST = words("was were")
 """Words that begin what has been done to something, which nobody asks for."""
+QUESTIONS = words("what why who")
+"""Words that begin questions, which ask for nothing: "what are you waiting for"."""
 ABOARD = words("on onto upon in into up to")
 """Words that lead onto the robot, before a word for it: "load it onto your forklift"."""
 INTERJECTIONS = words("hey hi hello alright well yo um uh oh yeah")
@@ -385,6 +390,8 @@ ASIDES = words(
     "lol lmao pls plz rn asap thx thanks cheers ty tks boss bud buddy mate pal dude bro sir maam"
 )
 """Words that say nothing of what to do, wherever they stand."""
+ARROWS = words("-> --> => ==> > →")
+"""Signs that are read as "to"."""
 
 # Clauses
 
@@ -405,15 +412,18 @@ NOT_IMPERATIVE = words(
 
 WORD_CLASSES = {
     "placing": "put place set drop deposit lay leave lower position stack stand park release "
-    "unload dump rest store stow settle line arrange insert install mount hang",
+    "unload offload discharge dump rest store stow stash settle line arrange insert install mount "
+    "hang stick tuck shove slap sling chuck toss plop plonk plunk perch nestle",
     "taking": "pick take get grab lift raise remove fetch collect retrieve grasp hoist pull "
-    "seize hold unload detach extract gather acquire",
+    "seize hold unload offload discharge detach extract gather acquire snag nab scoop heave "
+    "elevate",
     "carrying": "move bring carry transfer transport haul deliver relocate shift push load "
-    "return drag ship convey shuttle send lug slide run",
+    "return drag ship convey shuttle send lug slide run ferry tote schlep",
     "going": "go drive head proceed travel continue advance approach come walk roll pass cross "
-    "enter exit leave back reverse follow reach navigate steer maneuver cruise retreat",
-    "turning": "turn spin rotate swing swerve pivot face veer circle twist",
-    "staying": "stop wait stay halt pause remain keep stand hold idle park",
+    "enter exit leave back reverse follow reach navigate steer maneuver cruise retreat zip scoot "
+    "mosey",
+    "turning": "turn spin rotate swing swerve pivot swivel face veer circle twist",
+    "staying": "stop wait stay halt pause remain keep stand hold idle park freeze",
     "side": "left right front rear back side middle center centre end corner edge top bottom "
     "leftmost rightmost far near north south east west",
     "way": "forward forwards backward backwards ahead straight up down around over off away out "
@@ -437,3 +447,5 @@ WORD_CLASSES = {
 a way), words of direction, words that measure. The extractor learns what follows which, so that a
 class has all words that stand in the same place;
 :func:`g3.language.lexicon.verb_classes.word_class` looks them up."""
+RELATIVE = words(WORD_CLASSES["relative"])
+"""Words before what tells of a thing: "the crate that is on the truck"."""

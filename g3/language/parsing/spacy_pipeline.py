@@ -23,6 +23,7 @@ from g3.errors import ModelError
 from g3.language.lexicon.field_words import unshortened
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import (
+    ARROWS,
     ARTICLES,
     ASIDES,
     IT,
@@ -31,9 +32,11 @@ from g3.language.lexicon.word_sets import (
     THESE,
     YOU,
 )
+from g3.language.parsing.clauses_without_verb import IMPLIED, apart
 from g3.language.parsing.mending import mend
 from g3.language.parsing.numbered_steps import Token, without_numbers
 from g3.language.parsing.spacy_import import import_spacy
+from g3.language.parsing.step_words import without_step_words
 from g3.lengths import too_long
 from g3.sdc.clauses import Span
 from g3.short_repr import short_repr
@@ -192,12 +195,14 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
     first, note = True, too_long(text)
     readable = "" if note else _SURROGATES.sub("\ufffd", text)
     said = without_numbers([token for token in _tokens(readable) if token[2] not in ASIDES])
-    tokens = _plainly_negated(said)
-    for (start, end, lower), (_, _, following) in pairwise([*tokens, (0, 0, "")]):
+    tokens, verbless = apart(_plainly_negated(without_step_words(said)))
+    for at, ((start, end, lower), (_, _, following)) in enumerate(pairwise([*tokens, (0, 0, "")])):
         if len(kept) == MAX_WORDS:
             note = f"only the first {MAX_WORDS} words were parsed, which is the limit"
             break
-        if first and _may_be_imperative(lower, following):
+        if at in verbless:
+            words += (*PREFIX, IMPLIED)
+        elif first and _may_be_imperative(lower, following):
             words += PREFIX
         first = lower in SENTENCE_ENDS or (first and not lower[:1].isalnum())
         kept.append(len(words))
@@ -237,6 +242,9 @@ def _tokens(text: str) -> Iterator[Token]:
     """Where the words of a text begin and end, and how they are read."""
     for match in _CHUNKS.finditer(text):
         at, chunk = match.start(), match.group()
+        if chunk in ARROWS:
+            yield at, match.end(), "to"
+            continue
         cut = _cut if len(chunk) <= LONGEST_KEPT else _cut.__wrapped__
         for start, end, lower in cut(chunk):
             yield at + start, at + end, lower

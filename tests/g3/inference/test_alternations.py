@@ -113,6 +113,12 @@ def made(notation, nouns=NOUNS):
             "EVENT(l = OBJ(f = Bricks), l2 = PATH(r = to, l = OBJ(f = the van)))",
         ),
         ("EVENT(r = Swing, l = PATH(r = to, l = OBJ(f = the van)))", None),
+        # A verb that was taken for a noun.
+        (
+            "EVENT(l = OBJ(f = trundle), l2 = PATH(r = to, l = OBJ(f = the van)))",
+            "EVENT(r = trundle, l = PATH(r = to, l = OBJ(f = the van)))",
+        ),
+        ("EVENT(l = OBJ(f = it), l2 = PATH(r = to, l = OBJ(f = the van)))", None),
         # What needs something is where that goes.
         (
             "EVENT(f = OBJ(f = The van), r = requires, l = OBJ(f = the bricks))",
@@ -131,7 +137,17 @@ def made(notation, nouns=NOUNS):
             None,
         ),
         (
-            "EVENT(r = Set, l = OBJ(f = OBJ(f = the crate), r = beside, l = OBJ(f = the van)))",
+            "EVENT(f = OBJ(f = I), r = said get, l = OBJ(f = OBJ(f = the crate), r = on, "
+            "l = OBJ(f = the truck)))",
+            "EVENT(f = OBJ(f = I), r = said get, l = OBJ(f = the crate), "
+            "l2 = PLACE(r = on, l = OBJ(f = the truck)))",
+        ),
+        (
+            "EVENT(r = Put, l = OBJ(f = OBJ(f = the crate), r = beside, l = OBJ(f = the van)))",
+            "EVENT(r = Put, l = OBJ(f = the crate), l2 = PLACE(r = beside, l = OBJ(f = the van)))",
+        ),
+        (
+            "EVENT(r = Put down, l = OBJ(f = OBJ(f = the crate), r = by, l = OBJ(f = the van)))",
             None,
         ),
         # What is taken off, with a letter missing; a pallet of bricks is one thing.
@@ -166,6 +182,43 @@ def test_clauses_are_said_plainly(said, clauses):
     found = made(said)
     assert found == written(parse_brackets(clauses or said))
     assert made(clauses or said) == found
+
+
+PUT = "EVENT(r = put, l = OBJ(f = the bricks), l2 = PLACE(r = on, l = OBJ(f = the van)))"
+AGAIN = "EVENT(r = put, l = OBJ(f = {}), l2 = PLACE(r = on, l = OBJ(f = the van)))"
+
+
+@pytest.mark.parametrize(
+    ("said", "load"),
+    [
+        ("EVENT(r = then, l = OBJ(f = the crate))", "the crate"),
+        ("EVENT(r = then, l = [OBJ(f = the crate), OBJ(f = same place)])", "the crate"),
+        ("OBJ(f = OBJ(f = the crate), r = as well)", "the crate"),
+        ("EVENT(r = do, l = OBJ(f = OBJ(f = the same), r = with, l = OBJ(f = crate)))", "crate"),
+        ("EVENT(r = do, l = PLACE(r = likewise with, l = OBJ(f = crate)))", "crate"),
+        ("PLACE(r = same for, l = OBJ(f = the crate))", "the crate"),
+        ("EVENT(r = after, l = OBJ(f = this also the crate))", "the crate"),
+        ("EVENT(r = then, l = OBJ(f = the other one))", "the other one"),
+        # Nothing says that it is the same, or it is no load.
+        ("OBJ(f = the crate)", None),
+        ("EVENT(r = then, l = OBJ(f = the van))", None),
+        ("EVENT(r = then lift, l = OBJ(f = the crate))", None),
+    ],
+)
+def test_the_same_is_said_of_another_load(said, load):
+    first, second = plain(parse_brackets(f"{PUT}; {said}"), NOUNS)
+    assert written([first]) == PUT
+    assert (written([second]) == AGAIN.format(load)) == (load is not None)
+
+
+def test_the_same_is_said_of_what_goes_somewhere():
+    goes = "EVENT(f = OBJ(f = {}), r = goes, l = PATH(r = on, l = OBJ(f = the van)))".format
+    then = "EVENT(r = then, l = OBJ(f = the crate))"
+    assert made(f"{goes('the bricks')}; {then}") == written(
+        parse_brackets(f"{goes('the bricks')}; {goes('the crate')}")
+    )
+    for before in ("EVENT(r = lift, l = OBJ(f = bricks))", goes("you")):
+        assert "then" in made(f"{before}; {then}")
 
 
 @pytest.mark.parametrize("no", ["do nt", "Please don't", "never"])
@@ -227,6 +280,7 @@ TEXTS = (
     "Clear the trailer of bricks and turn around",
     "Make a U-turn, then give the bricks a lift",
     "Crate to the trailer",
+    "Crate to the trailer, then the bricks too",
     "The bricks onto the truck please",
     "Make sure the crate ends up on the truck",
     "The trailer requires the bricks",

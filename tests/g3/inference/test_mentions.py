@@ -138,3 +138,18 @@ def test_who_is_spoken_of_is_a_person(someone, them, mirrored, grounder):
     away = centre(state.thing("boxes").prism) - centre(state.thing("person").prism)
     assert handled == {"boxes"}
     assert np.linalg.norm(away) < 4
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Put the far crate on the truck, then go to the near one and lift it",
+        "Put the far crate on the truck, go to the near one and pick it up",
+    ],
+)
+def test_one_is_of_the_kind_of_what_was_told_apart_so(text, mirrored, grounder):
+    yard = {"near": (CRATE, (6, 2)), "far": (CRATE, (14, 6)), "truck": ("truck", (19, -6))}
+    state, handled = ends(grounder, text, yard, mirrored)
+    assert (handled, state.held) == ({"near", "far"}, "near")
+    assert stands_on(state, "far") == "truck"

@@ -30,6 +30,9 @@ def nouns():
         (f"EVENT(f = {CRATE}, r = is)", ["the crate"]),
         (f"EVENT(f = {CRATE}, r = were loaded, l = PLACE(r = on, l = {GATE}))", ["the crate"]),
         ("EVENT(f = OBJ(f = she), r = has, l = OBJ(f = a question))", ["she", "a question"]),
+        ("EVENT(f = OBJ(f = he), r = wants, l = OBJ(f = a look))", ["he", "a look"]),
+        ("EVENT(f = OBJ(f = they), r = cost, l = EVENT(r = do))", ["they"]),
+        ("EVENT(f = OBJ(f = you), r = what are waiting, l = PLACE(r = for))", []),
         # Who is called, and politeness.
         ("EVENT(r = forklift)", []),
         ("EVENT(r = alright hand)", []),
@@ -55,6 +58,8 @@ def test_a_statement_names_things_and_asks_for_nothing(said, named):
     [
         f"EVENT(f = {CRATE}, r = must be, l = PLACE(r = on, l = {GATE}))",
         f"EVENT(r = shove, l = {CRATE})",
+        f"EVENT(f = OBJ(f = she), r = wants, l = {CRATE})",
+        f"EVENT(f = OBJ(f = it), r = goes, l = PATH(r = on, l = {GATE}))",
         f"EVENT(f = OBJ(f = I), r = see to it, l = EVENT(r = that lift, l = {CRATE}))",
         "EVENT(r = stop)",
         CRATE,

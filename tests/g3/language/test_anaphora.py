@@ -115,6 +115,19 @@ def test_features_of_an_antecedent():
     assert anaphor.antecedents[0].probability == pytest.approx(1 / (1 + math.exp(-2.9)))
 
 
+@pytest.mark.parametrize(("verb", "likely"), [("lift", "the boxes"), ("put down", "the tires")])
+def test_what_is_gone_to_is_taken(verb, likely):
+    text = f"Move the tires, go to the boxes and {verb} them"
+    move, go = "EVENT(r = Move, l = OBJ(f = the tires))", "PATH(r = to, l = OBJ(f = the boxes))"
+    sdcs = parse_brackets(
+        f"{move}; EVENT(r = go, l = {go}); EVENT(r = {verb}, l = OBJ(f = them))", command=text
+    )
+    (anaphor,) = anaphors(sdcs)
+    best = anaphor.antecedents[0]
+    assert words_of(list(breadth_first(sdcs))[best.index]) == likely
+    assert best.features.reached == (verb == "lift")
+
+
 LIKELY = "lift the pallet it them and , . on of with truck one other that itself not to rest you"
 
 
