@@ -7,7 +7,6 @@ from math import log
 
 import numpy as np
 
-from g3.actions.facing import ROW
 from g3.actions.loads import is_load
 from g3.geometry.plane import BoolArray
 from g3.groundings import Place
@@ -217,12 +216,6 @@ def _number_said(case: FactorCase) -> str:
     if said.count is not None and said.count > 1:
         return "count"
     return "one" if said.number == "singular" else "several"
-
-
-@potential("row-size", kind="factor", types=("OBJECT",), weight=log(0.001))
-def row_size(case: FactorCase) -> Measured:
-    """A row is three things and more."""
-    return _number_said(case) == "row" and np.less(case.sizes, ROW)
 
 
 @potential("count", kind="factor", types=("OBJECT",), weight=log(0.001))
