@@ -65,11 +65,12 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
         return not any(nouns.name_load(noun_leaf(p).words) for p in named)
     if any(part.type == "EVENT" for part in parts):
         return False
+    asks = not ASKING.isdisjoint(map(normalise, words))
     exists = EXISTENTIAL.issuperset(words)
     calls = verb.is_open and nouns.call_robot(sdc.relation)
     return (
         (calls and all(part.type == "OBJECT" for part in parts))
-        or (words[0] in QUESTIONS and not verb.classes & HANDLING_VERBS)
+        or (words[0] in QUESTIONS and verb.classes <= {"staying"} and not asks)
         or normalise(head) in REGARDING
         or words[0] == "while"
         or (bool(subjects) and (head in STATING or words[0] in PAST))

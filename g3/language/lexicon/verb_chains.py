@@ -84,6 +84,16 @@ def verb_of(words: tuple[str, ...]) -> Verb:
     return Verb(start, classes, leads_on, is_open)
 
 
+def is_verb(word: str) -> bool:
+    """Whether a word is a verb that is known, by its class or as one that leads on to another.
+
+    >>> is_verb("lift"), is_verb("must"), is_verb("truck"), is_verb("blick")
+    (True, True, False, False)
+    """
+    verb = verb_of((word,))
+    return bool(verb.classes) or verb.leads_on
+
+
 def _is_open(head: str) -> bool:
     """Whether a word of no class of verbs may be a verb all the same."""
     stem = normalise(head)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from g3.language.lexicon.verb_chains import verb_of
+from g3.language.lexicon.verb_chains import is_verb
 from g3.language.lexicon.word_sets import (
     ARTICLES,
     NOT_IMPERATIVE,
@@ -46,7 +46,7 @@ def apart(tokens: Sequence[Token]) -> tuple[list[Token], frozenset[int]]:
     clauses = [
         part
         for unit in _split(range(len(said)), said, _UNITS)
-        if not any(_is_verb(said[i]) for i in unit)
+        if not any(is_verb(said[i]) for i in unit)
         for part in _split(unit, said, _BREAKS)
         if _leads(said[part[0] : part[-1] + 1])
     ]
@@ -84,11 +84,6 @@ def _split(places: Sequence[int], said: Sequence[str], at: frozenset[str]) -> It
             part = []
     if part:
         yield part
-
-
-def _is_verb(word: str) -> bool:
-    verb = verb_of((word,))
-    return bool(verb.classes) or verb.leads_on
 
 
 def _leads(said: Sequence[str]) -> bool:

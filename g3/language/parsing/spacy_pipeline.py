@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from g3.errors import ModelError
 from g3.language.lexicon.field_words import unshortened
-from g3.language.lexicon.verb_chains import verb_of
+from g3.language.lexicon.verb_chains import is_verb
 from g3.language.lexicon.word_sets import (
     ARROWS,
     ARTICLES,
@@ -234,8 +234,7 @@ def _may_be_imperative(word: str, following: str) -> bool:
     """
     if word in NOT_IMPERATIVE or not word.isalpha():
         return False
-    verb = verb_of((word,))
-    return bool(verb.classes or verb.leads_on) or following in _AFTER_VERBS
+    return is_verb(word) or following in _AFTER_VERBS
 
 
 def _tokens(text: str) -> Iterator[Token]:

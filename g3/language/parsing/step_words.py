@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from g3.language.lexicon.verb_chains import verb_of
+from g3.language.lexicon.verb_chains import is_verb
 from g3.language.lexicon.word_sets import ARTICLES, SENTENCE_ENDS, words
 from g3.language.parsing.numbered_steps import Token
 
@@ -57,10 +57,5 @@ def _size(said: Sequence[str]) -> int:
         size = size + 1 if size < len(said) and said[size] in _DONE else 0
     else:
         size = 0
-    return size if size and size < len(said) and _begins(said[size]) else 0
-
-
-def _begins(word: str) -> bool:
-    """Whether a word may begin a step."""
-    verb = verb_of((word,))
-    return word in _FOLLOWING or bool(verb.classes) or verb.leads_on
+    begins = size < len(said) and (said[size] in _FOLLOWING or is_verb(said[size]))
+    return size if size and begins else 0

@@ -299,6 +299,15 @@ def test_what_is_plain_stays_and_no_word_is_made_up(text):
     assert all(spoken)
 
 
+def test_a_thing_with_where_it_comes_from_and_goes_is_one_clause():
+    text = "Bricks from the trailer to the truck"
+    (found,) = plain(parse(text).sdcs, NOUNS)
+    assert written([found]) == (
+        "EVENT(l = OBJ(f = Bricks), l2 = [PATH(r = from, l = OBJ(f = the trailer)), "
+        "PATH(r = to, l = OBJ(f = the truck))])"
+    )
+
+
 def end(grounder, text, context):
     """What is done to what, and what that stands on in the end."""
     found = grounder.follow(text, context, least=0.0)
@@ -326,6 +335,8 @@ spots = st.permutations(SPOTS)
         "We want the crate on the truck",
         "Give the crate a ride to the truck",
         "Crates go onto the truck",
+        "Crate -> truck",
+        "Get the crate on the truck",
     ],
 )
 @QUICK
@@ -352,7 +363,14 @@ def test_what_is_taken_off_stands_there(text, spots, grounder):
     assert done == [("pick up", "bricks-1")]
 
 
-@pytest.mark.parametrize("text", ["Deliver it to the trailer", "Transfer the crate to the trailer"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Deliver it to the trailer",
+        "Transfer the crate to the trailer",
+        "Get it on the trailer",
+    ],
+)
 @QUICK
 @given(spots=spots)
 def test_what_is_sent_is_there_in_the_end(text, spots, grounder):

@@ -34,6 +34,7 @@ def ends(grounder, text, things, mirrored):
         "Pick up the tires. Put this pallet on the truck",
         "Pick up the tires, drive past the boxes and put them on the truck",
         "Lift the tires, turn around and set the load on the truck",
+        "Take the tires to the truck and put them on the top",
     ],
 )
 def test_what_was_spoken_of_is_put_on_the_truck(text, mirrored, grounder):

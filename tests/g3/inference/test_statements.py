@@ -59,6 +59,8 @@ def test_a_statement_names_things_and_asks_for_nothing(said, named):
         f"EVENT(f = {CRATE}, r = must be, l = PLACE(r = on, l = {GATE}))",
         f"EVENT(r = shove, l = {CRATE})",
         f"EVENT(f = OBJ(f = she), r = wants, l = {CRATE})",
+        f"EVENT(f = OBJ(f = you), r = why do n't drive, l = PATH(r = to, l = {CRATE}))",
+        f"EVENT(f = OBJ(f = I), r = what need is, l = {CRATE})",
         f"EVENT(f = OBJ(f = it), r = goes, l = PATH(r = on, l = {GATE}))",
         f"EVENT(f = OBJ(f = I), r = see to it, l = EVENT(r = that lift, l = {CRATE}))",
         "EVENT(r = stop)",
