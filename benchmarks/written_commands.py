@@ -32,6 +32,7 @@ from g3.actions.action_kinds import Action
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, start_state
 from g3.geometry.footprints import centre
+from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
 from g3.inference.problem.costs import RandomCost, Scorer
@@ -42,10 +43,12 @@ FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
 """From the edge of a thing that is come to; between middles; from the middle between two; between
 middles on a side."""
+AT_M, HEADING_DEG = 1.5, 20.0
+"""How far off a robot may be that was told how far to go, or how much to turn."""
 SETS = (
     *("first", "second", "third", "fourth", "fifth"),
     *("sixth", "seventh", "eighth", "ninth", "tenth"),
-    *("eleventh", "twelfth", "thirteenth", "fourteenth"),
+    *("eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
@@ -104,6 +107,11 @@ def _is_between(done: Done, load: str, one: str, other: str) -> bool:
     return done.under(load) == "ground" and bool(away < BETWEEN_M)
 
 
+def _looks(done: Done, degrees: str) -> bool:
+    off = wrap(done.after.pose[2] - np.deg2rad(float(degrees)))
+    return bool(abs(off) < np.deg2rad(HEADING_DEG))
+
+
 ENDS: dict[str, Callable[..., bool]] = {
     "pick": lambda done, load: done.after.held == load,
     "on": lambda done, load, deck: done.under(load) == deck,
@@ -116,6 +124,9 @@ ENDS: dict[str, Callable[..., bool]] = {
     "between": _is_between,
     "near": _is_near,
     "moved": lambda done, load: done.handled == {load},
+    "still": lambda done, load: done.after.held == load and not done.handled - {load},
+    "at": lambda done, x, y: bool(np.hypot(*(done.after.pose[:2] - (float(x), float(y)))) < AT_M),
+    "heading": _looks,
     "gone": lambda done: bool(done.actions) and not done.handled,
 }
 """What an end says of what was done. Several are joined by "&"."""

@@ -9,7 +9,7 @@ The state that an action leads to follows from its trajectory.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -38,7 +38,8 @@ class Action:
     target
         What is driven to, past, around or between.
     amount
-        Radians to turn, metres to drive straight on, metres that the forks go up.
+        Radians to turn, metres to drive straight on, metres that the forks go up, seconds to
+        wait; zero for as long as one waits.
     goal
         Which of the goals that the clause may mean the action takes; -1 for none.
     """
@@ -49,6 +50,26 @@ class Action:
     place: Place | None = None
     amount: float = 0.0
     goal: int = -1
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class Amounts:
+    """How much words say; None where they don't.
+
+    Parameters
+    ----------
+    metres
+        How far to go, or how far the forks go up or down.
+    radians
+        How much to turn, either way.
+    seconds
+        How long to wait.
+    """
+
+    metres: float | None = None
+    radians: float | None = None
+    seconds: float | None = None
 
 
 @short_repr
@@ -66,6 +87,8 @@ class Focus:
         What else it names that could be driven to.
     asked
         Kinds that its words ask for.
+    amounts
+        How far, or how much, they say.
     """
 
     themes: tuple[str, ...] = ()
@@ -73,6 +96,7 @@ class Focus:
     has_theme: bool = False
     landmarks: tuple[Group, ...] = ()
     asked: frozenset[ActionKind] = frozenset()
+    amounts: Amounts = field(default_factory=Amounts)
 
 
 Propose = Callable[[State, Focus], list[Action]]

@@ -18,6 +18,8 @@ def described(action: Action) -> str:
         words.append(f"at {_spot(action.place)}, {action.place.prism.z_min:.1f} m up")
     if action.kind.unit == "rad":
         words.append(f"{np.rad2deg(action.amount):.0f} degrees")
+    elif action.amount:
+        words.append(f"{abs(action.amount):.3g} {action.kind.unit}")
     return " ".join(word for word in words if word)
 
 

@@ -40,7 +40,7 @@ def _stay(state: State, actions: Sequence[Action]) -> Course:
 
 def _waiting(state: State, focus: Focus) -> list[Action]:
     """Stay where the robot is."""
-    return [Action(WAIT)]
+    return [Action(WAIT, amount=focus.amounts.seconds or 0.0)]
 
 
 WAIT = action_kind("wait", _stay, unit="s")(_waiting)
@@ -54,12 +54,12 @@ def _straight(state: State, actions: Sequence[Action]) -> Course:
 
 def _going_straight(state: State, focus: Focus) -> list[Action]:
     """Drive straight ahead."""
-    return [Action(GO_STRAIGHT, amount=STRAIGHT_M)]
+    return [Action(GO_STRAIGHT, amount=focus.amounts.metres or STRAIGHT_M)]
 
 
 def _backing_up(state: State, focus: Focus) -> list[Action]:
     """Drive straight back."""
-    return [Action(BACK_UP, amount=-STRAIGHT_M)]
+    return [Action(BACK_UP, amount=-(focus.amounts.metres or STRAIGHT_M))]
 
 
 GO_STRAIGHT = action_kind("go straight", _straight, unit="m")(_going_straight)
@@ -79,8 +79,9 @@ def turned(state: State, radians: FloatArray) -> Course:
 
 
 def _turning(state: State, focus: Focus) -> list[Action]:
-    """Turn left, right or around."""
-    return [Action(TURN, amount=angle) for angle in TURNS]
+    """Turn left, right or around, or as much as is said."""
+    said = focus.amounts.radians
+    return [Action(TURN, amount=angle) for angle in ((said, -said) if said else TURNS)]
 
 
 TURN = action_kind("turn", _turn, unit="rad")(_turning)

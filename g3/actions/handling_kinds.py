@@ -43,7 +43,7 @@ def _move_forks(state: State, actions: Sequence[Action]) -> Course:
 
 def _raising(state: State, focus: Focus) -> list[Action]:
     """Raise the forks, with what is on them."""
-    up = min(RAISE_M, HIGHEST_M - state.forks_m)
+    up = min(focus.amounts.metres or RAISE_M, HIGHEST_M - state.forks_m)
     return [Action(RAISE_FORKS, object_id=state.held or "", amount=up)] if up > 0 else []
 
 
@@ -51,6 +51,8 @@ def _lowering(state: State, focus: Focus) -> list[Action]:
     """Lower the forks; what is on them stays off the ground."""
     lowest = LIFT_M if state.held else 0.0
     down = min(lowest - state.forks_m, 0.0)
+    if focus.amounts.metres:
+        down = max(down, -focus.amounts.metres)
     return [Action(LOWER_FORKS, object_id=state.held or "", amount=down)]
 
 

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import expit, log_expit, logsumexp
 
+from g3.actions.forklift_actions import TURN
 from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
@@ -54,7 +55,7 @@ def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
     """Whether two plans lead to the same: every load in the same place and on the same thing.
 
     Where the robot ends counts only if neither handles a load, and which way it faces only where
-    words ask for that.
+    it turns last, or words ask for that. A step of a metre leads elsewhere than none.
     """
     here, there = plan.state, other.state
     if here.held != there.held:
@@ -65,11 +66,14 @@ def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
             return False
     if any(action.object_id for action in (*plan.actions, *other.actions)):
         return True
-    if any(action.kind.on_request for action in (*plan.actions[-1:], *other.actions[-1:])):
+    last = (*plan.actions[-1:], *other.actions[-1:])
+    if any(action.kind.on_request or action.kind is TURN for action in last):
         turned = abs(wrap(here.pose[2:] - there.pose[2:])[0])
         if turned > SAME_HEADING_RAD or abs(here.forks_m - there.forks_m) > SAME_HEIGHT_M:
             return False
-    return float(np.linalg.norm(here.pose[:2] - there.pose[:2])) < SAME_PLACE_M
+    apart = float(np.linalg.norm(here.pose[:2] - there.pose[:2]))
+    steps = [abs(a.amount) for a in last if a.kind.unit == "m" and not a.kind.moves_forks]
+    return apart < min([SAME_PLACE_M, *(step / 2 for step in steps)])
 
 
 def _same_place(a: PhysicalObject, b: PhysicalObject, here: State, there: State) -> bool:

@@ -13,7 +13,6 @@ import numpy as np
 from g3 import html_view
 from g3.actions.action_kinds import Action
 from g3.actions.action_words import described, grounded
-from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import State, start_state
 from g3.data_frames import data_frame
 from g3.groundings import Context, FloatArray, Grounding
@@ -26,12 +25,12 @@ from g3.inference.potentials.cases import CommandCase, PlanCase
 from g3.inference.potentials.potential_registry import added, check_potentials, refusal
 from g3.inference.problem.alternations import plain
 from g3.inference.problem.asked_kinds import asks_to_wait
-from g3.inference.problem.asked_spots import counts_said
+from g3.inference.problem.asked_spots import scene_asked
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.grounding_problem import GroundingProblem
-from g3.inference.problem.packed_scene import Group, scene_of
+from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.scoring import Reason
 from g3.inference.problem.world_nouns import Nouns
 from g3.inference.reasons.explanation import reasons_for_things
@@ -301,7 +300,8 @@ class Grounder:
             return readings[0][1].refused()
         found = [(chance, reading.found) for chance, reading in readings]
         words = _words(command)
-        choices = all_plans(found, top if len(found) == 1 else max(top, LOOKED_AT))
+        most, waits = max(top, LOOKED_AT), asks_to_wait(readings[0][1].tree)
+        choices = all_plans(found, top if len(found) == 1 else most, waits=waits)
         if not choices:
             return readings[0][1].refused()
         chosen = best_plans(choices, self._odds(choices, words, readings[0][1].problem), top)
@@ -328,7 +328,7 @@ class Grounder:
         tree = Tree(plain(sdcs, Nouns(start)))
         problem = GroundingProblem(
             start,
-            scene_of(start.context, object_groups(start.context, start.held, counts_said(tree))),
+            scene_asked(tree, start),
             self.cost,
             answers=dict(answers or {}),
             explain=explain,

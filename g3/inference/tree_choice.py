@@ -50,7 +50,9 @@ def does_something(plan: Hypothesis) -> bool:
     return any(action.kind is not WAIT for action in plan.actions)
 
 
-def all_plans(found: Sequence[tuple[float, Sequence[Hypothesis]]], most: int) -> list[Choice]:
+def all_plans(
+    found: Sequence[tuple[float, Sequence[Hypothesis]]], most: int, *, waits: bool = False
+) -> list[Choice]:
     """Plans of all trees, tree by tree, the best of each first.
 
     Parameters
@@ -59,12 +61,14 @@ def all_plans(found: Sequence[tuple[float, Sequence[Hypothesis]]], most: int) ->
         The probability of each tree, and the plans for it, the best first.
     most
         How many plans of each tree. Of several trees those that only wait are left out.
+    waits
+        Whether waiting is what is asked for.
     """
     return [
         Choice(number, plan, _evidence(plan, number, found))
         for number, (_, plans) in enumerate(found)
         for plan in plans[:most]
-        if len(found) == 1 or does_something(plan)
+        if waits or len(found) == 1 or does_something(plan)
     ]
 
 

@@ -11,12 +11,14 @@ from g3.actions.forklift_actions import BACK_UP, GO_STRAIGHT, TURN
 from g3.geometry.plane import BoolArray
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import Measured, potential
-from g3.inference.problem.grounding_problem import group_key
+from g3.inference.problem.grounding_problem import Arguments, group_key
 from g3.inference.problem.phrases import is_measure, names_robot
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import AROUND, WAYS
 from g3.sdc.clauses import all_words
+
+_STRAIGHT = {GO_STRAIGHT: "front", BACK_UP: "back"}
 
 
 @potential("way", kind="action", types=("EVENT", "PATH"), weight=log(0.05))
@@ -28,7 +30,7 @@ def way(case: ActionCase) -> Measured:
         return False
     words = field_words(all_words(case.sdc))
     named = WAYS & {*concepts(words), *(("around",) if AROUND.intersection(words) else ())}
-    return bool(named) and case.each(lambda a: is_bare(a) and way_of(a) not in named)
+    return bool(named) and case.each(lambda a: is_bare(a) and not ways_of(a, case.found) & named)
 
 
 @potential("asked-kind", kind="action", types=("EVENT", "PATH"), weight=2 * log(0.05))
@@ -60,9 +62,13 @@ def is_bare(action: Action) -> bool:
     return not (action.kind.aims or action.kind.handles)
 
 
-def way_of(action: Action) -> str:
-    """Which way an action goes by itself; empty where it stays, or goes by what it is about."""
-    if action.kind is TURN:
-        half = abs(action.amount) > 3 * np.pi / 4
-        return "around" if half else "left" if action.amount > 0 else "right"
-    return {GO_STRAIGHT: "front", BACK_UP: "back"}.get(action.kind, "")
+def ways_of(action: Action, found: Arguments) -> set[str]:
+    """Which ways an action goes by itself; none where it stays, or goes by what it is about.
+
+    To turn around is to turn left, too, where words say how much: "180 degrees to the left".
+    """
+    if action.kind is not TURN:
+        return {way for kind, way in _STRAIGHT.items() if kind is action.kind}
+    around = {"around"} if abs(action.amount) > 3 * np.pi / 4 else set()
+    side = "left" if action.amount > 0 else "right"
+    return around if around and found.amounts.radians is None else {side, *around}

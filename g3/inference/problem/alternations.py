@@ -19,10 +19,13 @@ from g3.inference.problem.joined_clauses import (
     only_object,
     subject_of,
     verb_words,
+    whole_words,
 )
+from g3.inference.problem.measures_apart import measures_apart
 from g3.inference.problem.phrases import (
     is_complement,
     is_floor,
+    is_measure,
     is_pronoun,
     names_forks,
     names_robot,
@@ -36,6 +39,7 @@ from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.verb_chains import is_nominal, verb_of
 from g3.language.lexicon.word_sets import (
+    AN,
     ARTICLES,
     ASKING,
     BESIDE,
@@ -83,6 +87,7 @@ def _wanted(sdc: SDC, nouns: Nouns) -> SDC:
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
+    sdc = measures_apart(sdc)
     for alternate in _ALTERNATIONS:
         sdc = alternate(sdc, nouns) or sdc
     first, second = (
@@ -373,12 +378,13 @@ def _light(sdc: SDC, _: Nouns) -> SDC | None:
     start = verb_of(words).start
     if first is None or first.type != "OBJECT" or LIGHT.isdisjoint(words[start : start + 1]):
         return None
-    if len(sdc.landmark1) > 1 or len(first.figure) > 1:
+    others = (*sdc.landmark1[1:], *sdc.landmark2)
+    if not all(map(is_measure, sdc.landmark1[1:])) or len(first.figure) > 1:
         return None
     leaf = first.figure[0] if first.figure else first
-    theme, act = _apart(_whole(leaf.words))
+    theme, act = _apart(whole_words(leaf.words))
     own = [bare(word.text) for word in act]
-    if not leaf.is_leaf or len(own) < 2 or own[0] not in ("a", "an"):
+    if not leaf.is_leaf or len(own) < 2 or own[0] not in AN | {"one", "another"}:
         return None
     acts = is_nominal(own[-1]) or normalise(own[-1]) in REGARDING
     if not acts and own[1:] not in (["left"], ["right"]):
@@ -392,31 +398,23 @@ def _light(sdc: SDC, _: Nouns) -> SDC | None:
         kind: SDCType = "PATH" if is_goal(first) or not first.landmark1 else "PLACE"
         rest = [SDC(kind, relation=first.relation, landmark1=first.landmark1)]
     relation = (*sdc.relation[:start], act[-1], *around, *sdc.relation[start + 1 :])
-    parts = (*themes, *rest, *sdc.landmark2)
+    parts = (*themes, *rest, *others)
     return replace(sdc, relation=relation, landmark1=parts[:1], landmark2=parts[1:])
 
 
 def _with_its_noun(sdc: SDC) -> SDC:
     """A side after an article is a noun, however a tree has it: "take a left"."""
-    said = tuple(word for part in arguments_of(sdc) for word in all_words(part))
+    measures = tuple(part for part in arguments_of(sdc) if is_measure(part))
+    others = (part for part in arguments_of(sdc) if part not in measures)
+    said = tuple(word for part in others for word in all_words(part))
     if [bare(word.text) for word in said] not in (["a", "left"], ["a", "right"]):
         return sdc
-    return replace(sdc, landmark1=(SDC("OBJECT", words=said),), landmark2=())
-
-
-def _whole(words: tuple[Span, ...]) -> tuple[Span, ...]:
-    """Words whose parts were taken for words, as they are written: "U-turn"."""
-    found: list[Span] = []
-    for word in words:
-        if found and found[-1].end == word.start:
-            word = Span(found[-1].start, found.pop().text + word.text)  # noqa: PLW2901
-        found.append(word)
-    return tuple(found)
+    return replace(sdc, landmark1=(SDC("OBJECT", words=said),), landmark2=measures)
 
 
 def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]:
     """The two nouns of "the drum a lift", each with its article; the first is empty for one."""
-    inside = [i for i, word in enumerate(words) if i and bare(word.text) in ("a", "an")]
+    inside = [i for i, word in enumerate(words) if i and bare(word.text) in AN]
     cut = inside[-1] if inside else 0
     return words[:cut], words[cut:]
 

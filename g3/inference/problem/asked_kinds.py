@@ -15,15 +15,18 @@ from g3.actions.forklift_actions import (
     DRIVE_AWAY,
     DRIVE_PAST,
     FACE,
+    GO_STRAIGHT,
     LINE_UP,
     LOWER_FORKS,
     PARK,
     PICK_UP,
     PUT_DOWN,
     RAISE_FORKS,
+    TURN,
     TURN_AWAY,
     WAIT,
 )
+from g3.inference.problem.asked_amounts import amounts_said
 from g3.inference.problem.clause_roles import (
     goal_paths,
     goal_places,
@@ -43,6 +46,7 @@ from g3.language.lexicon.word_sets import (
     ALIGNING,
     FACING,
     IT,
+    KEEPING,
     LINING,
     LOWERING,
     PARKING,
@@ -187,6 +191,17 @@ def _is_toward(tree: Tree, way: int) -> bool:
     return bool(named) and not any(own & SIDES for own in named)
 
 
+def _measured(tree: Tree, root: int) -> Kinds:
+    """Turn by 90 degrees; go ten metres; back up two feet; but "two feet to the left" is a spot."""
+    amounts = amounts_said(tree, root)
+    if amounts.radians is not None:
+        return frozenset({TURN})
+    named = concepts(field_words(all_words(tree.nodes[root]))) & SIDES
+    if amounts.metres is None or named & {"left", "right"}:
+        return frozenset()
+    return frozenset({BACK_UP if "back" in named else GO_STRAIGHT})
+
+
 def _parking(tree: Tree, root: int) -> Kinds:
     """Park by the truck, or in a place; but "park it there" puts something down."""
     asks = _said(tree.nodes[root]) & PARKING and _leads(tree, root)
@@ -200,8 +215,14 @@ def _ends_there(tree: Tree, root: int) -> bool:
     return bool(words) and words <= IT | {"there", "here"}
 
 
+def _named(tree: Tree, root: int) -> list[SDC]:
+    return [tree.nodes[n] for n in tree.all_below(root) if tree.nodes[n].type == "OBJECT"]
+
+
 def _waiting(tree: Tree, root: int) -> Kinds:
-    """Wait; stop; but "stop at the truck" goes there."""
+    """Wait; stop; keep it on the forks; but "stop at the truck" goes there."""
+    if _said(tree.nodes[root]) & KEEPING and any(map(names_forks, _named(tree, root))):
+        return frozenset({WAIT})
     verbs = _verbs(tree, root)
     leads = _leads(tree, root) and not _ends_there(tree, root)
     if verbs != {"staying"} or leads or _ways(tree, root):
@@ -216,6 +237,7 @@ _READINGS: tuple[Callable[[Tree, int], Kinds], ...] = (
     _away,
     _past,
     _facing,
+    _measured,
     _parking,
     _waiting,
 )

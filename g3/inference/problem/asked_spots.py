@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
-from g3.actions.grounding_candidates import SpotsAsked
+from g3.actions.grounding_candidates import SpotsAsked, object_groups
+from g3.actions.robot_state import State
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.packed_scene import Scene, scene_of
 from g3.language.discourse.groups import group
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import CARDINALS, METRES, SIDES, STACKING
+from g3.language.lexicon.measures import metres_said
+from g3.language.lexicon.word_sets import SIDES, STACKING
 
 FAR_M = 3.0
 """Nearer spots are there anyway: who says "a few feet" or "a metre" doesn't measure."""
 PAIR = 2
 """Pairs are always candidates."""
-
-
-def metres_said(words: list[str]) -> float | None:
-    """How far words say, in metres; None if they don't.
-
-    >>> metres_said("about five metres to the left of".split())
-    5.0
-    >>> metres_said(["to", "the", "left", "of"])
-    """
-    for number, unit in pairwise(words):
-        if unit in METRES and (number in CARDINALS or number.isdecimal()):
-            return METRES[unit] * float(CARDINALS.get(number, number))
-    return None
 
 
 def spots_asked(tree: Tree, node: int) -> SpotsAsked:
@@ -52,6 +40,11 @@ def _stacked(tree: Tree) -> frozenset[int]:
         if sdc.type == "EVENT" and STACKING.intersection(field_words(sdc.relation))
     )
     return frozenset(below for n in stacks for below in tree.all_below(n))
+
+
+def scene_asked(tree: Tree, state: State) -> Scene:
+    """A state's things packed, with the groups that a command may name."""
+    return scene_of(state.context, object_groups(state.context, state.held, counts_said(tree)))
 
 
 def counts_said(tree: Tree) -> tuple[int, ...]:

@@ -282,6 +282,9 @@ def _frame(tree: Tree, node: int) -> Frame:
     moves, told = said & MOVING and not (named or puts), told_ways(tree, node)
     if moves and (told & {"front", "back"} or not any(sdc.landmark1 for sdc in goals)):
         classes = frozenset(("going",))
+    extents = tuple(n for n in measures if is_measure(tree.nodes[n]))
+    if extents and told and not (classes or named):
+        classes = frozenset(("going",))  # "forward 20 feet"
     leads = leads or len(named) > 1
     wordless = tree.nodes[node].type == "EVENT" and not said
     guessed = not classes and (verb.is_open or wordless or (verb.leads_on and named and leads))
@@ -301,7 +304,7 @@ def _frame(tree: Tree, node: int) -> Frame:
         tuple(ways(tree, node)),
         next((n for n in tree.below(node, _ARGUMENTS, "EVENT") if _is_end(tree, n)), None),
         tuple(n for n in used if not names_robot(tree.nodes[n])),
-        tuple(n for n in measures if is_measure(tree.nodes[n])),
+        extents,
         told,
         names_own_forks(tree, node),
         classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from g3.actions.action_kinds import ActionKind
+from g3.actions.action_kinds import ActionKind, Amounts
 from g3.actions.arrangements import arrangements_of
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State
@@ -90,6 +90,8 @@ class GroundingProblem:
         Whether reasons are asked for.
     disabled
         Names of potentials that are switched off.
+    later
+        The state in which the clause begins, where a side is told as it is then.
     leaves
         What is known of OBJECTs without others below, by node: the log-probabilities of their
         factors with each of the scene's groups.
@@ -110,6 +112,7 @@ class GroundingProblem:
     answers: Mapping[int, str] = field(default_factory=dict)
     explain: bool = False
     disabled: frozenset[str] = frozenset()
+    later: State | None = None
     leaves: Mapping[int, FloatArray] = field(default_factory=dict)
 
     @cached_property
@@ -151,6 +154,8 @@ class Arguments:
         What themes and landmarks are grounded in, and what goals are.
     asked
         Kinds of actions that its words ask for; none where they leave that open.
+    amounts
+        How far, or how much, they say.
     """
 
     themes: tuple[Candidate | None, ...]
@@ -160,3 +165,4 @@ class Arguments:
     problem: GroundingProblem | None = None
     toward: GroundingProblem | None = None
     asked: frozenset[ActionKind] = frozenset()
+    amounts: Amounts = field(default_factory=Amounts)

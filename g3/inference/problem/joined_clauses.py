@@ -13,7 +13,7 @@ from g3.language.discourse.negation import is_negation, negated
 from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import INTERJECTIONS, LEADING, WORD_CLASSES, words
-from g3.sdc.clauses import SDC
+from g3.sdc.clauses import SDC, Span
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 _POLITE = words(WORD_CLASSES["polite"])
@@ -35,6 +35,16 @@ def joined(sdcs: Sequence[SDC]) -> tuple[SDC, ...]:
 def verb_words(sdc: SDC) -> list[str]:
     """The words of a clause's relation, bare."""
     return [bare(word.text) for word in sdc.relation]
+
+
+def whole_words(words: Sequence[Span]) -> tuple[Span, ...]:
+    """Words whose parts were taken for words, as they are written: "U-turn"."""
+    found: list[Span] = []
+    for word in words:
+        if found and found[-1].end == word.start:
+            word = Span(found[-1].start, found.pop().text + word.text)  # noqa: PLW2901
+        found.append(word)
+    return tuple(found)
 
 
 def arguments_of(sdc: SDC) -> tuple[SDC, ...]:

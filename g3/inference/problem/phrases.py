@@ -9,6 +9,7 @@ from g3.features.sets.order import is_ordinal
 from g3.language.discourse.groups import group, noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
+from g3.language.lexicon.measures import is_amount
 from g3.language.lexicon.verb_classes import word_class
 from g3.language.lexicon.word_sets import (
     AREAS,
@@ -53,7 +54,7 @@ def is_measure(sdc: SDC) -> bool:
     words = [bare(word.text) for word in sdc.words]
     if sdc.type != "OBJECT" or not words or words[0] == "the":
         return False
-    return "measure" in word_class(words[-1]).split("+")
+    return "measure" in word_class(words[-1]).split("+") or is_amount(words)
 
 
 def factor_type(sdc: SDC) -> SDCType:

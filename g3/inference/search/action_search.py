@@ -31,6 +31,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, told_side
 from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
+from g3.inference.problem.later_sides import is_seen_later
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
 from g3.inference.problem.scoring import Reason
@@ -289,10 +290,11 @@ def search(
     problem = replace(problem, leaves=leaf_scores(tree, problem.scene, problem.cost))
     known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
     for root in asked(tree):
-        if tree.nodes[root].type in ("OBJECT", "PLACE"):
-            beam = _mentioned(tree, root, beam, problem)[:width]
-            continue
         below = tree.all_below(root)
+        turned = any(is_seen_later(tree, n) for n in below)
+        if tree.nodes[root].type in ("OBJECT", "PLACE"):
+            beam = _mentioned(tree, root, beam, problem, turned=turned)[:width]
+            continue
         pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
         own = frame(tree, root)
         there = own.leaves_open or own.down or any(is_there(tree.nodes[n]) for n in below)
@@ -314,7 +316,8 @@ def search(
                 )
                 for n in pronouns
             }
-            key = (spoken, goals, meant_before, before.state.held, *meant.values())
+            later = before.state if turned else None
+            key = (spoken, goals, meant_before, before.state.held, id(later), *meant.values())
             if key not in grounded:
                 around = replace(
                     problem,
@@ -325,6 +328,7 @@ def search(
                     load=before.state.held,
                     held=before.state.held,
                     told_side=told_side(tree, root),
+                    later=later,
                 )
                 grounded[key] = arguments(tree, root, around)
             grown += islice(extend(tree, root, before, grounded[key], problem), width)
@@ -333,18 +337,22 @@ def search(
 
 
 def _mentioned(
-    tree: Tree, root: int, beam: Sequence[Hypothesis], problem: GroundingProblem
+    tree: Tree, root: int, beam: Sequence[Hypothesis], problem: GroundingProblem, *, turned: bool
 ) -> list[Hypothesis]:
     """Hypotheses after a clause that only names something: "the tires on the truck, lift them"."""
-    found = ground_thing(tree, root, problem)
-    grown = [
-        replace(
-            before,
-            score=before.score + c.score,
-            nodes={**before.nodes, **c.nodes},
-            referents=(*before.referents, c.group),
-        )
-        for before in beam
-        for c in found
-    ]
+    found: dict[int, list[Candidate]] = {}
+    grown = []
+    for before in beam:
+        later = before.state if turned else None
+        if id(later) not in found:
+            found[id(later)] = ground_thing(tree, root, replace(problem, later=later))
+        grown += [
+            replace(
+                before,
+                score=before.score + c.score,
+                nodes={**before.nodes, **c.nodes},
+                referents=(*before.referents, c.group),
+            )
+            for c in found[id(later)]
+        ]
     return sorted(grown, key=lambda h: -h.score)

@@ -14,6 +14,7 @@ from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import added
+from g3.inference.problem.asked_amounts import amounts_said
 from g3.inference.problem.asked_kinds import asked_kinds
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place
 from g3.inference.problem.command_tree import Tree
@@ -52,23 +53,23 @@ class Rows:
 
 def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
     """Ground what a top-level clause is about."""
-    asked = asked_kinds(tree, root)
+    asked, amounts = asked_kinds(tree, root), amounts_said(tree, root)
     if tree.nodes[root].type == "PATH":
         marks = _marks(tree, root, problem, GOALS)
-        return Arguments((None,), marks, root, {}, problem, problem, asked)
+        return Arguments((None,), marks, root, {}, problem, problem, asked, amounts)
     own = frame(tree, root)
     free = replace(problem, load=None, told_side="")
     themes, left = _themes(tree, own, free)
     toward = replace(problem, load=problem.load or _load(themes, problem.state))
     if leads_aboard(tree, own, problem.state.context.agent.labels):
-        return Arguments(themes, (None,), -1, {}, free, toward, asked)
+        return Arguments(themes, (None,), -1, {}, free, toward, asked, amounts)
     goals, goal_path = _goals(tree, own, toward, to_be_put=bool(themes[0]))
     if goals == (None,) and goal_path < 0 and left:
         goals = tuple(likely(ground_thing(tree, left[0], free), GOALS))
     if own.down or (goals == (None,) and own.leaves_open):
         goals = tuple(likely(reached(tree, root, toward), GOALS)) or goals
     others = {way: _marks(tree, way, free, PATH_LANDMARKS) for way in own.ways if way != goal_path}
-    return Arguments(themes, goals, goal_path, others, free, toward, asked)
+    return Arguments(themes, goals, goal_path, others, free, toward, asked, amounts)
 
 
 def _themes(
@@ -186,7 +187,9 @@ def focus_of(state: State, found: Arguments) -> Focus:
     ]
     goals = tuple(current(c.group, state) for c in found.goals if c is not None)
     marks = [current(c.group, state) for cs in found.paths.values() for c in cs[:2] if c]
-    return Focus(tuple(dict.fromkeys(ids)), goals, bool(ids), tuple(marks), found.asked)
+    return Focus(
+        tuple(dict.fromkeys(ids)), goals, bool(ids), tuple(marks), found.asked, found.amounts
+    )
 
 
 def current(group: Group, state: State) -> Group:

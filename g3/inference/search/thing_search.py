@@ -43,6 +43,7 @@ from g3.inference.problem.grounding_problem import (
     Group,
     group_key,
 )
+from g3.inference.problem.later_sides import seen_from
 from g3.inference.problem.phrases import (
     factor_type,
     is_complement,
@@ -72,6 +73,7 @@ def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
 
 def ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """The beam of an OBJECT or a PLACE, the best first."""
+    problem = seen_from(tree, node, problem)
     sdc = tree.nodes[node]
     if is_there(sdc) and problem.goals:
         return _there(tree, node, problem)
@@ -203,6 +205,7 @@ def as_argument(
 
 def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """The beam of a PLACE, or of the place that a PATH or an OBJECT tells."""
+    problem = seen_from(tree, node, problem)
     landmarks = landmarks_of(tree, node, problem)
     if NEARER.intersection(field_words(tree.nodes[node].relation)):
         nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, problem)]
@@ -278,6 +281,7 @@ def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -
     """The beam of PLACEs that name one place together: "on the ground, behind you"."""
     if len(nodes) == 1:
         return ground_thing(tree, nodes[0], problem)
+    problem = seen_from(tree, nodes[0], problem)
     marks = {n: landmarks_of(tree, n, problem)[:JOINT_LANDMARKS] for n in nodes}
     groups = {
         group_key(lm.group): lm.group for lms in marks.values() for lm in lms if lm is not None

@@ -13,6 +13,7 @@ Where one set has more words than another for the same concept, it is built from
 
 from __future__ import annotations
 
+from math import pi
 from typing import Literal, get_args
 
 from g3.groundings import Colour
@@ -46,8 +47,9 @@ Concept = Literal[
 """What closed-class words say of space and order."""
 CONCEPTS: tuple[Concept, ...] = get_args(Concept)
 CONCEPT_WORDS: dict[Concept, str] = {
-    "left": "left leftmost left-most leftward leftwards left-hand",
-    "right": "right rightmost right-most rightward rightwards right-hand",
+    "left": "left leftmost left-most leftward leftwards left-hand counterclockwise "
+    "counter-clockwise anticlockwise anti-clockwise ccw",
+    "right": "right rightmost right-most rightward rightwards right-hand clockwise cw",
     "front": "front infront ahead forward forwards before facing",
     "back": "behind back rear backward backwards reverse",
     "on": "on onto upon atop top aboard",
@@ -122,14 +124,42 @@ ORDINALS = {
 }
 """The number that a word counts to."""
 CARDINALS = counted("zero one two three four five six seven eight nine ten eleven twelve", first=0)
+FRACTIONS = {"half": 0.5, "quarter": 0.25, "quarters": 0.25}
+NUMBERS = {
+    **CARDINALS,
+    **counted("thirteen fourteen fifteen sixteen seventeen eighteen nineteen", first=13),
+    **{
+        word: 10 * n
+        for word, n in counted(
+            "twenty thirty forty fifty sixty seventy eighty ninety", first=2
+        ).items()
+    },
+    **FRACTIONS,
+    "hundred": 100,
+    "couple": 2,
+    "few": 3,
+}
+"""What number words say; of a few about so many."""
 COUNTS = CARDINALS | {"both": 2, "pair": 2}
 METRES = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
     **dict.fromkeys(("ft", "foot", "feet"), 0.3048),
     **dict.fromkeys(("yd", "yard", "yards"), 0.9144),
     **dict.fromkeys(("inch", "inches"), 0.0254),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), 0.01),
 }
 """Units of length."""
+AN, WHOLE = words("a an"), words("full whole complete")
+"""These count one of a unit: "a metre", "a full turn"."""
+SECONDS = {
+    **dict.fromkeys(("s", "sec", "secs", "seconds"), 1.0),
+    **dict.fromkeys(("min", "mins", "minute", "minutes"), 60.0),
+}
+"""Units of time."""
+RADIANS = dict.fromkeys(("degree", "degrees", "deg", "degs", "°"), pi / 180)
+"""Units of angle."""
+CIRCLES = dict.fromkeys(("turn", "turns", "circle", "circles", "rotation", "rotations"), 2 * pi)
+"""Nouns of which a number, or a part, tells an angle: "a quarter turn"."""
 QUANTIFIERS = words(
     "all both each every any some several many few no most either neither everything anything "
     "something nothing"
@@ -159,7 +189,7 @@ DECKS = stems("bed deck")
 """Nouns for what a load is put on, of a vehicle that was spoken of: "above the bed"."""
 YOU = words("you your me my")
 """Who is spoken to, as the landmark of a way or a side: "to your left"."""
-ROBOT = words("you yourself me myself i we us")
+ROBOT = words("you yourself me myself i we us robot")
 """Nouns for the robot. These are grounded in it; "your" isn't."""
 SELVES = words("itself themselves")
 REFLEXIVES = SELVES | words("himself herself")
@@ -287,7 +317,7 @@ EMPTYING = UNLOADING | words(
 SENDING = stems("deliver delivery transfer ship send return forward relocate dispatch")
 """Verbs that say where something is in the end, not on the way: "deliver it to the truck"."""
 LIGHT = words(
-    "make making do doing take taking give giving perform performing execute executing have"
+    "make making do doing take taking give giving perform performing execute executing have hang"
 )
 """Verbs that leave what to do to a noun: "make a left turn"."""
 NOMINALS = {
@@ -390,6 +420,17 @@ ASIDES = words(
     "lol lmao pls plz rn asap thx thanks cheers ty tks boss bud buddy mate pal dude bro sir maam"
 )
 """Words that say nothing of what to do, wherever they stand."""
+ABOUT = words(
+    "about around approximately approx roughly maybe perhaps like some or so exactly just only by "
+    "for to of on at the side spot way place more further another extra bit little say big"
+)
+"""What may stand around a measure: "for about ten metres", "on the spot"."""
+STRAIGHT = words("straight fwd onward onwards on")
+"""Words for going on without a turn."""
+WHEN = words("when once after")
+"""What begins a clause that says what has been done before."""
+LATER = words("then now will")
+"""Words for what is so after the steps before: "the crate that is then on your left"."""
 ARROWS = words("-> --> => ==> > →")
 """Signs that are read as "to"."""
 

@@ -1,4 +1,7 @@
-"""Words that only say that the next step begins: "after that", "when this is done"."""
+"""Words that only say that the next step begins: "after that", "when this is done".
+
+"Why don't you" and "how about you" only begin it, too.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,12 @@ _THIS = words("that this it these those all")
 _BE = words("is 's s are has have been")
 _AFTERWARDS = words("afterwards afterward subsequently")
 _BEFORE = SENTENCE_ENDS | words(", and & then -")
+_SUGGESTING = (
+    *(["why", "do", "n't", you] for you in ("you", "we")),
+    *(["why", "do", "not", you] for you in ("you", "we")),
+    ["why", "not"],
+    ["how", "about", "you"],
+)
 _FOLLOWING = ARTICLES | words(", you please also just")
 
 
@@ -22,6 +31,9 @@ def without_step_words(tokens: Sequence[Token]) -> list[Token]:
     >>> words = "drop it , and after that lift the crate . afterwards , wait".split()
     >>> " ".join(word for _, _, word in without_step_words([(0, 0, word) for word in words]))
     'drop it . lift the crate . wait'
+    >>> words = "why do n't you go to the truck".split()
+    >>> " ".join(word for _, _, word in without_step_words([(0, 0, word) for word in words]))
+    'go to the truck'
     >>> words = "after that truck turn left".split()
     >>> len(without_step_words([(0, 0, word) for word in words]))
     5
@@ -56,6 +68,6 @@ def _size(said: Sequence[str]) -> int:
             size += 1
         size = size + 1 if size < len(said) and said[size] in _DONE else 0
     else:
-        size = 0
+        size = next((len(own) for own in _SUGGESTING if list(said[: len(own)]) == own), 0)
     begins = size < len(said) and (said[size] in _FOLLOWING or is_verb(said[size]))
     return size if size and begins else 0

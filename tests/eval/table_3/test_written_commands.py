@@ -2,12 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from benchmarks.written_commands import ENDS, FOLDER, Done, is_right, state_of
 from corpus_tools.following.plan_steps import carried_out
 from g3.actions.action_kinds import Action
-from g3.actions.forklift_actions import CARRY, PICK_UP, WAIT
+from g3.actions.forklift_actions import CARRY, GO_STRAIGHT, PICK_UP, TURN, WAIT
 from g3.groundings import Place
 from tests.worlds import prism
 
@@ -65,8 +66,27 @@ def test_who_only_lifts_or_waits_puts_nothing_down():
         assert {e for e in tried if is_right([f"{e} {named.get(e, 'crate-1')}"], done)} == ends
 
 
+@pytest.mark.parametrize(
+    ("kind", "amount", "right", "wrong"),
+    [
+        (GO_STRAIGHT, 10.0, "at 10 0 & heading 0", "at 8 0"),
+        (GO_STRAIGHT, 9.0, "at 10 0", "at 10 2"),
+        (TURN, np.pi, "at 0 0 & heading 180", "heading 150"),
+        (TURN, -np.pi / 2, "heading -90", "heading 90"),
+    ],
+)
+def test_a_robot_ends_where_it_went(kind, amount, right, wrong):
+    for held, crate in ((None, ["crate", [6, 9]]), ("crate-1", ["crate"])):
+        start = state_of({"things": {**YARD["things"], "crate_1": crate}, "held": held})
+        action = Action(kind, amount=amount)
+        done = Done([action], carried_out(start, [action]))
+        assert is_right([right], done)
+        assert not is_right([wrong], done)
+        assert is_right(["still crate-1"], done) is (held is not None)
+
+
 def test_every_command_has_a_yard_and_ends_in_it():
-    assert len(RECORDS) == 2592
+    assert len(RECORDS) == 2812
     for record in RECORDS:
         state = state_of(record)
         assert state.held == record["held"]
@@ -74,4 +94,7 @@ def test_every_command_has_a_yard_and_ends_in_it():
         for end in record["want"]:
             for name, *things in (part.split() for part in end.split("&")):
                 assert name in ENDS
-                assert set(things) <= names
+                if name in ("at", "heading"):
+                    assert np.isfinite(list(map(float, things))).all()
+                else:
+                    assert set(things) <= names

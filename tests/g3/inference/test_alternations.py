@@ -104,7 +104,7 @@ def made(notation, nouns=NOUNS):
             "EVENT(r = Give, l = OBJ(f = the bricks a push))",
             "EVENT(r = push, l = OBJ(f = the bricks))",
         ),
-        ("EVENT(r = Hang, l = OBJ(f = a right))", None),
+        ("EVENT(r = Hang, l = OBJ(f = a right))", "EVENT(r = right)"),
         ("EVENT(r = Take, l = OBJ(f = a crate))", None),
         ("EVENT(r = Take, l = OBJ(f = the lift))", None),
         # A noun that was taken for a verb.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from g3.actions.action_kinds import Action
-from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
+from g3.actions.forklift_actions import BACK_UP, CARRY, DRIVE_TO, PICK_UP, TURN, WAIT
 from g3.actions.robot_state import State, moved_to, with_moved
 from g3.groundings import Context
 from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end, share_alike
@@ -43,6 +43,13 @@ def driven(x, y, kind=DRIVE_TO, score=0.0):
     return Hypothesis(score, with_moved(START, {"robot": moved}, None), (Action(kind),))
 
 
+def stepped(x, yaw=0.0, kind=BACK_UP, amount=0.0):
+    moved = moved_to(START.thing("robot"), np.array([x, 0.0, yaw]), 0.0)
+    return Hypothesis(
+        0.0, with_moved(START, {"robot": moved}, None), (Action(kind, amount=amount),)
+    )
+
+
 def lifted(name):
     return Hypothesis(0.0, State(START.context, name), (Action(PICK_UP, name),))
 
@@ -60,6 +67,11 @@ def lifted(name):
         (lifted("tires"), lifted("boxes"), False),
         (driven(5, 0), driven(6, 0), True),
         (driven(5, 0), driven(9, 0), False),
+        # A step or a turn leads elsewhere than staying, however small.
+        (stepped(-1, amount=-1), stepped(0, kind=WAIT), False),
+        (stepped(-4, amount=-4), stepped(-3, amount=-3), True),
+        (stepped(0, np.pi / 2, TURN, np.pi / 2), stepped(0, kind=WAIT), False),
+        (stepped(0, np.pi / 2, TURN, np.pi / 2), stepped(0, 1.5, TURN, 1.5), True),
     ],
 )
 def test_plans_lead_to_the_same_if_loads_do(plan, other, same):

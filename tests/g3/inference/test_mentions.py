@@ -106,14 +106,27 @@ def test_what_was_brought_to_the_truck_is_loaded_onto_it(text, mirrored, grounde
     assert (state.held, stands_on(state, "tires")) == (None, "truck")
 
 
-@pytest.mark.xfail(
-    strict=True, reason="sides are those that are seen at the start, also after a turn"
-)
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_on_the_left_then_is_the_side_that_was_turned_to(mirrored, grounder):
-    side = "right" if mirrored else "left"
-    text = f"Turn {side} and pick up the crate on your {side} then"
-    assert ends(grounder, text, CROSSROADS, mirrored)[0].held == "left"
+@pytest.mark.parametrize(
+    ("text", "lifted"),
+    [
+        ("Turn {side} and pick up the crate on your {side} then", "left"),
+        ("Turn {side}, then lift the crate that is now on your {side}", "left"),
+        ("Turn {side}. Pick up the crate that will be on your {side}", "left"),
+        ("Turn {side} and you will see a crate on your {side}, lift it", "left"),
+        ("turn {side}. there's a crate on your {side}. pick it up", "left"),
+        ("Turn {side} and pick up the crate on your {side}", "left"),
+        ("Turn {side} and pick up the crate on your {other} then", "ahead"),
+        # What was there before it turned, or is told without a turn.
+        ("Turn {side} and take the crate in the back", "behind"),
+        ("Pick up the crate on your {side} then turn {side}", "ahead"),
+        ("Raise the forks, then pick up the crate on the {side} now", "ahead"),
+    ],
+)
+def test_a_side_after_a_turn_is_the_one_that_was_turned_to(text, lifted, mirrored, grounder):
+    side, other = ("right", "left") if mirrored else ("left", "right")
+    text = text.format(side=side, other=other)
+    assert ends(grounder, text, CROSSROADS, mirrored)[0].held == lifted
 
 
 @pytest.mark.parametrize("mirrored", [False, True])

@@ -1,0 +1,140 @@
+"""Lengths, angles and times that are said: "two and a half metres", "a quarter turn", "10 s"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from math import pi
+
+from g3.language.lexicon.word_sets import (
+    AN,
+    CIRCLES,
+    FRACTIONS,
+    METRES,
+    NUMBERS,
+    RADIANS,
+    SECONDS,
+    WHOLE,
+)
+
+_PARTS = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d]+|°")
+_AND_A = ["and", "a"]
+_BETWEEN = AN | WHOLE | {"of", "more"}
+"""What may stand between a number and what it counts: "half a metre", "a quarter of a turn"."""
+LEAST_DEGREES = 10.0
+"""Without a unit so much and more are degrees, where something turns."""
+
+
+def metres_said(words: Sequence[str]) -> float | None:
+    """How far words say, in metres; None if they don't.
+
+    >>> metres_said("about five metres to the left of".split()), metres_said(["10ft"])
+    (5.0, 3.048)
+    >>> metres_said("two and a half meters ahead".split()), metres_said(["half", "a", "metre"])
+    (2.5, 0.5)
+    >>> metres_said(["to", "the", "left", "of"])
+    """
+    return _said(_values(words), METRES)
+
+
+def seconds_said(words: Sequence[str]) -> float | None:
+    """How long words say, in seconds; None if they don't.
+
+    >>> seconds_said(["for", "half", "a", "minute"]), seconds_said(["10", "seconds"])
+    (30.0, 10.0)
+    """
+    return _said(_values(words), SECONDS)
+
+
+def radians_said(words: Sequence[str]) -> float | None:
+    """How much words about turning say to turn, in radians; None if they don't.
+
+    >>> round(radians_said("one hundred eighty degrees to the right".split()), 2)
+    3.14
+    >>> round(radians_said(["a", "quarter", "turn"]), 2), round(radians_said(["180"]), 2)
+    (1.57, 3.14)
+    >>> radians_said(["turn", "left"])
+    """
+    values = _values(words)
+    found = _said(values, RADIANS)
+    if found is None:
+        found = _said(values, CIRCLES)
+    if found is not None:
+        return found
+    numbers = [v for v in values if not isinstance(v, str)]
+    part = next((v for v in numbers if v in FRACTIONS.values()), None)
+    if _said(values, METRES) is not None:
+        return None
+    degrees = next(iter(_degrees(values)), None)
+    return degrees * pi / 180 if degrees else part and part * 2 * pi
+
+
+def _degrees(values: Sequence[float | str]) -> list[float]:
+    """Numbers that are degrees without a unit."""
+    return [v for v in values if not isinstance(v, str) and v >= LEAST_DEGREES]
+
+
+def _said(values: Sequence[float | str], units: Mapping[str, float]) -> float | None:
+    """The first number that counts one of some units, in what those are in."""
+    number: float | None = None
+    for value in values:
+        if not isinstance(value, str):
+            number = value
+        elif value in units and number is not None:
+            return number * units[value]
+        elif number is None and value in (WHOLE if units is CIRCLES else AN):
+            number = 1.0
+        elif value not in _BETWEEN:
+            number = None
+    return None
+
+
+def _values(words: Sequence[str]) -> list[float | str]:
+    """Words with the numbers that they say, each of which several may say together."""
+    found: list[float | str] = []
+    for part in (part for word in words for part in _PARTS.findall(word)):
+        value = NUMBERS.get(part)
+        if part[0].isdigit():
+            value = float(part.replace(",", "."))
+        if value is not None and found[-1:] == ["and"] and found[-2:-1] == [100.0]:
+            found.pop()
+        before = found[-1] if found else ""
+        if value is None:
+            found.append(part)
+        elif part in FRACTIONS and found[-2:] == _AND_A:
+            del found[-2:]
+            _add(found, value)
+        elif isinstance(before, str):
+            found.append(value)
+        elif part in FRACTIONS or part == "hundred":
+            found[-1] = before * value
+        else:
+            found[-1] = before + value
+    return found
+
+
+def _add(found: list[float | str], more: float) -> None:
+    """Add to the last number, of which the unit may have been said: "a metre and a half"."""
+    for i in range(len(found) - 1, max(len(found) - 3, -1), -1):
+        own = found[i]
+        if not isinstance(own, str) or own in AN:
+            found[i] = (1.0 if isinstance(own, str) else own) + more
+            return
+    found.append(more)
+
+
+def is_amount(words: Sequence[str]) -> bool:
+    """Whether a noun's words say a length or an angle: "10 m", "a quarter turn", "180".
+
+    >>> is_amount(["10", "m"]), is_amount(["a", "quarter", "turn"]), is_amount(["180"])
+    (True, True, True)
+    >>> is_amount(["the", "truck"]), is_amount(["two", "crates"])
+    (False, False)
+    """
+    values = _values(words)
+    said = [value for value in values if isinstance(value, str)]
+    if len(said) == len(values):
+        return False
+    if AN.issuperset(said):  # "lift two" tells how many
+        return any(v in (FRACTIONS["quarter"], *_degrees(values)) for v in values)
+    return values[-1] in {*METRES, *RADIANS, *CIRCLES}
