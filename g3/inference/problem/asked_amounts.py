@@ -22,7 +22,7 @@ def _amounts_said(tree: Tree, root: int) -> Amounts:
         return Amounts()
     said = [bare(word.text) for word in sorted(all_words(tree.nodes[root]), key=lambda w: w.start)]
     classes = frame(tree, root).classes
-    if classes == {"staying"}:
+    if "staying" in classes and not frame(tree, root).objects:
         return Amounts(seconds=seconds_said(said))
     parts = tree.below(root, ("l", "l2"), "OBJECT", "PLACE", "PATH", "EVENT")
     below = [tree.nodes[n] for part in parts for n in tree.all_below(part)]

@@ -220,8 +220,10 @@ def _named(tree: Tree, root: int) -> list[SDC]:
 
 
 def _waiting(tree: Tree, root: int) -> Kinds:
-    """Wait; stop; keep it on the forks; but "stop at the truck" goes there."""
+    """Wait; hold for ten seconds; keep it on the forks; but "stop at the truck" goes there."""
     if _said(tree.nodes[root]) & KEEPING and any(map(names_forks, _named(tree, root))):
+        return frozenset({WAIT})
+    if amounts_said(tree, root).seconds is not None:
         return frozenset({WAIT})
     verbs = _verbs(tree, root)
     leads = _leads(tree, root) and not _ends_there(tree, root)

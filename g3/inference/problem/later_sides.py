@@ -27,8 +27,14 @@ def is_seen_later(tree: Tree, node: int) -> bool:
     return node in tree.once(_seen_later)
 
 
-def _seen_later(tree: Tree) -> frozenset[int]:
-    found: list[int] = []
+def says_later(tree: Tree, node: int) -> bool:
+    """Whether the words of such a clause say so: it isn't only told after a turn."""
+    return tree.once(_seen_later).get(node, False)
+
+
+def _seen_later(tree: Tree) -> dict[int, bool]:
+    """Such clauses, and whether words say so."""
+    found: dict[int, bool] = {}
     moved: frozenset[str] = frozenset()
     for root in asked(tree):
         is_event = tree.nodes[root].type == "EVENT"
@@ -37,16 +43,15 @@ def _seen_later(tree: Tree) -> frozenset[int]:
         is_turned = "turning" in moved or waits or (is_elsewhere and not is_event)
         for argument in _arguments(tree, root):
             below = tree.all_below(argument)
-            if (
-                _says_later(tree, below)
-                or (is_turned and any(_is_own_side(tree, n) for n in below))
-                or (is_elsewhere and any(_is_nearest(tree, n) for n in below))
-            ):
-                found += below
+            says = _says_later(tree, below)
+            turned = is_turned and any(_is_own_side(tree, n) for n in below)
+            nearest = is_elsewhere and any(_is_nearest(tree, n) for n in below)
+            if says or turned or nearest:
+                found |= dict.fromkeys(below, says or waits)
         if is_event:
             own = frame(tree, root)
             moved = frozenset() if own.handles else moved | own.classes
-    return frozenset(found)
+    return found
 
 
 def _arguments(tree: Tree, root: int) -> Iterator[int]:

@@ -6,7 +6,6 @@ Here it is an OBJECT of its own, and the side is the clause's.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from g3.inference.problem.joined_clauses import arguments_of, verb_words, whole_words
@@ -18,6 +17,9 @@ from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import ABOUT, AROUND, SIDES, STRAIGHT
 from g3.sdc.clauses import SDC, Span, all_words
 
+_Apart = tuple[SDC | None, tuple[Span, ...]]
+"""What stays an argument of a clause, and the words that become the clause's own."""
+
 
 def measures_apart(sdc: SDC) -> SDC:
     """A clause with its measures as OBJECTs of their own; the same one if it has none.
@@ -26,27 +28,31 @@ def measures_apart(sdc: SDC) -> SDC:
     """
     named = [p for p in arguments_of(sdc) if p.type == "OBJECT"]
     classes = verb_of(tuple(verb_words(sdc))).classes
-    if classes & {"placing", "taking"} and not any(map(names_forks, named)):
+    stays = "staying" in classes
+    if not stays and classes & {"placing", "taking"} and not any(map(names_forks, named)):
         return sdc
-    waits = classes == {"staying"}
-    first, second = (_parts(own, waits=waits) for own in (sdc.landmark1, sdc.landmark2))
-    sides = tuple(word for _, ways in (*first, *second) for word in ways)
-    if not sides and [p for p, _ in (*first, *second)] == [*sdc.landmark1, *sdc.landmark2]:
-        return sdc
+    first, second = (
+        [_time(part) if stays else _measure(part) for part in own]
+        for own in (sdc.landmark1, sdc.landmark2)
+    )
+    moved = tuple(word for _, words in (*first, *second) for word in words)
     return replace(
         sdc,
-        relation=tuple(sorted((*sdc.relation, *sides), key=lambda word: word.start)),
-        landmark1=tuple(part for part, _ in first),
-        landmark2=tuple(part for part, _ in second),
+        relation=tuple(sorted((*sdc.relation, *moved), key=lambda word: word.start)),
+        landmark1=tuple(part for part, _ in first if part),
+        landmark2=tuple(part for part, _ in second if part),
     )
 
 
-def _parts(arguments: Sequence[SDC], *, waits: bool) -> list[tuple[SDC, tuple[Span, ...]]]:
-    """Arguments, each with the words in it that name a side; those of things stay in them."""
-    return [_measure(part, waits=waits) or (part, ()) for part in arguments]
+def _time(part: SDC) -> _Apart:
+    """How long to wait is told by the clause's own words: nothing is meant by it."""
+    words = tuple(sorted(all_words(part), key=lambda word: word.start))
+    is_time = seconds_said([bare(word.text) for word in words]) is not None
+    return (None, words) if is_time else (part, ())
 
 
-def _measure(part: SDC, *, waits: bool) -> tuple[SDC, tuple[Span, ...]] | None:
+def _measure(part: SDC) -> _Apart:
+    """A measure, and the words in it that name a side; those of things stay in them."""
     said = whole_words(sorted(all_words(part), key=lambda word: word.start))
     ways = tuple(word for word in said if _is_way(bare(word.text)))
     rest = [word for word in said if word not in ways]
@@ -55,11 +61,9 @@ def _measure(part: SDC, *, waits: bool) -> tuple[SDC, tuple[Span, ...]] | None:
     while rest and bare(rest[-1].text) in ABOUT:
         rest.pop()
     words = [own for word in rest if (own := bare(word.text))]
-    if not (is_amount(words) or (waits and seconds_said(words))):
-        return None
     aside = {"left", "right"} & concepts(field_words(ways))
-    if aside and metres_said(words) is not None:
-        return None
+    if not is_amount(words) or (aside and metres_said(words) is not None):
+        return part, ()
     return SDC("OBJECT", words=tuple(rest)), ways
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
+from math import log
 
 import numpy as np
 
@@ -43,7 +44,7 @@ from g3.inference.problem.grounding_problem import (
     Group,
     group_key,
 )
-from g3.inference.problem.later_sides import seen_from
+from g3.inference.problem.later_sides import says_later, seen_from
 from g3.inference.problem.phrases import (
     factor_type,
     is_complement,
@@ -62,6 +63,8 @@ FAR_BEHIND = 6.0
 """Landmarks, themes and goals with a log-probability so much less than the best one's are left."""
 COMMON = 2
 """Places that are about no thing are tried with so many landmarks."""
+SEEN_BEFORE = log(0.3)
+"""After a turn a side that is told without more is so much less often the one before it."""
 JOINT_LANDMARKS = 3
 """So many landmarks of each PLACE are tried where several name one place."""
 
@@ -73,7 +76,20 @@ def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
 
 def ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """The beam of an OBJECT or a PLACE, the best first."""
-    problem = seen_from(tree, node, problem)
+    later = seen_from(tree, node, problem)
+    beam = _ground_thing(tree, node, later)
+    if later is problem or says_later(tree, node):
+        return beam
+    # After a turn a side may be meant as it was before it.
+    before = _ground_thing(tree, node, replace(problem, later=None))
+    before = [replace(c, score=c.score + SEEN_BEFORE) for c in before]
+    best: dict[tuple[object, ...], Candidate] = {}
+    for c in sorted((*beam, *before), key=lambda c: -c.score):
+        best.setdefault(group_key(c.group), c)
+    return list(best.values())[: problem.width]
+
+
+def _ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     sdc = tree.nodes[node]
     if is_there(sdc) and problem.goals:
         return _there(tree, node, problem)
