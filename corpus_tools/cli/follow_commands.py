@@ -51,6 +51,7 @@ class Shown:
     '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --yes\n'
     '  ct follow "Pick up the boxes" --scenario dock_pick_up_tires --video out.mp4\n'
     '  ct follow "Go to the truck" --scenario court_go_to_second_truck --explain --top 3\n'
+    '  ct follow "Go back 2 m and turn left 45 degrees" --scenario dock_pick_up_tires --plan-only\n'
     '  ct follow "Put it there" --scenario dock_pick_up_tires --plan-only --ablate last-goal\n'
     '  ct follow "Lift the tires" --context aaai11:move_tire_pallet --plan-only --json\n'
     "  ct follow --scenario dock_pick_up_tires --interactive"

@@ -62,7 +62,8 @@ def _measure(part: SDC) -> _Apart:
         rest.pop()
     words = [own for word in rest if (own := bare(word.text))]
     aside = {"left", "right"} & concepts(field_words(ways))
-    if not is_amount(words) or (aside and metres_said(words) is not None):
+    is_aside = bool(aside) and metres_said(words) is not None
+    if part.type == "EVENT" or is_aside or not is_amount(words):
         return part, ()
     return SDC("OBJECT", words=tuple(rest)), ways
 
