@@ -128,7 +128,7 @@ def _number(action: Action) -> float:
     """An action's amount in the unit of scripts, which never count backwards metres."""
     if action.kind.unit == "rad":
         return float(np.rad2deg(action.amount))
-    return abs(action.amount) or WAIT_S
+    return abs(action.amount) if action.kind.unit == "m" else action.amount or WAIT_S
 
 
 def _within_reach(place: Place, floor_m: float) -> Place:

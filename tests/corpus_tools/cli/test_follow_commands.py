@@ -10,10 +10,18 @@ import pytest
 from click.testing import CliRunner
 
 from corpus_tools.cli.follow_commands import follow
-from corpus_tools.following.bundled_grounder import state_after, to_script
+from corpus_tools.following.bundled_grounder import WAIT_S, state_after, to_script
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.actions.action_kinds import Action
-from g3.actions.forklift_actions import CARRY, DRIVE_TO, TURN
+from g3.actions.forklift_actions import (
+    BACK_UP,
+    CARRY,
+    DRIVE_TO,
+    GO_STRAIGHT,
+    LOWER_FORKS,
+    TURN,
+    WAIT,
+)
 from g3.actions.grounding_candidates import are_free, spots_about, square
 from g3.actions.robot_state import start_state
 from g3.errors import CorpusError
@@ -145,6 +153,24 @@ def test_plans_become_scripts(model):
     (wider,) = to_script(state, [Action(CARRY, "tires-2", place=on_deck)]).places.values()
     assert np.ptp(wider.prism.xy, axis=0) == pytest.approx(3 * np.ptp(on_deck.prism.xy, axis=0))
     assert (wider.prism.z_min, wider.prism.z_max) == (on_deck.prism.z_min, on_deck.prism.z_max)
+
+
+@pytest.mark.parametrize(
+    ("kind", "amount", "number"),
+    [
+        (GO_STRAIGHT, 2.5, 2.5),
+        (BACK_UP, -1.5, 1.5),
+        (TURN, -np.pi / 4, -45),
+        (LOWER_FORKS, -0.3, 0.3),
+        (LOWER_FORKS, 0.0, 0.0),
+        (WAIT, 5.0, 5.0),
+        (WAIT, 0.0, WAIT_S),
+    ],
+)
+def test_scripts_have_the_amounts_that_were_said(kind, amount, number):
+    context = open_corpus("warehouse").annotations[0].context
+    (step,) = to_script(start_state(context), [Action(kind, amount=amount)]).script
+    assert step.argument == pytest.approx(number)
 
 
 @pytest.mark.slow
