@@ -19,7 +19,7 @@ def described(action: Action) -> str:
     if action.kind.unit == "rad":
         words.append(f"{np.rad2deg(action.amount):.0f} degrees")
     elif action.amount:
-        words.append(f"{abs(action.amount):.3g} {action.kind.unit}")
+        words.append(f"{abs(action.amount):.3g} {action.kind.unit or 'm'}")
     return " ".join(word for word in words if word)
 
 

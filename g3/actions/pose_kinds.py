@@ -59,13 +59,15 @@ TURN_AWAY = action_kind("turn away", _turn_away, aims=True, on_request=True)(_tu
 
 def _leaving(state: State, focus: Focus) -> list[Action]:
     """Drive away from a thing or a place, with it behind the robot."""
-    return [Action(DRIVE_AWAY, target=group, goal=i) for i, group in targets(state, focus)]
+    far = focus.amounts.metres or 0.0
+    return [Action(DRIVE_AWAY, target=g, amount=far, goal=i) for i, g in targets(state, focus)]
 
 
 def _drive_away(state: State, actions: Sequence[Action]) -> Course:
     """So far from where the robot is, straight away from a thing or about so."""
     headings = (_bearings(state, actions) + np.pi)[:, None] + VEERS
-    xy = state.pose[:2] + AWAY_M * direction(headings)
+    far = np.array([action.amount or AWAY_M for action in actions])
+    xy = state.pose[:2] + far[:, None, None] * direction(headings)
     finals = np.concatenate((xy, headings[..., None]), axis=2)
     penalty = VEER_COST_M * np.abs(VEERS) + _crowded(state, finals)
     return driven(state, starts(state, actions), stops(finals, penalty))

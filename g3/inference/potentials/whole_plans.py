@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from g3.actions.forklift_actions import DRIVE_AWAY, TURN_AWAY
 from g3.actions.grounding_candidates import carrier
 from g3.actions.loads import is_load
 from g3.actions.robot_state import State
@@ -20,6 +21,7 @@ from g3.geometry.footprints import centre
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import PlanCase, PlanEnd
 from g3.inference.potentials.potential_registry import potential
+from g3.inference.problem.grounding_problem import things_of
 from g3.language.discourse.negation import is_negation
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import normalise
@@ -116,7 +118,7 @@ def _of_things(
     plan: PlanEnd, named: Sequence[Collection[str]], start: State
 ) -> tuple[float, float, float, float, float]:
     handled, ends = set(plan.handled), _where_it_ends(plan)
-    about = handled | ends | _where_it_begins(plan, start)
+    about = handled | ends | _where_it_begins(plan, start) | _what_it_leaves(plan)
     explained = [not about.isdisjoint(things) for things in named]
     under = carrier(plan.state, plan.put) if plan.put else None
     is_named = under is not None and any(under.id in things for things in named)
@@ -151,6 +153,12 @@ def _where_it_begins(plan: PlanEnd, start: State) -> set[str]:
             found |= _near(start, centre(start.thing(load).prism), {load})
             found |= {under.id} if under else set()
     return found
+
+
+def _what_it_leaves(plan: PlanEnd) -> set[str]:
+    """Ids of what the robot drives or turns away from: it ends far from that."""
+    leaving = (a for a in plan.actions if a.kind in (DRIVE_AWAY, TURN_AWAY))
+    return {thing.id for a in leaving for thing in things_of(a.target)}
 
 
 def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from g3.actions.action_kinds import Amounts
-from g3.inference.problem.clause_roles import names_own_forks
+from g3.inference.problem.clause_roles import is_source, names_own_forks
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import frame
 from g3.inference.problem.phrases import is_measure, names_forks, names_lift, names_robot
@@ -13,7 +13,10 @@ from g3.sdc.clauses import all_words
 
 
 def amounts_said(tree: Tree, root: int) -> Amounts:
-    """The amounts of a clause that only goes, turns or moves the forks, and names no thing."""
+    """The amounts of a clause that only goes, turns or moves the forks.
+
+    It names no thing but one that it leaves: "back up three metres from the truck".
+    """
     return tree.once(_amounts_said, root)
 
 
@@ -25,6 +28,7 @@ def _amounts_said(tree: Tree, root: int) -> Amounts:
     if "staying" in classes and not frame(tree, root).objects:
         return Amounts(seconds=seconds_said(said))
     parts = tree.below(root, ("l", "l2"), "OBJECT", "PLACE", "PATH", "EVENT")
+    parts = [part for part in parts if not is_source(tree.nodes[part])]
     below = [tree.nodes[n] for part in parts for n in tree.all_below(part)]
     named = [sdc for sdc in below if sdc.type == "OBJECT" and sdc.words]
     own = (is_measure, names_robot, names_forks, names_lift)

@@ -34,6 +34,7 @@ from g3.inference.problem.clause_roles import (
     names_own_forks,
     objects,
     subjects,
+    told_ways,
 )
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked
@@ -196,10 +197,10 @@ def _measured(tree: Tree, root: int) -> Kinds:
     amounts = amounts_said(tree, root)
     if amounts.radians is not None:
         return frozenset({TURN})
-    named = concepts(field_words(all_words(tree.nodes[root]))) & SIDES
-    if amounts.metres is None or named & {"left", "right"}:
+    told = told_ways(tree, root)
+    if amounts.metres is None or told & {"left", "right"}:
         return frozenset()
-    return frozenset({BACK_UP if "back" in named else GO_STRAIGHT})
+    return frozenset({BACK_UP if "back" in told else GO_STRAIGHT})
 
 
 def _parking(tree: Tree, root: int) -> Kinds:

@@ -79,6 +79,27 @@ def test_forks_and_waiting_have_amounts(text, kind, amount, grounder):
     assert (action.kind.name, action.amount) == (kind, pytest.approx(amount))
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize(
+    ("text", "kind", "far"),
+    [
+        ("drive away from the {side} crate", "drive away", 6),
+        ("Drive 3 m away from the {side} crate", "drive away", 3),
+        ("move ten feet away from the {side} crate", "drive away", 10 * FOOT),
+        ("back up 3 meters from the {side} crate", "back up", 3),
+    ],
+)
+def test_it_leaves_a_thing_by_so_much(text, kind, far, mirrored, grounder):
+    y = -5 if mirrored else 5
+    there = world(left=("crate", (12, y)), right=("crate", (12, -y)))
+    side = "right" if mirrored else "left"
+    plan = followed(grounder.follow(text.format(side=side), there, least=0.0))
+    assert [a.kind.name for a in plan.actions] == [kind]
+    assert np.hypot(*plan.state.pose[:2]) == pytest.approx(far)
+    before, after = (np.hypot(x - 12, y0 - y) for x, y0 in ((0, 0), plan.state.pose[:2]))
+    assert after > before
+
+
 def test_what_is_measured_by_a_place_is_put_there(grounder):
     text = "Put it five metres to the left of the barrel"
     there = world("load", load=(TIRES,), barrel=("barrel", (10, 0)))
