@@ -38,8 +38,8 @@ class Action:
     target
         What is driven to, past, around or between.
     amount
-        Radians to turn, metres to drive straight on, metres that the forks go up, seconds to
-        wait; zero for as long as one waits.
+        Radians to turn, metres to drive straight on or away from a thing, metres that the forks
+        go up, seconds to wait; zero to drive away or wait as far or long as is usual.
     goal
         Which of the goals that the clause may mean the action takes; -1 for none.
     """

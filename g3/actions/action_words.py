@@ -18,7 +18,7 @@ def described(action: Action) -> str:
         words.append(f"at {_spot(action.place)}, {action.place.prism.z_min:.1f} m up")
     if action.kind.unit == "rad":
         words.append(f"{np.rad2deg(action.amount):.0f} degrees")
-    elif action.amount:
+    elif action.amount:  # also of a kind that mostly has none: "drive away", by so many metres
         words.append(f"{abs(action.amount):.3g} {action.kind.unit or 'm'}")
     return " ".join(word for word in words if word)
 

@@ -216,15 +216,11 @@ def _ends_there(tree: Tree, root: int) -> bool:
     return bool(words) and words <= IT | {"there", "here"}
 
 
-def _named(tree: Tree, root: int) -> list[SDC]:
-    return [tree.nodes[n] for n in tree.all_below(root) if tree.nodes[n].type == "OBJECT"]
-
-
 def _waiting(tree: Tree, root: int) -> Kinds:
     """Wait; hold for ten seconds; keep it on the forks; but "stop at the truck" goes there."""
-    if _said(tree.nodes[root]) & KEEPING and any(map(names_forks, _named(tree, root))):
-        return frozenset({WAIT})
-    if amounts_said(tree, root).seconds is not None:
+    below = (tree.nodes[n] for n in tree.all_below(root))
+    keeps = _said(tree.nodes[root]) & KEEPING and any(map(names_forks, below))
+    if keeps or amounts_said(tree, root).seconds is not None:
         return frozenset({WAIT})
     verbs = _verbs(tree, root)
     leads = _leads(tree, root) and not _ends_there(tree, root)

@@ -38,16 +38,16 @@ def _seen_later(tree: Tree) -> dict[int, bool]:
     moved: frozenset[str] = frozenset()
     for root in asked(tree):
         is_event = tree.nodes[root].type == "EVENT"
-        waits = _waits(tree, root)
-        is_elsewhere = "going" in moved or waits
-        is_turned = "turning" in moved or waits or (is_elsewhere and not is_event)
+        follows = _follows(tree, root)
+        is_elsewhere = "going" in moved or follows
+        is_turned = "turning" in moved or follows or (is_elsewhere and not is_event)
         for argument in _arguments(tree, root):
             below = tree.all_below(argument)
             says = _says_later(tree, below)
             turned = is_turned and any(_is_own_side(tree, n) for n in below)
             nearest = is_elsewhere and any(_is_nearest(tree, n) for n in below)
             if says or turned or nearest:
-                found |= dict.fromkeys(below, says or waits)
+                found |= dict.fromkeys(below, says or follows)
         if is_event:
             own = frame(tree, root)
             moved = frozenset() if own.handles else moved | own.classes
@@ -63,7 +63,7 @@ def _arguments(tree: Tree, root: int) -> Iterator[int]:
             yield from tree.below(node, _ARGUMENTS, "OBJECT", "PLACE")
 
 
-def _waits(tree: Tree, root: int) -> bool:
+def _follows(tree: Tree, root: int) -> bool:
     """Whether a clause says what has been done before it: "when you are there", "once turned"."""
     events = (tree.nodes[n] for n in tree.all_below(root) if tree.nodes[n].type == "EVENT")
     return any(not WHEN.isdisjoint(bare(word.text) for word in sdc.relation) for sdc in events)

@@ -35,10 +35,11 @@ def measures_apart(sdc: SDC) -> SDC:
         [_time(part) if stays else _measure(part) for part in own]
         for own in (sdc.landmark1, sdc.landmark2)
     )
-    moved = tuple(word for _, words in (*first, *second) for word in words)
+    moved = [word for _, words in (*first, *second) for word in words]
+    own = sorted((*sdc.relation, *moved), key=lambda word: word.start) if moved else sdc.relation
     return replace(
         sdc,
-        relation=tuple(sorted((*sdc.relation, *moved), key=lambda word: word.start)),
+        relation=tuple(own),
         landmark1=tuple(part for part, _ in first if part),
         landmark2=tuple(part for part, _ in second if part),
     )

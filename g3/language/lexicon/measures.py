@@ -56,17 +56,16 @@ def radians_said(words: Sequence[str]) -> float | None:
     >>> radians_said(["turn", "left"])
     """
     values = _values(words)
-    found = _said(values, RADIANS)
-    if found is None:
-        found = _said(values, CIRCLES)
-    if found is not None:
-        return found
-    numbers = [v for v in values if not isinstance(v, str)]
-    part = next((v for v in numbers if v in FRACTIONS.values()), None)
+    for units in (RADIANS, CIRCLES):
+        found = _said(values, units)
+        if found is not None:
+            return found
     if _said(values, METRES) is not None:
         return None
-    degrees = next(iter(_degrees(values)), None)
-    return degrees * pi / 180 if degrees else part and part * 2 * pi
+    # Without a unit: "spin 180", "turn right a quarter".
+    degrees = [v * pi / 180 for v in _degrees(values)]
+    parts = [v * 2 * pi for v in values if not isinstance(v, str) and v in FRACTIONS.values()]
+    return next(iter(degrees + parts), None)
 
 
 def _degrees(values: Sequence[float | str]) -> list[float]:
@@ -97,7 +96,7 @@ def _values(words: Sequence[str]) -> list[float | str]:
         if part[0].isdigit():
             value = float(part.replace(",", "."))
         if value is not None and found[-1:] == ["and"] and found[-2:-1] == [100.0]:
-            found.pop()
+            found.pop()  # "one hundred and eighty"
         before = found[-1] if found else ""
         if value is None:
             found.append(part)
