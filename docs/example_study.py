@@ -25,7 +25,6 @@ from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from annotation_app.study_setup.study_drafts import StudyDraft, keep_draft
 from annotation_app.tasks.exported_groundings import shown_groundings
 from annotation_app.tasks.task_registry import task_names, task_of
-from annotation_app.work.webhooks import add_webhook
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.annotation import Annotation
 from g3.sdc.clauses import SDC
@@ -93,8 +92,6 @@ def example(folder: Path, films: Path) -> Iterator[Example]:
         with transaction(engine) as session:
             videos = rendered_videos(films, SCENARIOS)
             put = put_study(session, STUDY, videos, studies / f"{NAME}.yaml")
-            url, page = "https://lab.example.org/hook", "https://study.example.org"
-            hook = add_webhook(session, put, url, links_to=page, actor="ada").id
             study = put.id
         people = [Browser(app, study=NAME) for _ in range(5)]
         _answer(app, people)
@@ -125,7 +122,6 @@ def example(folder: Path, films: Path) -> Iterator[Example]:
             "<name>": "arm",
             "<page>": "describe",
             "<setup>": token,
-            "<webhook_id>": hook,
             "<offer>": offer,
             **_disputed(app),
         }

@@ -11,7 +11,7 @@ from annotation_app.cli.copy_commands import backup, copy_media, restore, verify
 from annotation_app.cli.export_commands import export, import_corpus
 from annotation_app.cli.installation_commands import INSTALLATION, Place
 from annotation_app.cli.people_commands import audit, people
-from annotation_app.cli.program_commands import tokens, webhooks
+from annotation_app.cli.program_commands import tokens
 from annotation_app.cli.study_commands import STUDY_FILES, VIDEOS, check, init
 from corpus_tools.runtime.terminal import note, say
 
@@ -207,6 +207,5 @@ for _command in (
     restore,
     tokens,
     verify,
-    webhooks,
 ):
     annotate.add_command(_command)

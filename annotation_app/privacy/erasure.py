@@ -36,7 +36,6 @@ from annotation_app.store.models import (
     Remark,
     Slot,
 )
-from annotation_app.store.program_models import WebhookMessage
 from annotation_app.store.salt import installation_salt
 from annotation_app.store.schema import check_current
 from annotation_app.store.tombstones import ERASED_FILE, Tombstone, joined
@@ -291,7 +290,7 @@ def _locked(session: Session, *where: ColumnElement[bool]) -> list[str]:
 def _delete_items(session: Session, items: Iterable[str]) -> None:
     for ids in _batches(items):
         _delete_remarks(session, Answer.item_id.in_(ids))
-        for table in (Answer, Event, Draft, Handout, Slot, WebhookMessage):
+        for table in (Answer, Event, Draft, Handout, Slot):
             session.execute(delete(table).where(table.item_id.in_(ids)))
         session.execute(delete(Item).where(Item.id.in_(ids)))
 

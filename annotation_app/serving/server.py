@@ -23,11 +23,10 @@ from annotation_app.privacy.retention import expire
 from annotation_app.serving.connection_room import CONNECTIONS, Room
 from annotation_app.serving.connections import Connections
 from annotation_app.serving.factory import create_app
-from annotation_app.serving.webhook_delivery import delivering
 from annotation_app.store import tombstones
 from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.database import OnlyReadError, opened, reading, transaction
-from annotation_app.store.installation import installation, now
+from annotation_app.store.installation import now
 from annotation_app.store.models import Study
 from annotation_app.store.salt import installation_salt
 from annotation_app.store.schema import migrate
@@ -186,7 +185,7 @@ def serve(
         # as Werkzeug does for its routes and spaCy for its settings (gh-106905).
         _warm_up(config)
         listening()
-        with app.app_context(), delivering(engine, config.secret_key, installation().outages):
+        with app.app_context():
             while not end.is_set():
                 connections.wait(WAIT_S)
         if not connections.finish(FINISH_S):

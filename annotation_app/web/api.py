@@ -27,7 +27,6 @@ from annotation_app.web.limits import limited, submissions
 from annotation_app.work import adjudicating, adoption
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_reading import gist_of, read_answer
-from annotation_app.work.finished_items import after_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
 from annotation_app.work.page_data import opened_page, page_data, provenance
 
@@ -163,7 +162,6 @@ def answer(item_id: str) -> Response:
         )
         if receipt.answer is not None:
             adoption.answered(session, found.task, receipt.answer)
-            after_answer(session, found.study_id, found.id, receipt.answer, now=now())
     return json_reply({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
 
 

@@ -15,7 +15,6 @@ from annotation_app.items.submissions import add_event, was_received
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Slot, Study
 from annotation_app.work import adoption
-from annotation_app.work.finished_items import finished
 from annotation_app.work.reviewing import read_comment, remark
 
 
@@ -127,7 +126,6 @@ def _decided(
     session: Session, study: Study, answer: Answer, person: Person, words: str, *, now: float
 ) -> None:
     remark(session, study, answer, person, kind="adopted", text=words, now=now)
-    finished(session, study.id, answer.item_id, "adopted", answer.id, now=now)
     # Nobody need be asked any more of those that adjudicators have asked for.
     wanted = select(func.count()).where(Event.item_id == answer.item_id, Event.name == "ask")
     free = (

@@ -18,7 +18,6 @@ from annotation_app.store.audit import name_of, note
 from annotation_app.store.models import Answer, Item, Person, Record, Remark, Slot, Study
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.work import adoption
-from annotation_app.work.finished_items import finished
 
 LONGEST_REMARK = 2000
 
@@ -52,7 +51,7 @@ def exclude(
     kind = "sent back" if again else "excluded"
     remark(session, study, answer, person, kind=kind, text=words, before=before, now=now)
     if not again:
-        _go_on_without(session, answer, item, now=now)
+        _go_on_without(session, answer, item)
 
 
 def take_back(
@@ -150,7 +149,7 @@ def _restore(session: Session, withdrawn: list[Record]) -> None:
             session.flush()
 
 
-def _go_on_without(session: Session, answer: Answer, item: Item, *, now: float) -> None:
+def _go_on_without(session: Session, answer: Answer, item: Item) -> None:
     """Adopt what is left, if all that is left agrees."""
     if task_of(item.task).adjudication is None:
         return
@@ -160,9 +159,6 @@ def _go_on_without(session: Session, answer: Answer, item: Item, *, now: float) 
     others = session.scalars(left.order_by(Answer.id)).all()
     if others and not any(other.adopted for other in others):
         adoption.answered(session, item.task, others[0].id)
-        session.refresh(others[0])
-        if others[0].adopted:
-            finished(session, item.study_id, item.id, "adopted", others[0].id, now=now)
 
 
 def _free_slot(session: Session, answer: Answer) -> None:

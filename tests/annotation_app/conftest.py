@@ -21,7 +21,6 @@ from annotation_app.studies.study_file import KnownCommand, StudyConfig, TaskCon
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from tests.annotation_app.postgres import cluster
 from tests.annotation_app.rendered import VIDEOS, render
-from tests.annotation_app.serving.receiver import Receiver, receiving
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext
@@ -133,12 +132,6 @@ def app(config: Config) -> Iterator[Flask]:
     with opened(config.database) as engine:
         yield create_app(config, engine)
 
-
-@pytest.fixture
-def receiver() -> Iterator[Receiver]:
-    """Somebody's server that gets messages."""
-    with receiving() as found:
-        yield found
 
 
 @pytest.fixture

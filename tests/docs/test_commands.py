@@ -75,7 +75,7 @@ ELSEWHERE = {
         "tests/annotation_app/cli/test_people_commands.py",
         "changes an installation",
     ),
-    r"ct annotate (tokens|webhooks)": (
+    r"ct annotate tokens": (
         "tests/annotation_app/cli/test_program_commands.py",
         "needs a study",
     ),

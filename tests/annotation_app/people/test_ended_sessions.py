@@ -92,7 +92,6 @@ def requests(app: Flask, member: Member) -> Iterator[Request]:
         "provider_name": "links",
         "form": "jsonl",
         "name": "0" * 24,
-        "webhook_id": "0" * 24,
         "scenario": "dock_pick_up_tires",
         "file": "tree.svg",
         "step_name": "texts",
