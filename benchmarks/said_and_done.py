@@ -21,8 +21,7 @@ from eval.judging.as_said import RELATIONS, done_as_said, mentions
 from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.search_examples import data_of
 from g3.actions.action_words import described
-from g3.actions.loads import is_load
-from g3.actions.robot_state import start_state
+from g3.actions.robot_state import is_load, start_state
 from g3.groundings import Context
 from g3.inference.grounder import Grounder
 from g3.sdc.clauses import SDC

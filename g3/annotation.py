@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Source = Literal["positive", "random", "easy", "hard"]
-"""How an annotation's groundings came about.
+"""Origin of an annotation's groundings.
 
 ``positive``: an annotator's groundings. ``random``: a random grounding per SDC,
 re-annotated where it happens to be right. ``easy``: an object that is plainly wrong.
@@ -30,7 +30,6 @@ _LABELS = {True: "right", False: "wrong", None: "-"}
 
 
 def _called(grounding: Grounding) -> str:
-    """What a grounding is called."""
     if isinstance(grounding, PhysicalObject):
         return f"{' '.join(grounding.labels)} {grounding.id}"
     return grounding.name or "a place" if isinstance(grounding, Place) else "a path"
@@ -44,7 +43,7 @@ RATINGS: tuple[Rating, ...] = get_args(Rating)
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What one subject typed for one video.
+    """A command that one subject typed for one video.
 
     Parameters
     ----------
@@ -96,19 +95,18 @@ class Annotation:
     source: Source
 
     def to_pandas(self) -> pd.DataFrame:
-        """A row for each clause: its type, its words, what it is grounded in, and its label."""
+        """Return a row for each clause: type, words, groundings, label."""
         names = ("clause", "words", "grounded_in", "correct")
         rows = zip(self._clauses(), self.correct, strict=True)
         return data_frame(dict(zip(names, (*row, label), strict=True)) for row, label in rows)
 
     def _clauses(self) -> Iterator[tuple[str, str, str]]:
-        """Of each clause its type, its words, and what it is grounded in."""
         for clause, group in zip(breadth_first(self.sdcs), self.groundings, strict=True):
             words = " ".join(word.text for word in all_words(clause))
             yield clause.type, words, ", ".join(map(_called, group))
 
     def _repr_html_(self) -> str:
-        """The command, its clauses drawn, and what each is grounded in."""
+        """Show the command, its clauses drawn, and their groundings."""
         rows = [
             (kind, words or "(implicit)", group or "-", _LABELS[label])
             for (kind, words, group), label in zip(self._clauses(), self.correct, strict=True)
@@ -155,11 +153,11 @@ class Judgment:
 
 
 Put = Literal["on", "ground", "held", ""]
-"""Where a load was put: on a thing, on the ground, or nowhere, because the robot still held it
-at the end. Empty if nothing was put anywhere, or nobody knows."""
+"""End of a load: on a thing, on the ground, or nowhere, because the robot still held it at the end.
+Empty if nothing was put anywhere, or it isn't known."""
 
 Unknown = Literal["picked", "put", "on", "place", "rest"]
-"""What a log doesn't tell of a task.
+"""Parts of a task's outcome that a log leaves open.
 
 ``picked``: what was picked up. ``put``: where it was put. ``on``: on which of several things.
 ``place``: where exactly it ended. ``rest``: whether more was done, as something in the log was
@@ -171,7 +169,7 @@ UNKNOWNS: tuple[Unknown, ...] = get_args(Unknown)
 @short_repr
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
-    """What the robot did in a task. A video may show several, in the order of their log.
+    """Outcome of a task. A video may show several, in the order of their log.
 
     Parameters
     ----------

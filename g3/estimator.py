@@ -1,4 +1,4 @@
-"""What models that learn have in common: scikit-learn's shape, without scikit-learn.
+"""The interface that models share: scikit-learn's, without scikit-learn.
 
 The constructor takes hyperparameters and keeps them as they are. `fit` learns, returns the model,
 and keeps what it has learned in attributes whose names end in ``_``.
@@ -14,7 +14,7 @@ from g3.errors import ModelError
 
 
 def read_bytes(path: Path, *, fix: str) -> bytes:
-    """The content of a model's file.
+    """Read a model's file.
 
     Raises
     ------

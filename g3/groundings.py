@@ -171,12 +171,12 @@ Grounding: TypeAlias = PhysicalObject | Place | Path
 
 
 def object_ids(group: Sequence[Grounding]) -> tuple[str, ...]:
-    """Ids of the objects of a grounding."""
+    """Return the ids of the objects of a grounding."""
     return tuple(g.id for g in group if isinstance(g, PhysicalObject))
 
 
 Aspect = Literal["labels", "size", "position", "heading"]
-"""What of an object may be assumed."""
+"""Properties of an object that may be assumed."""
 
 
 @short_repr
@@ -205,7 +205,7 @@ class Context:
     assumed: tuple[tuple[str, Aspect], ...] = ()
 
     def to_pandas(self) -> pd.DataFrame:
-        """A row for each object: labels, colours; where it is at first, in metres and radians."""
+        """Return a row for each object: labels, colours, first position (metres, radians)."""
         return data_frame(
             {
                 "id": thing.id,

@@ -1,4 +1,4 @@
-"""What notebooks show of objects: HTML in which texts of people are texts and nothing else."""
+"""HTML of objects for notebooks, in which all texts are escaped."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CELL = 200
 
 
 def heading(title: str, *details: str) -> str:
-    """A title in bold, with details after it."""
+    """Write a title in bold, with details after it."""
     rest = f" <span>{text(' · '.join(filter(None, details)))}</span>" if any(details) else ""
     return f"<p><strong>{text(title)}</strong>{rest}</p>"
 
@@ -23,7 +23,7 @@ def paragraph(words: str) -> str:
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table; its cells are texts."""
+    """Write a table; its cells are texts."""
     head = "".join(f"<th>{text(name)}</th>" for name in headings)
     body = "".join(
         f"<tr>{''.join(f'<td>{text(str(cell))}</td>' for cell in row)}</tr>" for row in rows

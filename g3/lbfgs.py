@@ -13,7 +13,7 @@ from g3.groundings import FloatArray
 def lbfgs(
     objective: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray, **options: Any
 ) -> FloatArray:
-    """Where a function is least, shape (parameters,).
+    """Minimise a function; shape (parameters,).
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ WIDTH = 560.0
 HIGHEST = 560.0
 MARGIN_M = 1.5
 LETTERS = 24
-"""Of an object's name."""
+"""Longest shown name of an object, in letters."""
 PLAIN, ROBOT, MEANT = "#e4e8ee", "#f2c14e", "#7fb7e6"
 INK, WAY = "#1f2933", "#c2410c"
 
@@ -24,7 +24,7 @@ INK, WAY = "#1f2933", "#c2410c"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """What is meant in a scene, things by their ids, and the ways driven, in their order."""
+    """Highlights of a scene: things by their ids, and the driven ways, in their order."""
 
     things: Collection[str] = ()
     places: Sequence[Place] = ()
@@ -65,7 +65,7 @@ def scene_svg(context: Context, marks: Marks | None = None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """How metres become pixels."""
+    """Transformation of metres to pixels."""
 
     left_m: float
     top_m: float

@@ -19,7 +19,7 @@ LONGEST = 1000
 TEXT = 60
 """Characters of a text in it."""
 FEW = 3
-"""So many items are shown one by one; of more, there is their number."""
+"""Items that are shown one by one; more are counted."""
 
 
 def short_repr(cls: type[T]) -> type[T]:
@@ -47,7 +47,7 @@ def _shown(self: Any) -> Iterator[str]:
 
 
 def brief(value: object, *, inside: bool = False) -> str:
-    """A value in a few words; of one `inside` another its own items aren't shown."""
+    """Describe a value in a few words; of one `inside` another its own items aren't shown."""
     if value is None or isinstance(value, (bool, int, float, complex)):
         return shortened(repr(value), TEXT)
     if isinstance(value, (str, PurePath)):
@@ -76,7 +76,7 @@ def _of_items(value: Collection[object], *, inside: bool) -> str:
 
 
 def _called(value: object) -> str:
-    """What an object is called: the first of its fields, if that is a text."""
+    """Return the name of an object: the first of its fields, if that is a text."""
     if not is_dataclass(value) or not fields(value):
         return "..."
     first = getattr(value, fields(value)[0].name, None)
@@ -84,5 +84,5 @@ def _called(value: object) -> str:
 
 
 def shortened(text: str, longest: int) -> str:
-    """A text without its end if it is longer than that."""
+    """Shorten a text that is longer than a limit."""
     return text if len(text) <= longest else f"{text[: longest - 1]}…"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from corpus_tools.world.state.thing_kinds import KINDS
-from g3.actions.driving import direction
+from g3.actions.courses import direction
 from g3.groundings import Context, PhysicalObject, Prism
 from tests.worlds import place, rectangle, still
 

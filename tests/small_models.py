@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from corpus_tools.importers.authored.bundled import open_corpus
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
+from g3.inference.training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 
 

@@ -24,7 +24,7 @@ from g3.errors import ModelError
 from g3.features.feature_registry import CATALOGUE_VERSION
 from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place, Prism
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
+from g3.inference.training import TOLERANCE, search_sets, training_data
 from g3.learning.examples import examples
 from g3.learning.grounding_model import DEFAULT_L2, GroundingModel
 from g3.learning.model_file import TrainingCard

@@ -11,8 +11,7 @@ from corpus_tools.corpus.answer_records import PlaceInScene, PlanStep, SceneShow
 from g3.actions import grounding_candidates as candidates
 from g3.actions.action_kinds import KINDS, Action, ActionKind, move, result
 from g3.actions.forklift_actions import BACK_UP, DRIVE_BETWEEN, LOWER_FORKS
-from g3.actions.loads import loads_of_context
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, loads_of_context
 from g3.errors import FormatError
 from g3.geometry.footprints import centre, covers, extent
 from g3.geometry.plane import rotate

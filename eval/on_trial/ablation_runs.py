@@ -26,7 +26,7 @@ from g3.errors import CorpusError, ModelError
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import check_potentials, heard, potentials
 from g3.inference.problem.costs import Scorer
-from g3.inference.training.search_training import search_sets
+from g3.inference.training import search_sets
 from g3.language.parsing.extractor import SDCExtractor
 from g3.sdc.clauses import SDC
 

@@ -17,7 +17,7 @@ from eval.statistics.estimates import BoolArray
 from eval.table_3.outcomes import Outcome
 from g3.inference.calibration import fit_curve
 from g3.inference.problem.costs import Scorer
-from g3.inference.training.search_training import TOLERANCE
+from g3.inference.training import TOLERANCE
 from g3.language.parsing.extractor import SDCExtractor
 from g3.language.parsing.training.extractor_training import prepare
 from g3.learning.factor_matrix import FactorMatrix

@@ -13,7 +13,7 @@ from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
 from eval.judging.outcome_judge import Expected, expected
 from eval.judging.picked_up import picked_in_log
-from g3.actions.loads import loads_of_context
+from g3.actions.robot_state import loads_of_context
 from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
 from g3.groundings import Context, PhysicalObject

@@ -35,7 +35,7 @@ from g3.features.feature_registry import FeatureSet
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import Ablation
 from g3.inference.problem.costs import RandomCost, Scorer
-from g3.inference.training.search_training import search_sets
+from g3.inference.training import search_sets
 from g3.language.parsing.extractor import Parse, SDCExtractor
 from g3.language.parsing.parser import parse_unsure
 

@@ -18,7 +18,7 @@ from corpus_tools.runtime.progress import OnProgress
 from g3.errors import CorpusError, FormatError
 from g3.features.feature_registry import FeatureSet
 from g3.features.matrix import FeatureSpace
-from g3.inference.training.search_training import search_sets, training_data
+from g3.inference.training import search_sets, training_data
 from g3.learning.factor_matrix import FactorMatrix
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.cache_folder import cache_folder

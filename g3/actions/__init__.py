@@ -1,4 +1,4 @@
-"""What a robot can do: kinds of actions, where they can end, what they change, how they look.
+"""Actions of the robot: kinds, candidate end points, effects, trajectories.
 
 Read :mod:`~g3.actions.action_kinds` first. Importing the package registers the kinds of actions,
 and what other distributions name in the entry point group ``g3.actions``.

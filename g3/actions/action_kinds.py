@@ -1,4 +1,4 @@
-"""What a robot can do: kinds of actions, what they need and change, and how they go.
+"""Kinds of actions: their requirements, effects and trajectories.
 
 A kind is defined once, as a record: what it needs and changes (:class:`Handling`), which of its
 actions are possible in a state, and their course. Search, hard negatives, scripts of physics and
@@ -55,7 +55,7 @@ class Action:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Amounts:
-    """How much words say; None where they don't.
+    """Amounts that a command specifies; None where it doesn't.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Amounts:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Focus:
-    """What a clause may be about, the candidates of its arguments.
+    """Candidates of the arguments that a clause's actions are about.
 
     Parameters
     ----------
@@ -152,25 +152,25 @@ class ActionKind:
 
     @property
     def takes(self) -> bool:
-        """Whether it picks a load up."""
+        """True if it picks a load up."""
         return self.handling.takes
 
     @property
     def leaves(self) -> bool:
-        """Whether it puts a load down."""
+        """True if it puts a load down."""
         return self.handling.leaves
 
     @property
     def handles(self) -> bool:
-        """Whether it is about a load."""
+        """True if it handles a load."""
         return self.takes or self.leaves
 
     def fits(self, state: State) -> bool:
-        """Whether what is on the forks allows it."""
+        """Check that the load on the forks allows it."""
         return not self.handles or (state.held is None) == self.takes
 
     def forks_after(self, before_m: float, amount: float) -> float:
-        """How high the forks are after one of its actions, in metres."""
+        """Return the height of the forks after one of its actions, in metres."""
         if self.leaves:
             return 0.0
         if self.takes:
@@ -219,17 +219,17 @@ def action_kind(
 
 
 def kind_named(name: str) -> ActionKind:
-    """The kind with a name."""
+    """Return the kind with a name."""
     return KINDS[name]
 
 
 def kind_that(handling: Handling) -> ActionKind:
-    """The first kind that does something to a load: what a log shows as a kind."""
+    """Return the first kind with an effect on a load: the kind that a log shows."""
     return next(kind for kind in KINDS.values() if kind.handling == handling)
 
 
 def possible_actions(state: State, focus: Focus) -> list[Action]:
-    """What can be done in a state that a clause may mean, each action once."""
+    """Return the actions that a clause may mean in a state, each once."""
     meant = (k for k in KINDS.values() if not k.on_request or k in focus.asked)
     fitting = (kind for kind in meant if kind.fits(state))
     found = (action for kind in fitting for action in kind.propose(state, focus))
@@ -264,7 +264,7 @@ def move(state: State, actions: Sequence[Action]) -> Motions:
 
 
 def result(state: State, action: Action, motion: Motions, row: int) -> State:
-    """The state that an action leads to."""
+    """Return the state that an action leads to."""
     robot = state.context.agent
     pose = np.array([*motion.xyz[row, -1, :2], motion.yaw[row, -1]])
     moved = {robot.id: moved_to(robot, pose, robot.prism.z_min)}
@@ -280,14 +280,14 @@ def result(state: State, action: Action, motion: Motions, row: int) -> State:
 
 
 def agent_of(state: State, motion: Motions, row: int) -> PhysicalObject:
-    """The robot with the trajectory of an action."""
+    """Return the robot with the trajectory of an action."""
     agent = state.context.agent
     t = agent.trajectory.t[0] + motion.t[row]
     return replace(agent, trajectory=Trajectory(t, motion.xyz[row], motion.yaw[row]))
 
 
 def outcomes(state: State, actions: Sequence[Action]) -> Iterator[Outcome]:
-    """The logs that actions would leave, in their order."""
+    """Return the logs that actions would leave, in their order."""
     motion = move(state, actions)
     for row, load in enumerate(motion.load):
         agent = agent_of(state, motion, row)

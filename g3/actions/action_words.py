@@ -11,7 +11,7 @@ from g3.groundings import Grounding, Path, Place, object_ids
 
 
 def described(action: Action) -> str:
-    """What an action does, and to what."""
+    """Describe an action and its object."""
     target = " and ".join(object_ids(action.target)) or ("a place" if action.target else "")
     words = [action.kind.name, action.object_id, target]
     if action.place is not None:
@@ -24,7 +24,7 @@ def described(action: Action) -> str:
 
 
 def grounded(group: Sequence[Grounding]) -> str:
-    """What a clause is grounded in."""
+    """Describe a clause's groundings."""
     if any(isinstance(g, Path) for g in group):
         return "the way there"
     places = [f"the place at {_spot(g)}" for g in group if isinstance(g, Place)]

@@ -1,4 +1,4 @@
-"""Which things stand together: rows and clusters, by their own spacing.
+"""Arrangements of things that stand together: rows and clusters, by their own spacing.
 
 Nothing here knows a length: a row of parked trucks and one of crates are rows alike.
 """
@@ -11,12 +11,94 @@ from functools import lru_cache
 
 import numpy as np
 
-from g3.actions.facing import NARROW, ROW
 from g3.actions.robot_state import centres
 from g3.features.bodies import IntArray
 from g3.geometry.plane import BoolArray, cross, length
 from g3.groundings import FloatArray, PhysicalObject
 from g3.short_repr import short_repr
+
+ROW, NARROW, BEFORE = 3, 0.4, 0.25
+"""Least things in a row; largest spread across it, as a share of along it; least distance of a
+speaker from its line, as a share of the distance beyond its end."""
+ONE_SIDE = 0.2
+"""Things lie on one side if no direction to them has a smaller cosine to the middle one."""
+
+
+def facing(own: FloatArray, others: FloatArray, rival: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """Return the directions in which things are described: unit vectors, robot's frame (n, 2).
+
+    At a row straight on; else to the middle of things that lie on one side, or ahead if they are
+    all around: that is told too, shape (n,).
+
+    Parameters
+    ----------
+    own
+        Centres of the figures in the robot's frame, shape (n, 2).
+    others, rival
+        Centres of their peers (n, p, 2), and which of these are looked at too, shape (n, p).
+    """
+    points = np.concatenate((own[:, None], others), axis=1)
+    seen = np.column_stack((np.ones(len(own), dtype=bool), rival))
+    unit = points / np.maximum(np.linalg.norm(points, axis=-1, keepdims=True), 1e-9)
+    mean = np.where(seen[..., None], unit, 0.0).sum(axis=1)
+    length = np.linalg.norm(mean, axis=1, keepdims=True)
+    mean = mean / np.maximum(length, 1e-9)
+    cosine = np.where(seen, (unit * mean[:, None]).sum(axis=-1), 1.0).min(axis=1)
+    aside = (cosine >= ONE_SIDE) & (length[:, 0] > 1e-6)
+    across, straight = rows(points, seen)
+    chosen = np.where(aside[:, None], mean, np.array([1.0, 0.0]))
+    return np.where(straight[:, None], across, chosen), ~(straight | aside)
+
+
+def lines(points: FloatArray, seen: BoolArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Fit lines along which points spread most.
+
+    Parameters
+    ----------
+    points, seen
+        Shape (n, p, 2), and which of them count, shape (n, p).
+
+    Returns
+    -------
+    middle, axes : FloatArray
+        The points' middles (n, 2), and unit vectors across and along the lines in the columns of
+        (n, 2, 2).
+    straight : BoolArray
+        Where the points are a row, shape (n,).
+    """
+    weight = seen / seen.sum(axis=1)[:, None]
+    middle = (points * weight[..., None]).sum(axis=1)
+    offset = (points - middle[:, None]) * np.sqrt(weight)[..., None]
+    spread, axes = np.linalg.eigh(np.swapaxes(offset, 1, 2) @ offset)
+    return middle, axes, (seen.sum(axis=1) >= ROW) & (spread[:, 0] < NARROW**2 * spread[:, 1])
+
+
+def rows(points: FloatArray, seen: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """Return unit vectors from the robot straight at rows (n, 2), and which points are rows.
+
+    A row that the robot is in, or that it looks along, isn't faced.
+
+    Parameters
+    ----------
+    points, seen
+        In the robot's frame, shape (n, p, 2), and which of them are looked at, shape (n, p).
+    """
+    middle, axes, straight = lines(points, seen)
+    across = axes[..., 0]
+    offset = np.where(seen[..., None], points - middle[:, None], 0.0)
+    thick, reach = np.abs(offset @ axes).max(axis=1).T
+    away, along = (middle[:, None] @ axes)[:, 0].T
+    beyond = np.maximum(np.abs(along) - reach, 0.0)
+    straight &= np.abs(away) > np.maximum(thick, BEFORE * beyond)
+    return across * np.where(away < 0, -1.0, 1.0)[:, None], straight
+
+
+def turned(points: FloatArray, ahead: FloatArray) -> FloatArray:
+    """Points (..., 2) in the frame of who looks along unit vectors (..., 2)."""
+    forward = (points * ahead).sum(axis=-1)
+    leftward = points[..., 1] * ahead[..., 0] - points[..., 0] * ahead[..., 1]
+    return np.stack((forward, leftward), axis=-1)
+
 
 UNEVEN = 1.75
 """In a row a gap is at most so many times the one before it."""
@@ -27,7 +109,7 @@ APART = 1.25
 ISOLATED = 1.5
 """A cluster is so many times as far from the next thing alike as its own things are."""
 NEAREST = 8
-"""With so many neighbours of each thing rows are begun."""
+"""Neighbours of each thing from which rows are begun."""
 LEVEL_M = 0.35
 """Things with their bottoms closer than this stand at one level; logs are noisy."""
 
@@ -37,7 +119,7 @@ Things = tuple[PhysicalObject, ...]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Arrangements:
-    """Which things stand together.
+    """Things that stand together.
 
     Parameters
     ----------
@@ -52,7 +134,7 @@ class Arrangements:
 
     @property
     def called_rows(self) -> list[Things]:
-        """What a row may be: a straight one, one with bends, or a cluster without any."""
+        """Things that may be called a row: straight ones, bent ones, or a cluster without any."""
         straight = [{thing.id for thing in row} for row in self.rows]
         loose = []
         for cluster in self.clusters:
@@ -64,7 +146,7 @@ class Arrangements:
 
 
 def arrangements_of(things: Sequence[PhysicalObject]) -> Arrangements:
-    """The rows and the clusters of things, in the order of their first things."""
+    """Return the rows and the clusters of things, in the order of their first things."""
     rows: set[frozenset[int]] = set()
     clusters: set[frozenset[int]] = set()
     for own, middles in _alike(things):
@@ -81,7 +163,7 @@ def arrangements_of(things: Sequence[PhysicalObject]) -> Arrangements:
 
 
 def _alike(things: Sequence[PhysicalObject]) -> Iterable[tuple[IntArray, FloatArray]]:
-    """Indices and middles of all things that share a label and a level, if they may be a row."""
+    """Yield indices and middles of things that share a label and a level, if they may be a row."""
     middles = centres([thing.prism for thing in things])
     bottom = np.array([thing.prism.z_min for thing in things])
     order = np.argsort(bottom, kind="stable")
@@ -138,7 +220,7 @@ def _straight(middles: FloatArray) -> list[list[int]]:
 def _relative(
     middles: FloatArray, start: IntArray, others: IntArray, step: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """How some points lie to lines along steps (n, 2) from others.
+    """Measure points against lines along steps (n, 2) from other points.
 
     Parameters
     ----------
@@ -174,7 +256,7 @@ def _isolated(middles: FloatArray) -> list[list[int]]:
 
 
 def _spanning_tree(middles: FloatArray) -> list[tuple[float, int, int]]:
-    """The shortest tree that joins points (n, 2): each link's length and ends, shortest first.
+    """Return the shortest tree that joins points (n, 2): lengths and ends, shortest first.
 
     By Prim's algorithm. SciPy's clusters are the same and take a tenth of a second to load.
     """
@@ -194,7 +276,7 @@ def _spanning_tree(middles: FloatArray) -> list[tuple[float, int, int]]:
 
 
 def _is_chain(things: Things) -> bool:
-    """Whether things follow one another, so that each but the first and last has two neighbours."""
+    """Check that each thing but the first and last has two neighbours."""
     middles = centres([thing.prism for thing in things])
     gap = length(middles[:, None] - middles)
     near = gap <= APART * _spanning_tree(middles)[-1][0]
@@ -210,7 +292,7 @@ def along_spread(middles: FloatArray) -> IntArray:
 
 
 def is_straight(middles: FloatArray) -> bool:
-    """Whether points (n, 2) are a row: three and more, which spread little across it."""
+    """Check that points (n, 2) are a row: three and more, which spread little across it."""
     if len(middles) < ROW:
         return False
     x, y = (middles - middles.mean(axis=0)).T

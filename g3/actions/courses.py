@@ -1,4 +1,4 @@
-"""What candidate actions do: the poses that they drive to, one after the other."""
+"""Courses of candidate actions: the poses that they drive to, one after the other."""
 
 from __future__ import annotations
 
@@ -7,14 +7,83 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.actions.driving import direction
 from g3.features.bodies import IntArray
-from g3.geometry.plane import rotate
+from g3.geometry.plane import length, rotate, wrap
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
+TURNING_RADIUS_M = 2.0
+CUSP_COST_M = 2.0
+TIGHT_COST_M = 6.0
+
+
+def quarters(yaw: FloatArray | float) -> FloatArray:
+    """Return the four headings along and across headings (...); shape (..., 4)."""
+    result: FloatArray = np.asarray(yaw)[..., None] + np.pi / 2 * np.arange(4)
+    return result
+
+
+def direction(yaw: FloatArray) -> FloatArray:
+    """Return unit vectors (..., 2) of headings (...)."""
+    return np.stack((np.cos(yaw), np.sin(yaw)), axis=-1)
+
+
+def arc(
+    start: FloatArray, length: FloatArray, turn: FloatArray, fraction: FloatArray
+) -> FloatArray:
+    """Poses (..., T, 3) on circular arcs from poses (..., 3).
+
+    Parameters
+    ----------
+    length
+        Metres along the arc, negative backwards; shape (...).
+    turn
+        Radians that the heading changes by, shape (...).
+    fraction
+        Which parts of the arc, shape (T,).
+    """
+    part = np.asarray(turn)[..., None] * fraction
+    chord = np.asarray(length)[..., None] * fraction * np.sinc(part / (2 * np.pi))
+    xy = start[..., None, :2] + chord[..., None] * direction(start[..., None, 2] + part / 2)
+    return np.concatenate((xy, (start[..., None, 2] + part)[..., None]), axis=-1)
+
+
+def curve(start: FloatArray, goal: FloatArray, u: FloatArray) -> FloatArray:
+    """Cubic Hermite curves driven forwards: poses (..., T, 3) at parameters u (T,)."""
+    # Coordinates come first and points last: steps along a last axis of two are slow.
+    p, q = (np.moveaxis(pose[..., :2], -1, 0)[..., None] for pose in (start, goal))
+    distance = np.linalg.norm(q - p, axis=0)
+    m, n = (
+        distance * np.stack((np.cos(pose[..., 2]), np.sin(pose[..., 2])))[..., None]
+        for pose in (start, goal)
+    )
+    xy = (
+        (2 * u**3 - 3 * u**2 + 1) * p
+        + (u**3 - 2 * u**2 + u) * m
+        + (3 * u**2 - 2 * u**3) * q
+        + (u**3 - u**2) * n
+    )
+    slope = (6 * u**2 - 6 * u) * (p - q) + (3 * u**2 - 4 * u + 1) * m + (3 * u**2 - 2 * u) * n
+    yaw = np.arctan2(slope[1], slope[0])
+    turn = wrap(goal[..., 2] - start[..., 2])[..., None]
+    yaw = np.where(distance < 1e-6, start[..., 2, None] + u * turn, yaw)
+    # Headings go on from the start's, without jumps of a full turn.
+    onward = wrap(yaw[..., :1] - start[..., 2, None])
+    yaw = start[..., 2, None] + onward + np.unwrap(yaw, axis=-1) - yaw[..., :1]
+    return np.stack((*xy, yaw), axis=-1)
+
+
+def clear_cost(poses: FloatArray) -> FloatArray:
+    """Costs of legs (n, T, 3) where nothing is in the way, in metres."""
+    step = length(poses[:, 1:, :2] - poses[:, :-1, :2])
+    turn = np.abs(np.diff(poses[..., 2], axis=1))
+    tight = np.maximum(turn - step / TURNING_RADIUS_M, 0).sum(axis=1)
+    cost: FloatArray = step.sum(axis=1) + TIGHT_COST_M * tight
+    return cost
+
+
 RUN_IN_M = 2.5
-"""How far loads are entered straight ahead."""
+"""Length of the straight way into a load."""
 BLOCKED_COST_M = 20.0
 CLEAR_M = 1.6
 """Entering past the middle of another thing nearer than this is as good as blocked."""
@@ -23,7 +92,7 @@ CLEAR_M = 1.6
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Stops:
-    """Where n actions drive to next, each to the cheapest of h poses.
+    """Next stops of n actions, each the cheapest of h poses.
 
     Parameters
     ----------
@@ -48,7 +117,7 @@ NEVER = -1
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What n actions do one after the other.
+    """Successive stops of n actions.
 
     Parameters
     ----------
@@ -85,7 +154,7 @@ def course(
     down: FloatArray | float = 0.0,
     lift: FloatArray | float = 0.0,
 ) -> Course:
-    """A course of n actions of one kind; parameters as of :class:`Course`."""
+    """Make a course of n actions of one kind; parameters as of :class:`Course`."""
     n = len(lead)
     return Course(
         lead,
@@ -101,7 +170,7 @@ def course(
 def stops(
     finals: FloatArray, penalty: FloatArray | None = None, *, run_in: float = 0.0, out: float = 0.0
 ) -> Stops:
-    """Stops that are all entered and left alike; parameters as of :class:`Stops`."""
+    """Make stops that are all entered and left alike; parameters as of :class:`Stops`."""
     n, h = finals.shape[:2]
     free = np.zeros((n, h)) if penalty is None else penalty
     return Stops(finals, free, np.full(n, run_in), np.full(n, out))
@@ -129,7 +198,7 @@ def _longer(poses: FloatArray, length: int) -> FloatArray:
 
 
 def _join_stops(parts: Sequence[Course], number: int) -> Stops:
-    """The stops of a number; courses that have fewer stay where they are."""
+    """Return the stops with a number; courses that have fewer stay in place."""
     found = [part.stops[number] if number < len(part.stops) else None for part in parts]
     n = sum(len(part.lead) for part in parts)
     most = max(stop.penalty.shape[1] for stop in found if stop)

@@ -8,8 +8,7 @@ import numpy as np
 
 from g3.actions import motions
 from g3.actions.action_kinds import Action, Focus, Group, action_kind
-from g3.actions.courses import Course, Stops, course, stops
-from g3.actions.driving import direction, quarters
+from g3.actions.courses import Course, Stops, course, direction, quarters, stops
 from g3.actions.grounding_candidates import footprint_of
 from g3.actions.robot_state import State
 from g3.features.bodies import padded
@@ -24,12 +23,12 @@ PAST_M, BEYOND_M = 2.0, 4.0
 
 
 def starts(state: State, actions: Sequence[Action]) -> FloatArray:
-    """Where each action starts, shape (n, 1, 3)."""
+    """Return the start of each action, shape (n, 1, 3)."""
     return np.repeat(state.pose[None, None], len(actions), axis=0)
 
 
 def driven(state: State, lead: FloatArray, *stops: Stops, lift: FloatArray | float = 0.0) -> Course:
-    """With whatever is on the forks, or with nothing."""
+    """Drive with the load on the forks, or without one."""
     return course(lead, [state.held or ""] * len(lead), *stops, lift=lift)
 
 
@@ -133,7 +132,7 @@ def poses_before(state: State, actions: Sequence[Action]) -> FloatArray:
 
 
 def _standing(state: State, point: FloatArray) -> FloatArray | None:
-    """The footprint of what stands at a point; None where nothing does."""
+    """Return the footprint of the thing that stands at a point; None for none."""
     own = (state.context.agent_id, state.held)
     things = (o for o in state.context.objects if o.id not in own and covers(o.prism, point))
     thing = next(things, None)
@@ -141,7 +140,7 @@ def _standing(state: State, point: FloatArray) -> FloatArray | None:
 
 
 def _stand_offs(footprints: FloatArray, middle: FloatArray, headings: FloatArray) -> FloatArray:
-    """How far before the middles of footprints the robot stops, for each heading; (n, h)."""
+    """Return the distances before footprints at which the robot stops, for each heading; (n, h)."""
     far = float(length(footprints - middle[:, None]).max()) + STAND_OFF_M
     # Nearer to its middle no point is that far from a footprint.
     back = np.arange(STAND_OFF_M - 0.25, far + 0.25, 0.25)
@@ -155,7 +154,7 @@ DRIVE_TO = action_kind("drive to", _drive_to, aims=True)(_driving)
 
 
 def about_things(state: State, focus: Focus) -> list[tuple[int, Group]]:
-    """The same, but for places."""
+    """Return the targets of a clause that are things, no places."""
     return [(i, g) for i, g in targets(state, focus) if isinstance(g[0], PhysicalObject)]
 
 

@@ -32,7 +32,7 @@ FREE_M = 1.2
 LOAD_M = 0.6
 """Half the side of most loads."""
 DECK_FREE_M = LOAD_M + 0.2
-"""The same on a deck, where loads stand side by side."""
+"""The same gap on a deck, where loads stand side by side."""
 OVERHANG_M = 0.15
 """A load may stand over the edge of a deck by so much."""
 GAP_M = 0.6
@@ -45,7 +45,7 @@ GROUND_M = 0.35
 
 @dataclass(frozen=True, slots=True)
 class SpotsAsked:
-    """Where words ask for spots that few commands need.
+    """Requests for spots that few commands need.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ ANY_SPOTS = SpotsAsked()
 def object_groups(
     context: Context, held: str | None = None, counts: Collection[int] = ()
 ) -> tuple[Group, ...]:
-    """What an OBJECT may be besides a single object: groups of things alike, and places.
+    """Return groups that an OBJECT may mean beside single objects: things alike, and places.
 
     These are all that share a label, with and without what is on the forks, rows and clusters of
     the others, pairs of things alike (the nearest first), and places.
@@ -105,7 +105,7 @@ def object_groups(
 def _parts(
     things: Sequence[PhysicalObject], count: int, robot: PhysicalObject
 ) -> list[tuple[PhysicalObject, ...]]:
-    """So many of some things: those at either end, the nearest to the robot, and the farthest."""
+    """Yield parts of a group: things at either end, the nearest and the farthest."""
     middles = centres([o.prism for o in things])
     away = np.linalg.norm(middles - robot.trajectory.xyz[0, :2], axis=1)
     orders = (along_spread(middles), np.argsort(away, kind="stable"))
@@ -114,7 +114,7 @@ def _parts(
 
 
 def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]:
-    """The nearest pairs of things that share a label."""
+    """Return the nearest pairs of things that share a label."""
     middles = centres([o.prism for o in things])
     first, second = np.triu_indices(len(things), 1)
     distance = np.linalg.norm(middles[first] - middles[second], axis=1)
@@ -179,7 +179,7 @@ def ground(state: State) -> float:
 
 
 def grounded(place: Place, state: State) -> Place:
-    """A place with its bottom on the ground if it is near."""
+    """Move a place that is near the ground to the ground."""
     floor, prism = ground(state), place.prism
     if not 0 < prism.z_min - floor < GROUND_M:
         return place
@@ -187,7 +187,7 @@ def grounded(place: Place, state: State) -> Place:
 
 
 def square(middle: FloatArray, yaw: float, bottom: float) -> Place:
-    """A place of two metres by two, one metre high."""
+    """Make a place of two metres by two, one metre high."""
     return squares(middle[None], yaw, bottom)[0]
 
 
@@ -198,7 +198,7 @@ def squares(middles: FloatArray, yaw: float, bottom: float) -> list[Place]:
 
 
 def is_surface(thing: PhysicalObject) -> bool:
-    """Whether a load can be put on top of a thing: a low one with room, but no heap of earth."""
+    """Check that a thing can carry a load: a low one with room, but no heap of earth."""
     if HEAPS.intersection(word for label in thing.labels for word in label.lower().split()):
         return False
     low = thing.prism.z_max - thing.prism.z_min
@@ -306,7 +306,7 @@ def _lowest(prisms: Sequence[Prism]) -> float:
 
 
 def standing(places: Sequence[Place], state: State) -> BoolArray:
-    """What stands in the middle of n places, or too near to put something down there.
+    """Return the things that stand in the middle of n places, or too near to put a load down.
 
     Returns
     -------
@@ -331,24 +331,24 @@ def standing(places: Sequence[Place], state: State) -> BoolArray:
 
 
 def are_free(places: Sequence[Place], state: State, load: str | None) -> BoolArray:
-    """Whether a load can be put down in places (n,): nothing else stands there; shape (n,)."""
+    """Check that nothing else stands in places (n,), so that a load can be put down; shape (n,)."""
     return free_of(standing(places, state), state, load)
 
 
 def free_of(taken: BoolArray, state: State, load: str | None) -> BoolArray:
-    """The same for what :func:`standing` gives."""
+    """Check the result of :func:`standing` for free places."""
     others = np.array([o.id != load for o in state.context.objects], dtype=bool)
     return np.asarray(~(taken & others).any(axis=1))
 
 
 def footprint_of(group: Sequence[Grounding]) -> FloatArray:
-    """The hull of a group's footprints, shape (k, 2)."""
+    """Return the hull of a group's footprints, shape (k, 2)."""
     corners = [g.prism.xy for g in group if not isinstance(g, Path)]
     return convex_hull(corners[0] if len(corners) == 1 else np.concatenate(corners))
 
 
 def beneath(place: Place, state: State, load: str | None) -> PhysicalObject | None:
-    """What a place is on; None for the ground."""
+    """Return the thing under a place; None for the ground."""
     middle = centre(place.prism)
     return next(
         (
@@ -363,5 +363,5 @@ def beneath(place: Place, state: State, load: str | None) -> PhysicalObject | No
 
 
 def carrier(state: State, object_id: str) -> PhysicalObject | None:
-    """What an object stands on; None for the ground."""
+    """Return the thing under an object; None for the ground."""
     return beneath(Place(state.thing(object_id).prism), state, object_id)

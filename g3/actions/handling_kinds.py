@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from g3.actions.action_kinds import Action, ActionKind, Focus, action_kind
-from g3.actions.courses import RUN_IN_M, Course, Stops, course, entries, stops
-from g3.actions.driving import quarters
+from g3.actions.courses import RUN_IN_M, Course, Stops, course, entries, quarters, stops
 from g3.actions.driving_kinds import driven, starts
 from g3.actions.grounding_candidates import (
     free_of,
@@ -16,10 +15,9 @@ from g3.actions.grounding_candidates import (
     spots_of_robot,
     standing,
 )
-from g3.actions.loads import is_load
 from g3.actions.logged_actions import REACH_M
 from g3.actions.motions import LIFT_M
-from g3.actions.robot_state import State, centres
+from g3.actions.robot_state import State, centres, is_load
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject
@@ -29,10 +27,10 @@ CARRY_OUT_M = 2.5
 """A load that is to be carried away is backed out further by this."""
 BACK_OFF_M = 2.5
 SIDE_ENTRY_M = 5.0
-"""What entering a load across its own axis costs, in metres of way."""
+"""Cost of entering a load across its own axis, in metres of way."""
 RAISE_M = 1.0
 HIGHEST_M = 2.0
-"""How far the forks go up at most."""
+"""Largest height of the forks."""
 
 
 def _move_forks(state: State, actions: Sequence[Action]) -> Course:
@@ -80,7 +78,7 @@ def _pick_up(state: State, actions: Sequence[Action]) -> Course:
 
 
 def _picks(state: State, ids: Sequence[str], out: float) -> Stops:
-    """Where loads are picked up, backing out by so much."""
+    """Return poses for picking up loads and backing out by a distance."""
     things = [state.thing(i) for i in ids]
     middle = centres([o.prism for o in things])
     headings = quarters(np.array([o.trajectory.yaw[0] for o in things]))
@@ -90,7 +88,7 @@ def _picks(state: State, ids: Sequence[str], out: float) -> Stops:
 
 
 def _reaches(ids: Sequence[str]) -> FloatArray:
-    """Where loads are on the forks, in the robot's frame."""
+    """Return positions of loads on the forks, in the robot's frame."""
     return np.tile([REACH_M, 0.0], (len(ids), 1))
 
 

@@ -1,4 +1,4 @@
-"""What a context's log shows: what moves, where it ends, what the robot does to a load."""
+"""Actions of a context's log: moved things, their ends, handled loads."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOVED_OFF_M = 0.5
 
 
 class Handling(NamedTuple):
-    """Whether an action picks a load up, and whether it puts one down."""
+    """Effects of an action on a load: picked up, put down."""
 
     takes: bool = False
     leaves: bool = False
@@ -50,12 +50,12 @@ class Outcome:
 
 
 def recorded(context: Context) -> Outcome:
-    """What the context's own log did."""
+    """Return the outcome of the context's own log."""
     return Outcome(context.agent, tuple(o for o in context.objects if o.id != context.agent_id))
 
 
 def handling(context: Context) -> Handling:
-    """What the context's own log does to a load, the first that it moves."""
+    """Return the handling of the first load that the context's own log moves."""
     log = recorded(context)
     held = loaded(context)
     away = [o for o in log.objects if o.id in moved(log)]
@@ -77,7 +77,7 @@ def moved(outcome: Outcome) -> frozenset[str]:
 
 
 def end_of(thing: PhysicalObject) -> FloatArray:
-    """Where the middle of an object's footprint ends, shape (2,).
+    """Return the middle of an object's footprint at its end, shape (2,).
 
     Exact for objects whose position is their middle; the others' turn is ignored.
     """
@@ -86,18 +86,18 @@ def end_of(thing: PhysicalObject) -> FloatArray:
 
 
 def path_length(outcome: Outcome) -> float:
-    """How far the robot drives, in metres."""
+    """Return the length of the robot's way, in metres."""
     step = np.diff(outcome.agent.trajectory.xyz[:, :2], axis=0)
     return float(np.linalg.norm(step, axis=1).sum())
 
 
 def at_rest(trajectory: Trajectory) -> Trajectory:
-    """The first pose alone."""
+    """Return the first pose alone."""
     return Trajectory(trajectory.t[:1], trajectory.xyz[:1], trajectory.yaw[:1])
 
 
 def loaded(context: Context) -> str | None:
-    """Which object is on the forks when the log starts, if any.
+    """Return the object on the forks when the log starts, if any.
 
     One that is straight ahead within reach and either stands on nothing, or moves with
     the robot when the robot first moves.
@@ -114,7 +114,7 @@ def loaded(context: Context) -> str | None:
 
 
 def _hangs(context: Context, thing: PhysicalObject) -> bool:
-    """Whether an object stands neither on the ground nor on another object."""
+    """Check that an object stands neither on the ground nor on another object."""
     middle = centre(thing.prism)
     tops = [
         o.prism.z_max
@@ -126,7 +126,7 @@ def _hangs(context: Context, thing: PhysicalObject) -> bool:
 
 
 def _goes_along(thing: Trajectory, agent: Trajectory) -> bool:
-    """Whether an object keeps its place relative to the robot when that first moves off."""
+    """Check that an object keeps its place relative to the robot when that first moves off."""
     travelled = np.linalg.norm(agent.xyz[:, :2] - agent.xyz[0, :2], axis=1)
     if len(thing) == 1 or travelled.max() < MOVED_OFF_M:
         return False

@@ -1,7 +1,7 @@
 """Trajectories of many candidate actions at once.
 
 Features see where an action goes and what it does to its load. They don't see how it gets around
-what stands in between. So candidates follow the curves of :mod:`g3.actions.driving` past all
+what stands in between. So candidates follow the curves of :mod:`g3.actions.driving_kinds` past all
 obstacles, a batch in one go; the chosen plan is what physics carries out.
 """
 
@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.actions.courses import NEVER, Course
-from g3.actions.driving import CUSP_COST_M, arc, clear_cost, curve, direction
+from g3.actions.courses import CUSP_COST_M, NEVER, Course, arc, clear_cost, curve, direction
 from g3.features.bodies import METRES_PER_RADIAN, SAMPLES, IntArray
 from g3.geometry.plane import length, rotate
 from g3.groundings import FloatArray
@@ -20,7 +19,7 @@ from g3.short_repr import short_repr
 
 SPEED_M_S, LIFT_M_S = 1.0, 0.1
 LIFT_M = 0.3
-"""How high loads are lifted off whatever they stand on, and carried over the ground."""
+"""Height to which loads are lifted off their support, and carried over the ground."""
 
 _BACKWARDS = np.array([(0.0, 0.0), (2.0, 0.0), (4.0, 1.2), (4.0, -1.2)])
 _FINE, _COARSE = np.linspace(0, 1, 21), np.linspace(0, 1, 9)
@@ -90,7 +89,7 @@ def legs(course: Course) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
 
 
 def ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatArray:
-    """The cheapest curve from each start to one of its final poses, after backing up if need be.
+    """Return the cheapest curve from each start to a final pose, after backing up if need be.
 
     Parameters
     ----------

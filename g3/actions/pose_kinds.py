@@ -7,13 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from g3.actions.action_kinds import Action, Focus, action_kind
-from g3.actions.courses import BLOCKED_COST_M, CLEAR_M, Course, stops
-from g3.actions.driving import direction, quarters
+from g3.actions.courses import BLOCKED_COST_M, CLEAR_M, Course, direction, quarters, stops
 from g3.actions.driving_kinds import about_things, driven, poses_before, starts, targets, turned
 from g3.actions.grounding_candidates import footprint_of
 from g3.actions.handling_kinds import SIDE_ENTRY_M, middles
-from g3.actions.loads import is_load
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, is_load
 from g3.features.bodies import padded
 from g3.geometry.plane import length, wrap
 from g3.groundings import FloatArray, PhysicalObject, Place
@@ -22,7 +20,7 @@ AWAY_M = 6.0
 VEERS = np.deg2rad([0.0, 30.0, -30.0, 60.0, -60.0])
 """Headings that lead away from a thing, beside the straight one."""
 VEER_COST_M = 4.0
-"""What leaving by another than the straight way costs, in metres of way for each radian."""
+"""Cost of leaving by another than the straight way, in metres of way for each radian."""
 BESIDE_M = 1.6
 """From a thing's side to the middle of the robot that is parked beside it."""
 
@@ -48,7 +46,7 @@ def _turn_away(state: State, actions: Sequence[Action]) -> Course:
 
 
 def _bearings(state: State, actions: Sequence[Action]) -> FloatArray:
-    """The headings in which the robot sees what actions aim at, shape (n,)."""
+    """Return the headings in which the robot sees the targets of actions, shape (n,)."""
     ahead = np.array([footprint_of(a.target).mean(axis=0) for a in actions]) - state.pose[:2]
     return np.arctan2(ahead[:, 1], ahead[:, 0])
 
@@ -64,7 +62,7 @@ def _leaving(state: State, focus: Focus) -> list[Action]:
 
 
 def _drive_away(state: State, actions: Sequence[Action]) -> Course:
-    """So far from where the robot is, straight away from a thing or about so."""
+    """Drive a distance from the robot's position, straight away from a thing or nearly so."""
     headings = (_bearings(state, actions) + np.pi)[:, None] + VEERS
     far = np.array([action.amount or AWAY_M for action in actions])
     xy = state.pose[:2] + far[:, None, None] * direction(headings)
@@ -77,7 +75,7 @@ DRIVE_AWAY = action_kind("drive away", _drive_away, aims=True, on_request=True)(
 
 
 def _crowded(state: State, finals: FloatArray) -> FloatArray:
-    """What poses (n, h, 3) cost where something stands, shape (n, h)."""
+    """Return costs of poses (n, h, 3) near standing things, shape (n, h)."""
     things = middles(state, state.held)
     if not len(things):
         return np.zeros(finals.shape[:2])
@@ -99,7 +97,7 @@ def _line_up(state: State, actions: Sequence[Action]) -> Course:
 
 
 def _across(state: State, action: Action, finals: FloatArray) -> FloatArray:
-    """What poses (h, 3) cost that face a load across its own axis, shape (h,)."""
+    """Return costs of poses (h, 3) that face a load across its own axis, shape (h,)."""
     thing = action.target[0]
     if len(action.target) > 1 or not isinstance(thing, PhysicalObject):
         return np.zeros(len(finals))

@@ -8,7 +8,6 @@ entry point group ``g3.features``.
 
 from g3.features.feature_registry import FEATURES
 from g3.features.sets import (  # noqa: F401 - each registers its own
-    artefacts,
     label_words,
     named,
     order,
@@ -17,7 +16,6 @@ from g3.features.sets import (  # noqa: F401 - each registers its own
     reference_frames,
     scene_places,
     trajectories,
-    trajectory_moments,
 )
 
 FEATURES.load_others()

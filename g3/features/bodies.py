@@ -25,7 +25,7 @@ MAX_MEMBERS = 8
 """Things of a plural that "between" looks at."""
 
 METRES_PER_RADIAN = 1.0
-"""What a turn on the spot counts for when poses are spread along a trajectory."""
+"""Length that a turn on the spot counts for when poses are spread along a trajectory."""
 
 
 CLOCK_RESOLUTION_S = 1e-3
@@ -240,7 +240,7 @@ def _heights(group: tuple[Grounding, ...]) -> tuple[float, float]:
 
 
 def _trajectory(group: tuple[Grounding, ...]) -> Trajectory:
-    """The trajectory of the body: of the thing in it that moves most."""
+    """Return the trajectory of the body: of the thing in it that moves most."""
     own = [_own_trajectory(g) for g in group]
     return own[0] if len(own) == 1 else max(own, key=_length)
 

@@ -1,4 +1,4 @@
-"""What features see: a batch of factors, each with one candidate grounding per argument."""
+"""Input of features: a batch of factors, each with one candidate grounding per argument."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
 Role = Literal["figure", "landmark", "theme", "goal"]
-"""What a grounding is to its factor.
+"""Role of a grounding in its factor.
 
 ``figure``: the thing, place or trajectory that the clause denotes. ``landmark``: what it
 is related to (OBJECT, PLACE and PATH clauses). ``theme``: the object that an EVENT acts
@@ -23,9 +23,9 @@ on. ``goal``: where the EVENT leads, the grounding of its PLACE or of its PATH's
 """
 
 WordField = Literal["figure", "name", "relation", "goal", "landmark"]
-"""Whose words: the figure's, those same words as they are written ("name"), the relation's, those
-of the relation of the PATH or PLACE in an EVENT, or those of the landmarks (which the paper's
-factors don't see)."""
+"""Source of words: the figure's, those same words as written ("name"), the relation's, those of the
+relation of the PATH or PLACE in an EVENT, or those of the landmarks (which the paper's factors
+don't see)."""
 
 T = TypeVar("T")
 
@@ -108,7 +108,7 @@ class FactorBatch:
         return index
 
     def take(self, rows: IntArray) -> FactorBatch:
-        """The batch of some of the rows, with the words of their factors only."""
+        """Return the batch of some of the rows, with the words of their factors only."""
         factors = self.factor[rows]
         first, factor = distinct(factors)
         return FactorBatch(
@@ -119,7 +119,7 @@ class FactorBatch:
         )
 
     def once(self, name: Hashable, compute: Callable[[FactorBatch], T]) -> T:
-        """What a function gives for the batch, computed the first time that it's asked for.
+        """Return a function's result for the batch, computed when it is first asked for.
 
         Several feature sets share it, so nobody may change it.
         """
@@ -176,7 +176,7 @@ def _rows(values: npt.NDArray[Any], rows: IntArray) -> npt.NDArray[Any]:
 def _different(
     batch: FactorBatch, roles: tuple[Role, ...], words: bool
 ) -> tuple[FactorBatch, IntArray | None]:
-    """The rows that differ in some roles, or words; and which of them each row is.
+    """Return the rows that differ in some roles, or words, and the index of each row among them.
 
     They have nothing in other roles. Where all rows differ, they are as they were: None.
     """
@@ -200,7 +200,7 @@ def _different(
 
 
 def _scenes(batch: FactorBatch) -> IntArray:
-    """A number for each row's scene, shape (n,)."""
+    """Number each row's scene, shape (n,)."""
     values = [getattr(batch, name) for name in _SCENE]
     differing = [v.reshape(len(batch), -1) for v in values if v.strides[0] != 0]
     if not differing or not len(batch):
@@ -212,7 +212,7 @@ def _scenes(batch: FactorBatch) -> IntArray:
 
 
 def _equal_rows(code: IntArray, columns: Sequence[IntArray]) -> tuple[IntArray, IntArray]:
-    """Where each different row of a table comes first, and which of those each row is."""
+    """Return the first index of each different row of a table, and each row's index among these."""
     first = np.arange(len(code))
     for column in columns:
         first, code = distinct(code * (column.max(initial=0) + 1) + column)
@@ -224,7 +224,7 @@ SPARSE = 64
 
 
 def distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
-    """Where each of the numbers (n,) that differ comes first, by size, and which of them each is.
+    """Return the first index of each distinct number of (n,), by size, and each one's rank.
 
     None is negative. ``np.unique`` finds the same by sorting.
     """

@@ -104,11 +104,11 @@ class FeatureSet:
     optional: tuple[SDCType, ...] = ()
 
     def for_types(self, wanted: Container[SDCType]) -> FeatureSet:
-        """The set for some of its types alone."""
+        """Return the set for some of its types alone."""
         return replace(self, types=tuple(kind for kind in self.types if kind in wanted))
 
     def columns_for(self, batch: FactorBatch) -> Columns:
-        """The features' descriptions for this batch."""
+        """Return the features' descriptions for this batch."""
         return self.columns(batch) if callable(self.columns) else self.columns
 
 
@@ -155,7 +155,7 @@ def feature_set(
 
 
 def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[FeatureSet, ...]:
-    """The default feature sets, some left out and others added.
+    """Select the default feature sets, without some and with others.
 
     A default set whose data are absent is left out, with a note in the log. A set that is added is
     used for all of its types, other sets for those alone that aren't optional.

@@ -55,7 +55,7 @@ class FeatureSpace:
         return len(self.keys)
 
     def name(self, feature: int) -> str:
-        """A feature's name for people: base feature and word."""
+        """Name a feature for people: base feature and word."""
         base, word = divmod(int(self.keys[feature]), len(self.words))
         return f"{self.bases[base]} & {self.words[word]}" if word else self.bases[base]
 
@@ -89,7 +89,7 @@ def fit_space(
 def joint_space(
     fitted: Sequence[tuple[FeatureSpace, sparse.csr_array]], sets: Sequence[FeatureSet]
 ) -> tuple[FeatureSpace, sparse.csr_array]:
-    """The space of several batches that were fitted one by one.
+    """Join the spaces of several batches that were fitted one by one.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def _numbered(names: Iterable[str]) -> dict[str, int]:
 def renumbered(
     space: FeatureSpace, bases: Iterable[str], words: Iterable[str]
 ) -> npt.NDArray[np.int64]:
-    """A space's keys among other names, shape (k,); -1 where a name isn't one of these."""
+    """Return a space's keys among other names, shape (k,); -1 for a missing name."""
     base_of, word_of = _numbered(bases), _numbered(words)
     base, word = np.divmod(space.keys, len(space.words))
     base = np.array([base_of.get(name, -1) for name in space.bases], dtype=np.int64)[base]
@@ -136,13 +136,13 @@ def renumbered(
 
 
 def columns_in(space: FeatureSpace, other: FeatureSpace) -> IntArray:
-    """Where each feature of a space is in another, shape (k,); -1 where it isn't."""
+    """Return the column of each feature of a space in another, shape (k,); -1 for none."""
     keys = renumbered(space, other.bases, other.words)
     return np.where(np.isin(keys, other.keys), np.searchsorted(other.keys, keys), -1)
 
 
 def prior_scale(space: FeatureSpace) -> FloatArray:
-    """How large each feature's weight is expected to be, from its feature set; shape (k,)."""
+    """Return the prior scale of each feature's weight, from its feature set; shape (k,)."""
     of_base = np.array([scale_of(name.split("/")[1]) for name in space.bases])
     return of_base[space.keys // len(space.words)]
 
@@ -150,7 +150,7 @@ def prior_scale(space: FeatureSpace) -> FloatArray:
 def transform(
     batch: FactorBatch, sets: Sequence[FeatureSet], space: FeatureSpace
 ) -> sparse.csr_array:
-    """The matrix (n, k) of a batch in a space; what the space doesn't know is left out."""
+    """Return the matrix (n, k) of a batch in a space; unknown features are left out."""
     rows, keys = _cells(batch, sets, _numbered(space.bases), _numbered(space.words), grow=False)
     return _matrix(space, keys, rows, len(batch))
 
@@ -198,7 +198,7 @@ def _type_cells(
     grow: bool,
     biased: Collection[SDCType],
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """The bias of a type, alone and with each word: how often a phrase is right at all."""
+    """Return the bias of a type, alone and with each word: how often a phrase is right at all."""
     ids = np.array([_lookup(f"{t}/bias", bases, grow=grow and t in biased) for t in SDC_TYPES])
     base = ids[batch.type]
     known = np.flatnonzero(base >= 0)
@@ -280,7 +280,7 @@ def _word_table(
 
 
 def word_names(factor: FieldWords, fields: tuple[str, ...]) -> tuple[str, ...]:
-    """The words of some of a factor's fields, and the whole phrase of those that have several."""
+    """Return the words of some of a factor's fields, and the whole phrase of those with several."""
     return tuple(
         f"{field}:{form}"
         for field in fields

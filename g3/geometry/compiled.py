@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any, TypeVar, cast
 
 HAS_COMPILER = find_spec("numba") is not None
-"""Whether Numba is there."""
+"""True if Numba is installed."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -15,23 +15,23 @@ _Point: TypeAlias = tuple[float, ...]
 
 
 def centre(prism: Prism) -> FloatArray:
-    """The middle of a footprint, shape (2,)."""
+    """Return the middle of a footprint, shape (2,)."""
     return hull_centre(prism.xy)
 
 
 def apart(one: Prism, other: Prism) -> float:
-    """Metres between the middles of two footprints."""
+    """Return the distance between the middles of two footprints, in metres."""
     return float(np.linalg.norm(centre(one) - centre(other)))
 
 
 def extent(prism: Prism, yaw: float) -> FloatArray:
-    """How far a prism reaches along a heading and across it, and how high it is, shape (3,)."""
+    """Return the extent of a prism along a heading, across it, and upwards, shape (3,)."""
     turned = rotate(prism.xy, np.full(len(prism.xy), -yaw))
     return np.array([*np.ptp(turned, axis=0), prism.z_max - prism.z_min])
 
 
 def covers(prism: Prism, point: FloatArray, margin_m: float = 0.0) -> bool:
-    """Whether a point (2,) lies in a footprint or within a margin of it, in metres."""
+    """Check that a point (2,) lies in a footprint or within a margin of it, in metres."""
     x, y = float(point[0]), float(point[1])
     (x_min, y_min), (x_max, y_max), edges = _outline(prism.xy.tobytes())
     if x < x_min - margin_m or x > x_max + margin_m or y < y_min - margin_m or y > y_max + margin_m:

@@ -27,24 +27,24 @@ IntArray = npt.NDArray[np.intp]
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The z component of the cross product of plane vectors, over the last axis."""
+    """Return the z component of the cross product of plane vectors, over the last axis."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def length(vectors: FloatArray) -> FloatArray:
-    """Lengths of plane vectors (..., 2)."""
+    """Return the lengths of plane vectors (..., 2)."""
     x, y = vectors[..., 0], vectors[..., 1]
     # np.linalg.norm does the same in several times the time.
     return np.sqrt(x * x + y * y)
 
 
 def extent(polygons: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The least and the largest coordinates of polygons, each of shape (n, 2)."""
+    """Return the least and the largest coordinates of polygons, each of shape (n, 2)."""
     return _least(polygons), reduce(np.maximum, _columns(polygons))
 
 
 def _columns(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """What is at each place of a short second axis: reducing these is faster than along it."""
+    """Move a short second axis first: reducing along it is faster."""
     swapped: npt.NDArray[Any] = values.swapaxes(0, 1)
     return swapped
 
@@ -55,29 +55,28 @@ def _least(values: FloatArray) -> FloatArray:
 
 
 def _all(values: BoolArray) -> BoolArray:
-    """Whether all holds over a short second axis."""
     return reduce(np.logical_and, _columns(values))
 
 
 def rotate(xy: FloatArray, angle: FloatArray) -> FloatArray:
-    """Plane vectors (..., 2) turned counter-clockwise by angles in radians (...)."""
+    """Turn plane vectors (..., 2) counter-clockwise by angles in radians (...)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack((c * xy[..., 0] - s * xy[..., 1], s * xy[..., 0] + c * xy[..., 1]), axis=-1)
 
 
 def wrap(angle: FloatArray) -> FloatArray:
-    """Angles in radians brought into [-pi, pi)."""
+    """Wrap angles in radians to [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def following(corners: _Floats) -> _Floats:
-    """For each corner (n, k, ...) the next one, and after the last the first."""
+    """Return the next corner of each corner (n, k, ...); the first after the last."""
     # np.roll does the same in three times the time.
     return np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
 
 
 def corner_count(polygons: FloatArray) -> npt.NDArray[np.uint8]:
-    """How many corners polygons (n, k, 2) have before the last one is repeated, shape (n,)."""
+    """Count the corners of polygons (n, k, 2) before the last one repeats, shape (n,)."""
     *corners, last = _columns(polygons)
     count = np.full(len(polygons), polygons.shape[1], dtype=np.uint8)
     repeated = np.ones(len(polygons), dtype=bool)
@@ -88,14 +87,14 @@ def corner_count(polygons: FloatArray) -> npt.NDArray[np.uint8]:
 
 
 def area(polygons: FloatArray) -> FloatArray:
-    """Areas in square metres, shape (n,)."""
+    """Return areas in square metres, shape (n,)."""
     local = polygons - polygons[:, :1]
     total: FloatArray = 0.5 * cross(local, following(local)).sum(axis=1)
     return total
 
 
 def centroid(polygons: FloatArray) -> FloatArray:
-    """Centres of area in metres, shape (n, 2); the middle of the extent where it vanishes."""
+    """Return centres of area in metres, (n, 2); the middle of the extent where it vanishes."""
     low, high = extent(polygons)
     middle = (low + high) / 2
     local = polygons - middle[:, None]
@@ -109,7 +108,7 @@ def centroid(polygons: FloatArray) -> FloatArray:
 
 
 def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
-    """Whether each polygon holds its point (n, 2), borders included."""
+    """Check that each polygon holds its point (n, 2), borders included."""
     low, high = extent(polygons)
     inside = _all((low - 1e-9 <= points) & (points <= high + 1e-9))
     near = np.flatnonzero(inside)
@@ -120,7 +119,7 @@ def contains_point(polygons: FloatArray, points: FloatArray) -> BoolArray:
 
 
 def intersection_area(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Areas in square metres that pairs of polygons share, shape (n,).
+    """Return the areas in square metres that pairs of polygons share, shape (n,).
 
     Sutherland and Hodgman's clipping, with the shrinking polygon held in a fixed number of
     corners so that the batch stays one array (I. E. Sutherland and G. W. Hodgman, "Reentrant
@@ -161,7 +160,7 @@ def _clip(corners: FloatArray, origin: FloatArray, edge: FloatArray) -> FloatArr
 
 
 def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = None) -> FloatArray:
-    """Shortest distances in metres between pairs of polygons, 0 where they overlap.
+    """Return the distances in metres between pairs of polygons, 0 where they overlap.
 
     Parameters
     ----------
@@ -186,7 +185,7 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
 
 
 def _separations(a: FloatArray, b: FloatArray) -> FloatArray:
-    """What :func:`g3.geometry.separation.separations` gives, in steps on arrays."""
+    """Compute :func:`g3.geometry.separation.separations` in steps on arrays."""
     (of_a, from_a), (of_b, from_b) = _from_edges(b, a), _from_edges(a, b)
     low, high = _shared_extent(a, b)
     apart = np.minimum(of_a.max(axis=0).min(axis=0), of_b.max(axis=0).min(axis=0)) < 0
@@ -197,7 +196,7 @@ def _separations(a: FloatArray, b: FloatArray) -> FloatArray:
 def _polygons(
     polygons: FloatArray, row: IntArray
 ) -> tuple[FloatArray, npt.NDArray[np.uint8], IntArray]:
-    """What :mod:`g3.geometry.separation` takes."""
+    """Return the input of :mod:`g3.geometry.separation`."""
     corners = np.require(polygons, float, ("C", "W"))
     return corners, corner_count(corners), np.require(row, np.intp, ("C", "W"))
 
@@ -208,7 +207,7 @@ def _shared_extent(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def _from_edges(points: FloatArray, polygons: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How points (n, m, 2) lie to the edges of polygons (n, k, 2).
+    """Measure points (n, m, 2) against the edges of polygons (n, k, 2).
 
     Returns
     -------
@@ -241,7 +240,7 @@ def _from_edges(points: FloatArray, polygons: FloatArray) -> tuple[FloatArray, F
 
 
 def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
-    """Distances in metres from points (n, T, 2) to polygons (n, k, 2), shape (n, T).
+    """Return distances in metres from points (n, T, 2) to polygons (n, k, 2), shape (n, T).
 
     Zero inside the polygon.
     """
@@ -253,7 +252,7 @@ def point_gap(points: FloatArray, polygons: FloatArray) -> FloatArray:
 
 
 def convex_hull(points: FloatArray) -> FloatArray:
-    """The convex hull of points (m, 2), corners counter-clockwise; it can't be written to.
+    """Return the convex hull of points (m, 2), corners counter-clockwise; it is read-only.
 
     Andrew's monotone chain; used to bring footprints into the form of this module.
     """
@@ -261,7 +260,7 @@ def convex_hull(points: FloatArray) -> FloatArray:
 
 
 def hull_centre(points: FloatArray) -> FloatArray:
-    """The centre of area of points' convex hull, shape (2,); it can't be written to."""
+    """Return the centre of area of points' convex hull, shape (2,); it is read-only."""
     return _hull_centre(_bytes(points))
 
 

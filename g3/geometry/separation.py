@@ -23,7 +23,7 @@ LEAST_M2 = 1e-18
 def from_edges(
     points: FloatArray, count: int, polygon: FloatArray, corners: int
 ) -> tuple[float, float]:
-    """How points lie to the edges of a polygon.
+    """Measure points against the edges of a polygon.
 
     Below 0 where all points are on the outer side of some edge; and the square of the distance of
     the point and the edge that are nearest.

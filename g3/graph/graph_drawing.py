@@ -29,7 +29,7 @@ def _xml(text: str) -> str:
 
 
 def to_text(graph: GroundingGraph) -> str:
-    """The factorisation of Equation 3, a factor a line."""
+    """Write the factorisation of Equation 3, a factor a line."""
     lines = []
     for factor in graph.factors:
         arguments = ", ".join(
@@ -44,7 +44,7 @@ def to_text(graph: GroundingGraph) -> str:
 
 
 def to_record(graph: GroundingGraph) -> dict[str, list[dict[str, object]]]:
-    """The variables and factors as what JSON can hold; factors name their variables."""
+    """Return the variables and factors as JSON values; factors name their variables."""
     return {
         "variables": [
             {
@@ -76,7 +76,7 @@ def to_record(graph: GroundingGraph) -> dict[str, list[dict[str, object]]]:
 
 
 def to_dot(graph: GroundingGraph) -> str:
-    """The graph in Graphviz's DOT language; the same graph always gives the same text."""
+    """Write the graph in Graphviz's DOT language; the same graph always gives the same text."""
     lines = [
         "graph grounding_graph {",
         '  graph [rankdir=TB, fontname="sans-serif"];',
@@ -137,7 +137,7 @@ class _Node:
 
 
 def to_svg(graph: GroundingGraph) -> str:
-    """The graph as an SVG picture.
+    """Draw the graph as an SVG picture.
 
     The γ and the factors hang below each other in rows, every factor with its φ on the
     left and its words on the right. Where the graph has a cycle (a relation whose figure
@@ -239,7 +239,7 @@ def _place(roots: list[_Node]) -> Iterable[_Node]:
 
 
 def _curve(a: _Node, b: _Node) -> str:
-    """A line that is straight in the rows of its ends and bends only between the rows."""
+    """Draw a line that is straight in the rows of its ends and bends only between the rows."""
     upper, lower = sorted((a, b), key=lambda node: node.y)
     top, bottom = upper.y + upper.height / 2, lower.y - lower.height / 2
     middle = (top + bottom) / 2
@@ -258,7 +258,7 @@ def _circle(variable: Variable, node: _Node, offset: float = 0.0) -> str:
 
 
 def _symbol(variable: Variable, x: float, y: float) -> str:
-    """A letter with its scripts; placed one by one, for not all viewers centre them as one."""
+    """Draw a letter with its scripts; placed one by one, for not all viewers centre them as one."""
     scripts = [(str(variable.number), 4.0), (variable.field or "", -6.0)]
     return f'<text x="{x - 4:.1f}" y="{y:.1f}" {_INK}>{variable.kind}</text>' + "".join(
         f'<text x="{x + 1:.1f}" y="{y + dy:.1f}" {_INK} font-size="10" text-anchor="start">'

@@ -189,7 +189,7 @@ def _factor(
 
 
 def _numbers(sdcs: Sequence[SDC]) -> dict[int, int]:
-    """The paper's number of each clause that its figures show, by breadth-first index.
+    """Return the number of each clause in the paper's figures, by breadth-first index.
 
     The paper numbers depth-first, a clause before those in it; so is the result ordered.
     """

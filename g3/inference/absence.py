@@ -23,7 +23,7 @@ _NUMBERS = ("no", "a", "two", "three", "four", "five", "six", "seven", "eight", 
 
 
 def absent_nouns(tree: Tree, context: Context, lexicon: Lexicon | None = None) -> tuple[str, ...]:
-    """The nouns of a command that name nothing in a world.
+    """Return the nouns of a command that name nothing in a world.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def absent_nouns(tree: Tree, context: Context, lexicon: Lexicon | None = None) -
 
 
 def how_present(tree: Tree, context: Context, lexicon: Lexicon | None = None) -> dict[str, float]:
-    """How well each noun that may be absent names something in a world, from 0 to 1."""
+    """Return the presence of each noun that may be absent from a world, from 0 to 1."""
     robot = context.agent.labels
     seen = [o.labels for o in context.objects if o.id != context.agent_id]
     seen += [(place.name,) for place in context.places if place.name]
@@ -51,7 +51,7 @@ def how_present(tree: Tree, context: Context, lexicon: Lexicon | None = None) ->
 
 
 def asked_nouns(tree: Tree) -> Iterator[str]:
-    """The nouns of what is handled or gone to, in lower case; not of what stands beside that."""
+    """Return the nouns of handled things and goals, in lower case, but not their neighbours'."""
     within = {
         node
         for parent, sdc in enumerate(tree.nodes)
@@ -72,7 +72,7 @@ def asked_nouns(tree: Tree) -> Iterator[str]:
 
 
 def what_is_missing(nouns: tuple[str, ...], context: Context) -> str:
-    """The answer to a command about what isn't there.
+    """Answer a command about a thing that isn't there.
 
     >>> what_is_missing(("elephant", "truck"), Context("empty", (), (), "robot"))
     'I see no elephant and no truck here. There is nothing else here'
@@ -92,7 +92,7 @@ def _what_there_is(context: Context) -> str:
 
 
 def _counted(name: str, count: int) -> str:
-    """So many of what labels call something: "two tire pallets"."""
+    """Count things by their labels: "two tire pallets"."""
     if count == 1:
         return f"an {name}" if name[:1] in "aeiou" else f"a {name}"
     number = _NUMBERS[count] if count < len(_NUMBERS) else str(count)

@@ -1,4 +1,4 @@
-"""How probably a plan does what words say.
+"""Calibrated probability that a plan does as the words say.
 
 Factors are not independent, and the search takes the best of many: the product of their
 probabilities says less than it seems. A logistic curve over what separates right plans from wrong
@@ -26,16 +26,17 @@ WEIGHTS = np.array([0.12, 3.4])
 each by a model that has not seen its scenario; each corpus counts as much as the others
 (`python -m benchmarks.curve_weights`)."""
 SLOPES_L2 = 1.0
-"""How far slopes are kept from large values where a curve is fitted to few plans."""
+"""Penalty that keeps slopes small where a curve is fitted to few plans."""
 SAME_PLACE_M = 2.5
-"""What ends nearer than this to where it ends by another plan ends in the same place."""
+"""Largest distance between two ends in the same place."""
 
 SAME_HEADING_RAD, SAME_HEIGHT_M = np.deg2rad(20), 0.2
-"""What faces the same way, and has its forks as high, if that is asked for."""
+"""Largest differences of the same heading and of the same height of the forks, if these are asked
+for."""
 
 
 def evidence(hypothesis: Hypothesis, share: float) -> FloatArray:
-    """What the curve sees of a plan, shape (2,): a one, and a number from 0 to 1.
+    """Return the curve's input for a plan, shape (2,): a one, and a number from 0 to 1.
 
     The number is the share of all plans that lead to the same, times the square root of the
     factors' mean probability (geometric). Logarithms would sort plans as well, but where
@@ -46,13 +47,13 @@ def evidence(hypothesis: Hypothesis, share: float) -> FloatArray:
 
 
 def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
-    """The share of some plans that lead to the same as one; 0 if there are none."""
+    """Return the share of plans with the same end as one; 0 if there are none."""
     alike = [r.score for r in rivals if same_end(hypothesis, r)]
     return float(np.exp(logsumexp(alike) - logsumexp([r.score for r in rivals]))) if alike else 0.0
 
 
 def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
-    """Whether two plans lead to the same: every load in the same place and on the same thing.
+    """Check that two plans end alike: every load in the same place and on the same thing.
 
     Where the robot ends counts only if neither handles a load, and which way it faces only where
     it turns last, or words ask for that. A step of a metre leads elsewhere than none.
@@ -89,7 +90,7 @@ def plan_probability(seen: FloatArray) -> float:
 
 
 def fit_curve(seen: FloatArray, correct: BoolArray, counts: FloatArray | None = None) -> FloatArray:
-    """The weights of a curve that fits plans best, shape (2,).
+    """Fit the weights of a curve to plans, shape (2,).
 
     Parameters
     ----------

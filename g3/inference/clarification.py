@@ -28,7 +28,7 @@ LIKELY = 0.1
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Question:
-    """Which of several objects a clause means.
+    """A choice between several objects that a clause may mean.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Question:
 
 
 def question_about(tree: Tree, plan: Hypothesis, start: State) -> Question | None:
-    """The question about the clause of which a plan is least sure; None if it is sure enough."""
+    """Return the question about the least sure clause of a plan; None if it is sure enough."""
     best: tuple[float, int, dict[str, float]] | None = None
     for node, choices in sorted(plan.choices.items()):
         if tree.nodes[node].type != "OBJECT" or is_pronoun(tree.nodes[node]):
@@ -60,7 +60,7 @@ def question_about(tree: Tree, plan: Hypothesis, start: State) -> Question | Non
 
 
 def thing_shares(choices: Choices) -> dict[str, float]:
-    """How the probability of a clause is shared out among the single things that it may mean.
+    """Divide the probability of a clause among the single things that it may mean.
 
     Empty if it rather means several.
     """
@@ -99,7 +99,7 @@ def told_apart(state: State, object_ids: Sequence[str]) -> list[str]:
 
 
 def _orders(points: FloatArray) -> list[str]:
-    """Which is which of points (n, 2) in the robot's frame: left or right, near or far."""
+    """Order points (n, 2) in the robot's frame: left or right, near or far."""
     away = np.linalg.norm(points, axis=1)
     angle = np.arctan2(points[:, 1], points[:, 0])
     middle = np.arctan2(np.sin(angle).sum(), np.cos(angle).sum())
@@ -121,7 +121,7 @@ def _orders(points: FloatArray) -> list[str]:
 
 
 def _where(state: State, object_id: str) -> str:
-    """Where an object is: on another, or on which side of the robot."""
+    """Locate an object: on another, or on which side of the robot."""
     if object_id == state.held:
         return "on your forks"
     under = beneath(Place(state.thing(object_id).prism), state, object_id)
@@ -133,6 +133,6 @@ def _where(state: State, object_id: str) -> str:
 
 
 def _from_robot(state: State, object_id: str) -> FloatArray:
-    """An object's middle in the robot's frame, shape (2,)."""
+    """Return an object's middle in the robot's frame, shape (2,)."""
     middle = centre(state.thing(object_id).prism)
     return rotate(middle - state.pose[:2], -state.pose[2])

@@ -19,8 +19,6 @@ from g3.groundings import Context, FloatArray, Grounding
 from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import plan_probability
 from g3.inference.clarification import Question, question_about
-from g3.inference.named_models import open_model
-from g3.inference.plan_marks import plan_marks
 from g3.inference.potentials.cases import CommandCase, PlanCase
 from g3.inference.potentials.potential_registry import added, check_potentials, refusal
 from g3.inference.problem.alternations import plain
@@ -59,8 +57,68 @@ if TYPE_CHECKING:
 
     from g3.language.parsing.extractor import Parse
 
+
+import importlib.metadata
+from typing import cast
+
+from g3.actions.action_kinds import move, result
+from g3.errors import ModelError
+from g3.groundings import Place, Trajectory, object_ids
+from g3.learning.model_file import model_files
+from g3.scene_drawing import Marks
+
+
+def plan_marks(
+    start: State, actions: Sequence[Action], groundings: Iterable[Sequence[Grounding]]
+) -> Marks:
+    """Mark groundings, where loads are put down, and the robot's way in each action."""
+    groups = list(groundings)
+    places = [g for group in groups for g in group if isinstance(g, Place)]
+    places += [a.place for a in actions if a.place is not None and a.place not in places]
+    things = {name for group in groups for name in object_ids(group)}
+    return Marks(things, places, _ways(start, actions))
+
+
+def _ways(state: State, actions: Sequence[Action]) -> list[Trajectory]:
+    ways = []
+    for action in actions:
+        motion = move(state, [action])
+        ways.append(Trajectory(motion.t[0], motion.xyz[0], motion.yaw[0]))
+        state = result(state, action, motion, 0)
+    return ways
+
+
+ENTRY_POINT_GROUP = "g3.models"
+
+
+def open_model(model: GroundingModel | Path | str) -> GroundingModel:
+    """Read a model, or get one by its name.
+
+    Parameters
+    ----------
+    model
+        ``NAME``, ``NAME.npz`` or ``NAME.json`` of a file; where there is none, the name of a model,
+        such as ``warehouse``. A model is given back as it is.
+
+    Raises
+    ------
+    ModelError
+        If there is neither, or the file can't be used.
+    """
+    if isinstance(model, GroundingModel):
+        return model
+    if any(Path(file).exists() for file in model_files(model)):
+        return GroundingModel.load(model)
+    named = {p.name: p for p in importlib.metadata.entry_points(group=ENTRY_POINT_GROUP)}
+    if str(model) not in named:
+        more = "or train one and save() it"
+        raise ModelError.unknown("file or model", str(model), sorted(named), more=more)
+    return cast("GroundingModel", named[str(model)].load()())
+
+
 GUESSED_RIGHT = 0.8
-"""How probably an unknown verb asks for what its arguments allow: assumed, for corpora have few."""
+"""Probability that an unknown verb asks for an action that its arguments allow: assumed, for
+corpora have few."""
 LIKELY_NOTHING = 0.57
 """A plan less probable than this is no answer. What fits nothing at all has 0.53."""
 
@@ -68,7 +126,7 @@ LIKELY_NOTHING = 0.57
 @short_repr
 @dataclass(frozen=True, slots=True)
 class GroundedClause:
-    """What a clause was grounded in.
+    """A clause with its groundings.
 
     Parameters
     ----------
@@ -133,7 +191,7 @@ class Plan:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of a command.
+    """Result of a command.
 
     Parameters
     ----------
@@ -165,7 +223,7 @@ class Result:
         return self.plans[0] if self.plans else None
 
     def to_pandas(self) -> pd.DataFrame:
-        """A row for each clause of the best plan: its words, and what it is grounded in."""
+        """Return a row for each clause of the best plan: its words and its groundings."""
         found = self.plan.groundings if self.plan else ()
         return data_frame(
             {
@@ -178,7 +236,7 @@ class Result:
         )
 
     def _repr_html_(self) -> str:
-        """The clauses, and the best plan with a map of what it means and where it leads."""
+        """Show the clauses, and the best plan with a map of its groundings and its ways."""
         said = [sdc_drawing.to_svg(self.sdcs)] if self.sdcs else []
         said += [html_view.paragraph(words) for words in self._words() if words]
         plan = self.plan
@@ -228,12 +286,12 @@ class Grounder:
 
     @classmethod
     def load(cls, model: GroundingModel | Path | str, *, without: Iterable[str] = ()) -> Grounder:
-        """A grounder with the learned cost of a model.
+        """Return a grounder with the learned cost of a model.
 
         Parameters
         ----------
         model
-            A model, its file, or its name (:func:`g3.inference.named_models.open_model`).
+            A model, its file, or its name (:func:`g3.inference.grounder.open_model`).
         without
             Names of potentials that are switched off.
 
@@ -351,7 +409,7 @@ class Grounder:
     def compared(
         self, text: str | Parse, state: State, *, parses: int = PARSES
     ) -> tuple[list[Choice], PlanCase]:
-        """The plans that are compared for a text, for who learns to choose among them.
+        """Return the plans that are compared for a text, for learning to choose among them.
 
         Parameters
         ----------
@@ -372,7 +430,7 @@ class Grounder:
     def _odds(
         self, choices: Sequence[Choice], words: tuple[str, ...], problem: GroundingProblem
     ) -> FloatArray:
-        """How good each plan is; plans for a single tree stay in their order."""
+        """Score each plan; plans for a single tree stay in their order."""
         if choices[0].tree == choices[-1].tree:
             return -np.arange(len(choices), dtype=float)
         odds = EVIDENCE * np.array([choice.seen[1] for choice in choices])
@@ -382,7 +440,6 @@ class Grounder:
 
     @property
     def _lexicon(self) -> Lexicon | None:
-        """What the model has learned of words and labels."""
         chooser = self.cost.model.load_chooser_ if isinstance(self.cost, Scorer) else None
         return None if chooser is None else chooser.lexicon
 
@@ -403,7 +460,7 @@ class _Reading:
 
 
 def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float, tuple[SDC, ...]]]:
-    """The trees of a command with their probabilities, the best first; an empty one if none."""
+    """Return the trees of a command with their probabilities, the best first."""
     if isinstance(command, Sequence) and not isinstance(command, str):
         return [(1.0, tuple(command))]
     if isinstance(command, str):
@@ -419,7 +476,7 @@ def _words(command: str | Sequence[SDC] | Parse) -> tuple[str, ...]:
 
 
 def _guessed(tree: Tree) -> list[str]:
-    """The verbs that aren't known."""
+    """Return the verbs that aren't known."""
     frames = (frame(tree, node) for node in asked(tree))
     return [own.text for own in frames if own.guessed and not own.negated]
 

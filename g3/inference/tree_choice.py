@@ -20,9 +20,9 @@ from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.search.action_search import Hypothesis
 
 PARSES = 3
-"""How many trees of a text are summed over, where the best one isn't sure."""
+"""Trees of a text that are summed over, where the best one isn't sure."""
 LOOKED_AT = 5
-"""How many plans of each tree may be the best."""
+"""Plans of each tree that may be the best."""
 EVIDENCE = 6.0
 """The weight of a plan's evidence beside potentials of plans. They were learned with this one."""
 
@@ -46,7 +46,7 @@ class Choice(NamedTuple):
 
 
 def does_something(plan: Hypothesis) -> bool:
-    """Whether a plan is more than waiting."""
+    """Check that a plan is more than waiting."""
     return any(action.kind is not WAIT for action in plan.actions)
 
 
@@ -81,7 +81,7 @@ def plan_case(
 
 
 def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[Choice]:
-    """The plans of the tree that has the best one, the best first.
+    """Return the plans of the tree that has the best one, the best first.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[Ch
 def _evidence(
     plan: Hypothesis, own: int, found: Sequence[tuple[float, Sequence[Hypothesis]]]
 ) -> FloatArray:
-    """A plan's evidence, with the share of the plans of all trees that lead to the same."""
+    """Return a plan's evidence, with the share of the plans of all trees that end alike."""
     if len(found) == 1:
         return evidence(plan, share_alike(plan, found[own][1]))
     shares = [chance * share_alike(plan, rivals) for chance, rivals in found]

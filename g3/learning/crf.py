@@ -125,7 +125,7 @@ def train(
 
 
 def shrinking(copy_of: npt.NDArray[np.intp], penalty: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What distinct columns with penalties (m,) are times, and their weights are; shapes (m,)."""
+    """Return the factors of distinct columns with penalties (m,), and their weights'; (m,) each."""
     copies = np.bincount(copy_of)
     return np.sqrt(copies / penalty), np.sqrt(copies * penalty)
 
@@ -133,7 +133,7 @@ def shrinking(copy_of: npt.NDArray[np.intp], penalty: FloatArray) -> tuple[Float
 def _distinct(
     lines: sparse.csr_array | sparse.csc_array, penalty: FloatArray
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Where each distinct pair of a line and a penalty comes first, and which of them each is.
+    """Return the first index of each distinct pair of a line and a penalty, and each one's rank.
 
     The lines are the rows or columns that the matrix is stored by. They are told apart by a
     digest, as keeping all of them would need as much memory as the matrix.

@@ -52,11 +52,11 @@ class Example:
 
     @property
     def source(self) -> Source:
-        """How the groundings came about."""
+        """Origin of the groundings."""
         return self.annotation.source
 
     def _repr_html_(self) -> str:
-        """Which clause it is, drawn, and the annotation that it comes from."""
+        """Show the clause, drawn, and its annotation."""
         words = " ".join(w.text for w in all_words(self.sdc))
         right = "right" if self.correct else "wrong"
         about = html_view.heading(f"{self.sdc.type}: {words}", f"clause {self.node + 1}", right)
@@ -130,7 +130,7 @@ class _Arguments:
         )
 
     def theme(self, node: int) -> Groundings:
-        """The first landmark that is an object other than the agent."""
+        """Return the first landmark that is an object other than the agent."""
         for child in self._below(node, ("l", "l2"), "OBJECT"):
             things = tuple(
                 g
@@ -142,7 +142,7 @@ class _Arguments:
         return ()
 
     def goal(self, node: int) -> Groundings:
-        """Where the event leads: its PLACE, what its PATH leads to, or a second object."""
+        """Return the event's goal: its PLACE, its PATH's landmark, or a second object."""
         places = self._things(self._below(node, ("l", "l2"), "PLACE"))
         if places:
             return places
@@ -223,7 +223,7 @@ def to_batch(items: Sequence[Example]) -> FactorBatch:
 
 
 def labels(items: Sequence[Example]) -> npt.NDArray[np.bool_]:
-    """The correspondence variables of examples, shape (n,)."""
+    """Return the correspondence variables of examples, shape (n,)."""
     return np.array([e.correct for e in items], dtype=bool)
 
 

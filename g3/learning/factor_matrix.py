@@ -20,8 +20,8 @@ from g3.sdc.clauses import SDC_TYPES
 from g3.short_repr import short_repr
 
 BLOCK = 2000
-"""Of how many examples features are computed at a time, which takes 26 KB of memory an example.
-Blocks of 5000 take an eighth less time, and 70 MiB more."""
+"""Examples whose features are computed at a time, which takes 26 KB of memory an example. Blocks of
+5000 take an eighth less time, and 70 MiB more."""
 
 
 @short_repr
@@ -68,7 +68,7 @@ class FactorMatrix:
         )
 
     def trimmed(self) -> FactorMatrix:
-        """With those features alone that are active in one of the factors."""
+        """Keep only the features that are active in one of the factors."""
         active = np.unique(self.matrix.indices)
         if len(active) == len(self.space):
             return self
@@ -99,7 +99,7 @@ def matrix_of_labelled(known: Labelled, sets: Sequence[FeatureSet]) -> FactorMat
 
 
 def joined(parts: Sequence[FactorMatrix], sets: Sequence[FeatureSet]) -> FactorMatrix:
-    """The factors of several matrices, one after the other."""
+    """Join the factors of several matrices."""
     space, matrix = joint_space([(part.space, part.matrix) for part in parts], sets)
     correct = np.concatenate([np.empty(0, dtype=bool), *(part.correct for part in parts)])
     scenario = np.concatenate([np.empty(0, dtype="U1"), *(part.scenario for part in parts)])

@@ -134,7 +134,7 @@ class GroundingModel(Estimator):
         return self
 
     def predict(self, X: Sequence[Example] | FactorMatrix) -> npt.NDArray[np.bool_]:
-        """Whether φ is more probably true than not, shape (n,)."""
+        """Predict φ: true where that is more probable than not, shape (n,)."""
         return self.predict_proba(X)[:, 1] >= 0.5
 
     def predict_proba(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Which load a command is about, by all of its words: evidence that survives a wrong parse.
+"""Choice of the load that a command is about: evidence that survives a wrong parse.
 
 A clause's factor sees the words of that clause. Here a conditional logit over all loads of a world
 sees the whole command by a few generic features: a learned lexicon, labels, sides and distances
@@ -12,30 +12,185 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import softmax
+from scipy.special import expit, softmax
 
 from g3.groundings import FloatArray
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.word_sets import ARTICLES, CONCEPT_WORDS, PLACE_PREPOSITIONS
 from g3.language.similarity.learned_lexicon import Lexicon, Naming, Term, terms
-from g3.learning import choice_fitting
-from g3.learning.choice_fitting import ROLES, THINGS, Evidence, Seen, unknown_person
+from g3.lbfgs import lbfgs
 from g3.short_repr import short_repr
+
+ROLES = ("first word", "each later word", "word after a preposition")
+"""Weights of a logistic function: evidence that a word names the load."""
+THINGS = ("words", "first label", "distance", "side", "nearness")
+"""Evidence of a load: weights of a conditional logit."""
+CENTRE = np.array([0.0, -0.3, -1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+"""Parameters where nothing was learned from, those of `ROLES` first."""
+STEPS = 20
+UNRELATED, RELATED = 1.0, 4.0
+"""Prior counts of each person's commands that are unrelated or related to their outcomes."""
+
+
+@short_repr
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """Evidence of a command's words and a world for its loads.
+
+    Parameters
+    ----------
+    odds
+        How much likelier each word makes each load if the word names it; shape (words, loads).
+    roles
+        `ROLES` of each word, shape (words, 3).
+    things
+        `THINGS` but the words, of each load, shape (loads, 4).
+    """
+
+    odds: FloatArray
+    roles: FloatArray
+    things: FloatArray
+
+    def score(self, parameters: FloatArray) -> FloatArray:
+        """Score each load, in nats but for a constant; shape (loads,)."""
+        roles, weights = np.split(parameters, [len(ROLES)])
+        names = expit(self.roles @ roles)[:, None]
+        words = np.log1p(names * (self.odds - 1)).sum(axis=0)
+        return np.column_stack((words, self.things)) @ weights
+
+
+def fit(
+    evidence: Sequence[Evidence],
+    right: Sequence[npt.NDArray[np.bool_]],
+    counted: FloatArray,
+    l2: float,
+) -> FloatArray:
+    """Parameters under which what was meant is most probable.
+
+    Parameters
+    ----------
+    evidence, right
+        Of each command: what is known of the loads, and which was meant.
+    counted
+        How much each command counts, shape (commands,).
+    l2
+        How strongly parameters are drawn to `CENTRE`.
+    """
+    if not evidence:
+        return CENTRE
+    rows = _Rows(evidence, right, counted)
+
+    def objective(parameters: FloatArray) -> tuple[float, FloatArray]:
+        away = parameters - CENTRE
+        value, slope = rows.loss(parameters)
+        return value + 0.5 * l2 * float(away @ away), slope + l2 * away
+
+    return lbfgs(objective, CENTRE)
+
+
+class _Rows:
+    """All commands, with a row for each load, and one for each word with each load."""
+
+    def __init__(
+        self,
+        evidence: Sequence[Evidence],
+        right: Sequence[npt.NDArray[np.bool_]],
+        counted: FloatArray,
+    ) -> None:
+        sizes = np.array([len(one.things) for one in evidence])
+        self.starts = np.cumsum([0, *sizes[:-1]])
+        self.command = np.repeat(np.arange(len(sizes)), sizes)
+        self.right = np.concatenate(right)
+        self.counted = counted
+        self.things = np.vstack([one.things for one in evidence])
+        self.roles = np.vstack([np.repeat(e.roles, len(e.things), axis=0) for e in evidence])
+        self.above = np.concatenate([one.odds.ravel() for one in evidence]) - 1
+        of_load = [
+            np.tile(np.arange(start, start + size), len(one.roles))
+            for one, start, size in zip(evidence, self.starts, sizes, strict=True)
+        ]
+        self.load = np.concatenate(of_load).astype(int)
+
+    def loss(self, parameters: FloatArray) -> tuple[float, FloatArray]:
+        """Negative logarithm of the likelihood, and its gradient."""
+        roles, weights = np.split(parameters, [len(ROLES)])
+        names = expit(self.roles @ roles)
+        mixed = 1 + names * self.above
+        words = np.bincount(self.load, np.log(mixed), len(self.things))
+        columns = np.column_stack((words, self.things))
+        score = columns @ weights
+        share, log_all = self._shares(score)
+        share_right, log_right = self._shares(np.where(self.right, score, -np.inf))
+        slope = (share - share_right) * self.counted[self.command]
+        of_word = slope[self.load] * weights[0] * self.above / mixed * names * (1 - names)
+        value = float(self.counted @ (log_all - log_right))
+        return value, np.concatenate((self.roles.T @ of_word, columns.T @ slope))
+
+    def _shares(self, score: npt.NDArray[Any]) -> tuple[FloatArray, FloatArray]:
+        top = np.maximum.reduceat(score, self.starts)
+        mass = np.exp(score - top[self.command])
+        total = np.add.reduceat(mass, self.starts)
+        return mass / total[self.command], top + np.log(total)
+
+
+@short_repr
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """Outcomes of commands, and their writers.
+
+    Parameters
+    ----------
+    people
+        Who wrote each command.
+    probable, chance
+        How probable what was done is, given the command and by chance; shape (commands,).
+    """
+
+    people: Sequence[str]
+    probable: FloatArray
+    chance: FloatArray
+
+    def unrelated(self, shares: Mapping[str, float]) -> dict[str, float]:
+        """Return the share of each person's commands that are unrelated to their outcomes.
+
+        By expectation maximisation with a Beta prior.
+        """
+        who, found = np.array(self.people), dict(shares)
+        for _ in range(STEPS):
+            related = self.related(found)
+            for person in dict.fromkeys(self.people):
+                own = related[who == person]
+                found[person] = float(
+                    (UNRELATED + (1 - own).sum()) / (UNRELATED + RELATED + len(own))
+                )
+        return found
+
+    def related(self, shares: Mapping[str, float]) -> FloatArray:
+        """Return the probability that each command is related to its outcome, shape (commands,)."""
+        unrelated = np.array([shares.get(person, unknown_person({})) for person in self.people])
+        both = (1 - unrelated) * self.probable
+        return both / (both + unrelated * self.chance)
+
+
+def unknown_person(shares: Mapping[str, float]) -> float:
+    """Return the share of a new person: the mean over people, with the prior as one of them."""
+    return float(np.mean([UNRELATED / (UNRELATED + RELATED), *shares.values()]))
+
 
 DEFAULT_L2 = 1.0
 PARAMETERS = (*ROLES, *THINGS)
-"""What is learned, in the order of the weights."""
+"""Names of the learned weights, in their order."""
 ROUNDS = 3
 """So often lexicon and parameters are learned. Between that it is found who is reliable."""
 _LEFT, _RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
 
 
 class Load(NamedTuple):
-    """What could be picked up.
+    """A thing that could be picked up.
 
     Parameters
     ----------
@@ -97,7 +252,7 @@ class LoadChoice:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadChooser:
-    """What was learned of which load commands are about.
+    """Learned choice of the load that a command is about.
 
     Parameters
     ----------
@@ -129,7 +284,7 @@ class LoadChooser:
         for once_more in reversed(range(ROUNDS)):
             known = _evidence_elsewhere(telling, choices, counted)
             count = np.array([counted.get(c, 1.0) for c in telling])
-            weights = choice_fitting.fit(known, right, count, l2)
+            weights = fit(known, right, count, l2)
             if once_more and known:
                 probable = np.array(
                     [softmax(e.score(weights))[r].sum() for e, r in zip(known, right, strict=True)]
@@ -140,7 +295,7 @@ class LoadChooser:
         return cls(lexicon_of(choices, counted), weights, unknown_person(shares), shares)
 
     def log_probability(self, choice: LoadChoice) -> FloatArray:
-        """The logarithm of the probability that each load is meant, shape (loads,)."""
+        """Return the log-probability that each load is meant, shape (loads,)."""
         share = softmax(evidence(choice, self.lexicon).score(self.weights))
         return np.log((1 - self.unrelated) * share + self.unrelated / len(share))
 
@@ -148,7 +303,7 @@ class LoadChooser:
 def lexicon_of(
     choices: Iterable[LoadChoice], counted: Mapping[LoadChoice, float] = MappingProxyType({})
 ) -> Lexicon:
-    """A lexicon learned from what commands were about, of which some may count less."""
+    """Learn a lexicon from the loads of commands, of which some may count less."""
     return Lexicon.learn(
         Naming(choice.words, kind, choice.corpus, counted.get(choice, 1.0) / sum(choice.right))
         for choice in choices
@@ -158,7 +313,7 @@ def lexicon_of(
 
 
 def evidence(choice: LoadChoice, lexicon: Lexicon) -> Evidence:
-    """What a command's words say of each load, with a lexicon."""
+    """Return the evidence of a command's words for each load, with a lexicon."""
     text = [term for term in terms(choice.words) if " " not in term.form]
     roles = np.array([(1.0, i, _is_placed(term, choice.words)) for i, term in enumerate(text)])
     things = (
@@ -178,7 +333,7 @@ def _evidence_elsewhere(
     choices: Sequence[LoadChoice],
     counted: Mapping[LoadChoice, float],
 ) -> list[Evidence]:
-    """The evidence of each command, with a lexicon that hasn't seen its scenario."""
+    """Return the evidence of each command, with a lexicon that hasn't seen its scenario."""
     lexicons = {
         scenario: lexicon_of((c for c in choices if c.scenario != scenario), counted)
         for scenario in dict.fromkeys(c.scenario for c in telling)
@@ -187,7 +342,7 @@ def _evidence_elsewhere(
 
 
 def _is_placed(term: Term, words: Sequence[str]) -> bool:
-    """Whether a word stands in a phrase that a preposition of place begins."""
+    """Check that a word stands in a phrase that a preposition of place begins."""
     for word in reversed(words[: term.place]):
         if word in PLACE_PREPOSITIONS:
             return True
@@ -207,7 +362,7 @@ def _first_label(choice: LoadChoice) -> FloatArray:
 
 
 def _among_alike(choice: LoadChoice) -> tuple[FloatArray, FloatArray]:
-    """How far to the side that words name each load is among those alike; else how near it is.
+    """Return how far each load is to the named side among those alike; else how near it is.
 
     From -1, for the last, to 1 for the first of them; 0 for what has no like.
     """
@@ -222,7 +377,7 @@ def _among_alike(choice: LoadChoice) -> tuple[FloatArray, FloatArray]:
 
 
 def _rank(order: FloatArray, alike: npt.NDArray[np.bool_]) -> FloatArray:
-    """How many of those alike come after each one, less those before it, as a share."""
+    """Return the share of those alike that come after each one, less those before it."""
     beats = np.sign(order[:, None] - order[None, :]) * alike
     result: FloatArray = beats.sum(axis=1) / np.maximum(alike.sum(axis=1) - 1, 1)
     return result

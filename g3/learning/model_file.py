@@ -35,7 +35,7 @@ NAMED = "give the name that 'ct train g3 --out' was given; a model is a .npz and
 
 
 class TrainingCard(TypedDict, total=False):
-    """What whoever trains a model records of it; `ModelCard` says what each is."""
+    """Facts about a model's training, as :class:`ModelCard` describes them."""
 
     corpus_hash: str
     scenarios: tuple[str, ...]
@@ -43,7 +43,7 @@ class TrainingCard(TypedDict, total=False):
 
 
 class LoadCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a model knows of the loads that commands are about.
+    """A model's knowledge of the loads that commands are about.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class LoadCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What the JSON file holds.
+    """Content of the JSON file.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class ModelCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def model_files(path: Path | str) -> tuple[Path, Path]:
-    """The two files of a model, named with either suffix or with none: arrays and card."""
+    """Return the two files of a model, named with either suffix or with none: arrays and card."""
     path = Path(path)
     stem = path.name.removesuffix(".npz").removesuffix(".json")
     return path.with_name(f"{stem}.npz"), path.with_name(f"{stem}.json")
@@ -176,7 +176,7 @@ def read_model(
 
 
 def chooser_of(card: ModelCard) -> LoadChooser | None:
-    """What a model's file knows of the loads that commands are about."""
+    """Return the load chooser in a model's file."""
     if isinstance(card.loads, msgspec.UnsetType):
         return None
     known = card.loads
@@ -247,7 +247,7 @@ def read_card(path: Path | str) -> ModelCard:
 
 
 def card_digest(card: ModelCard) -> str:
-    """The digest of all of a card but its digest, however the file is indented."""
+    """Return the digest of a card without its own digest, independent of indentation."""
     rest = msgspec.structs.replace(card, digest="")
     return _digest(msgspec.json.encode(rest, order="sorted"))
 

@@ -26,7 +26,7 @@ METHODS = MappingProxyType({"newton": "Newton-CG", "lbfgs": "L-BFGS-B"})
 
 MAX_ITERATIONS = 1000
 KEPT = 100_000
-"""How many rows a step takes the curvature of at most, on average."""
+"""Rows of which a step takes the curvature at most, on average."""
 
 
 @short_repr
@@ -52,8 +52,8 @@ class Local:
 
 
 Look = Callable[[FloatArray, float], Local]
-"""What is minimised near some weights (k,), with the rows of at least this curvature, and of the
-others so many as make up for those that are left out."""
+"""Evaluation near some weights (k,), with the rows of at least this curvature, and of the others so
+many as make up for those that are left out."""
 
 
 @short_repr
@@ -75,7 +75,7 @@ class Problem:
 
 
 class _Penalised:
-    """What SciPy asks for at some weights, of which the last are remembered."""
+    """The objective in SciPy's form; it keeps its value at the last weights."""
 
     def __init__(self, problem: Problem, tolerance: float, *, curved: bool) -> None:
         self._problem, self._tolerance = problem, tolerance
@@ -90,12 +90,12 @@ class _Penalised:
         return self._seen[1]
 
     def value(self, weights: FloatArray) -> tuple[float, FloatArray]:
-        """The sum, and its gradient."""
+        """Return the sum and its gradient."""
         local = self._at(weights)
         return local.value + float(weights @ weights) / 2, local.gradient + weights
 
     def bend(self, weights: FloatArray, step: FloatArray) -> FloatArray:
-        """The second derivative times a step."""
+        """Return the second derivative times a step."""
         local = self._at(weights)
         bent: FloatArray = local.rows.T @ (local.strengths * (local.rows @ step)) + step
         return bent
@@ -110,7 +110,7 @@ class _Penalised:
 
 
 def minimise(problem: Problem, *, tolerance: float, optimizer: Optimizer) -> FloatArray:
-    """Where a problem's sum is least, from 0.
+    """Minimise a problem's sum, from 0.
 
     Parameters
     ----------

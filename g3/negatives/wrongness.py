@@ -1,4 +1,4 @@
-"""Whether a candidate action is surely wrong for a clause that a log is right for."""
+"""Tests that a candidate action is surely wrong for a clause that a log is right for."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ AWAY_M = 4.0
 AT_M = 3.0
 """Nearer than this to a thing's border the agent may be said to be there."""
 LOAD_AT_M = 2.0
-"""The same for the middle of a load."""
+"""Distance from a border within which the middle of a load may be said to be there."""
 PASSING_M = 2.0
 SAME_PLACE_M = 2.5
 """Places of the search nearer than this to each other may both be right."""
@@ -77,7 +77,7 @@ class Clause:
 
 
 def below(children: Sequence[Mapping[Field, tuple[int, ...]]], nodes: Iterable[int]) -> list[int]:
-    """Some clauses and all clauses below them."""
+    """Return some clauses and all clauses below them."""
     found = list(nodes)
     for n in found:
         found.extend(c for group in children[n].values() for c in group)
@@ -95,7 +95,7 @@ def _things(annotation: Annotation, nodes: Iterable[int]) -> tuple[Thing, ...]:
 
 
 def is_wrong(clause: Clause, log: Outcome, action: Outcome) -> bool:
-    """Whether an action is surely not what an EVENT or PATH means that a log is right for.
+    """Check that an action is surely not the one of an EVENT or PATH that a log is right for.
 
     An EVENT about an object that the log moves is about that object: an action is wrong
     if it leaves the object alone or, where the clause says where to, takes it elsewhere.
@@ -110,7 +110,7 @@ def is_wrong(clause: Clause, log: Outcome, action: Outcome) -> bool:
 
 
 def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[Action]:
-    """The actions in a state that surely aren't the one that a clause means, where that is known.
+    """Return the actions in a state that surely aren't the one of a clause, where that is known.
 
     Search gives each clause an action of its own, where the corpus gives all clauses of a command
     the whole log. So an action is wrong too that handles another load, handles it in another way,
@@ -140,7 +140,7 @@ def _handles_otherwise(action: Action, right: Action) -> bool:
 
 
 def _put_elsewhere(clause: Clause, theme: str, log: Outcome, action: Outcome) -> bool:
-    """Whether a load ends away from where the log puts it, and from what that is named by."""
+    """Check that a load ends away from its end in the log, and from its named landmark."""
     before, after = (
         end_of(next(o for o in outcome.objects if o.id == theme)) for outcome in (log, action)
     )
@@ -155,7 +155,7 @@ def _put_elsewhere(clause: Clause, theme: str, log: Outcome, action: Outcome) ->
 
 
 def _goes_elsewhere(clause: Clause, log: Outcome, action: Outcome) -> bool:
-    """Whether the agent ends elsewhere than in the log, not at what the clause names."""
+    """Check that the agent ends elsewhere than in the log, not at the named thing."""
     path = action.agent.trajectory.xyz[:, :2]
     before = log.agent.trajectory.xyz[-1, :2]
     if float(np.linalg.norm(path[-1] - before)) <= AWAY_M:
@@ -172,7 +172,7 @@ def _goes_elsewhere(clause: Clause, log: Outcome, action: Outcome) -> bool:
 
 
 def _goes_another_way(log: Outcome, action: Outcome) -> bool:
-    """Whether the agent ends in another direction from the start than in the log."""
+    """Check that the agent ends in another direction from the start than in the log."""
 
     def bearing(outcome: Outcome) -> float:
         track = outcome.agent.trajectory
@@ -188,6 +188,6 @@ def _gap(point: FloatArray, thing: Thing) -> float:
 
 
 def _gaps(points: FloatArray, thing: Thing) -> FloatArray:
-    """The same for points (n, 2)."""
+    """Return the distances from points (n, 2) to a footprint, in metres."""
     gaps: FloatArray = point_gap(points[None], convex_hull(thing.prism.xy)[None])[0]
     return gaps

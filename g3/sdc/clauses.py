@@ -76,16 +76,16 @@ class SDC:
 
     @property
     def is_leaf(self) -> bool:
-        """Whether only the figure's words are filled (or nothing at all)."""
+        """True if only the figure's words are filled (or nothing at all)."""
         return not (self.relation or self.figure or self.landmark1 or self.landmark2)
 
     @property
     def is_implicit(self) -> bool:
-        """Whether no field is filled: the unnamed agent of an imperative."""
+        """True if no field is filled: the unnamed agent of an imperative."""
         return self.is_leaf and not self.words
 
     def children(self, field: Field | None = None) -> tuple[SDC, ...]:
-        """The SDCs in one field, or in all of them in the order f, l, l2."""
+        """Return the SDCs in one field, or in all of them in the order f, l, l2."""
         if field == "f":
             return self.figure
         if field == "l":
@@ -98,7 +98,7 @@ class SDC:
 
 
 def breadth_first(sdcs: Iterable[SDC]) -> Iterator[SDC]:
-    """The clauses of a command, level by level.
+    """Return the clauses of a command, level by level.
 
     Groundings and correctness labels are lists aligned with this order: first the
     top-level clauses, then their children in the order f, l, l2, and so on.
@@ -111,7 +111,7 @@ def breadth_first(sdcs: Iterable[SDC]) -> Iterator[SDC]:
 
 
 def child_indices(sdcs: Iterable[SDC]) -> list[dict[Field, tuple[int, ...]]]:
-    """For each clause in breadth-first order, where its children stand in that order."""
+    """Return the indices of each clause's children, both in breadth-first order."""
     nodes = list(breadth_first(sdcs))
     following = len(nodes) - sum(len(node.children()) for node in nodes)
     result: list[dict[Field, tuple[int, ...]]] = []
@@ -127,7 +127,7 @@ def child_indices(sdcs: Iterable[SDC]) -> list[dict[Field, tuple[int, ...]]]:
 
 
 def all_words(sdc: SDC) -> tuple[Span, ...]:
-    """Every word of a clause and the clauses in it, in the order of the command."""
+    """Return every word of a clause and the clauses in it, in the order of the command."""
     return tuple(
         sorted(span for node in breadth_first([sdc]) for span in (*node.words, *node.relation))
     )

@@ -134,5 +134,5 @@ def _xml(text: str) -> str:
 
 
 def _columns(line: str) -> int:
-    """How wide a line is in letters; wide letters are counted twice."""
+    """Return the width of a line in letters; wide letters are counted twice."""
     return sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in line)

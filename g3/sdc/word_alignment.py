@@ -145,7 +145,7 @@ def _extend(
 
 
 def _joins(command: str, offset: int) -> bool:
-    """Whether an offset stands between two letters or digits, inside a word."""
+    """Check that an offset stands between two letters or digits, inside a word."""
     return 0 < offset < len(command) and (
         command[offset - 1].isalnum() and command[offset].isalnum()
     )

@@ -20,8 +20,7 @@ from corpus_tools.importers.importer_registry import importers
 from g3.actions.action_words import described
 from g3.annotation import Command
 from g3.errors import CorpusError, ModelError
-from g3.inference.grounder import Grounder
-from g3.inference.named_models import open_model
+from g3.inference.grounder import Grounder, open_model
 from g3.language.parsing.extractor import SDCExtractor
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.sdc_notation import parse_brackets

@@ -26,7 +26,7 @@ from g3.features.feature_registry import catalogue, select
 from g3.graph.grounding_graph import grounding_graph
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import potentials
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
+from g3.inference.training import TOLERANCE, search_sets, training_data
 from g3.learning.examples import to_batch
 from g3.learning.factor_matrix import matrix_of_examples
 from g3.learning.grounding_model import GroundingModel

@@ -22,7 +22,7 @@ from corpus_tools.world.planning.curves import Motion, end_of, poses_on
 from corpus_tools.world.planning.ways import NoWayError, plan
 from corpus_tools.world.state import robot_script
 from corpus_tools.world.state.dimensions import CHASSIS, FORK_LENGTH, HEEL_X
-from g3.actions.driving import direction, quarters
+from g3.actions.courses import direction, quarters
 from g3.geometry.footprints import centre
 from g3.geometry.plane import cross, rotate, wrap
 from g3.groundings import FloatArray, Place

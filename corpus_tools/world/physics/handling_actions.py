@@ -16,7 +16,7 @@ from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.robot_script import LOWER_FORKS, PICK_UP, PUT_DOWN, RAISE_FORKS
 from corpus_tools.world.state.start import HEEL_GAP_M
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.driving import direction, quarters
+from g3.actions.courses import direction, quarters
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, Place

@@ -18,7 +18,7 @@ from corpus_tools.world.planning.clearance import room
 from corpus_tools.world.state.dimensions import CHASSIS
 from corpus_tools.world.state.robot_script import DRIVE_AWAY, FACE, LINE_UP, PARK, TURN_AWAY
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.driving import direction, quarters
+from g3.actions.courses import direction, quarters
 from g3.actions.handling_kinds import SIDE_ENTRY_M
 from g3.actions.pose_kinds import AWAY_M, VEER_COST_M, VEERS
 from g3.geometry.plane import wrap

@@ -14,7 +14,7 @@ from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.shapes import Shape
 from corpus_tools.world.state.solids import beside_deck, cab_top, deck_of
 from corpus_tools.world.state.thing_kinds import kind_of
-from g3.actions.driving import direction
+from g3.actions.courses import direction
 from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, cross, rotate
 from g3.groundings import FloatArray, Place

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from g3.actions.driving import arc
+from g3.actions.courses import arc
 from g3.groundings import FloatArray
 
 Motion: TypeAlias = tuple[float, float]

@@ -24,7 +24,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from corpus_tools.world.planning import curves
 from corpus_tools.world.planning.clearance import Boxes, Field, field_of, placed
-from g3.actions.driving import arc
+from g3.actions.courses import arc
 from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
 

@@ -42,7 +42,7 @@ INSET, WIDTH, NEAREST, LEAST_M = (
 TINY = Single(1e-30)
 PER_RADIAN = Single(180 / np.pi / PRECISION_DEG)
 PER_STEP = SLOPE_PER_DEGREE * PRECISION_DEG
-"""What is lost of the degree with each step of the precision."""
+"""Loss of the degree with each step of the precision."""
 
 
 def _polynomial(function: Callable[[FloatArray], FloatArray], degree: int) -> tuple[Single, ...]:
@@ -54,14 +54,14 @@ def _polynomial(function: Callable[[FloatArray], FloatArray], degree: int) -> tu
 BITS_PER_NATURAL = Single(1 / np.log(2))
 LEAST_POWER = Single(-126)
 BIAS, FRACTION = np.int32(127), np.int32(23)
-"""How a single holds a power of two."""
+"""Layout of a power of two in single precision."""
 POWER = _polynomial(np.exp2, 6)
 ARCTAN = _polynomial(lambda square: np.arctan(np.sqrt(square)) / np.sqrt(square), 8)
 
 
 @compiled("f4(f4)")
 def exp_minus(x: Single) -> Single:
-    """exp(-x) of what is not negative, in steps that the processor takes for several numbers."""
+    """Vectorisable exp(-x) for x ≥ 0."""
     power = max(-BITS_PER_NATURAL * x, LEAST_POWER)
     whole = np.floor(power)
     rest = power - whole
@@ -74,7 +74,7 @@ def exp_minus(x: Single) -> Single:
 
 @compiled("f4(f4, f4)")
 def angle(across: Single, along: Single) -> Single:
-    """The angle of a vector with straight ahead, from 0 to half a turn."""
+    """Return the angle of a vector with straight ahead, from 0 to half a turn."""
     x, y = abs(along), abs(across)
     longer = max(x, y)
     ratio = min(x, y) / max(longer, TINY)
@@ -144,7 +144,7 @@ def add_attention(
     rows: int,
     total: Singles,
 ) -> None:
-    """Sums over landmarks' points of attention and of attention times point.
+    """Sum attention, and attention times point, over landmarks' points.
 
     Take a ray of length R, in units of the figure's distance. The integral of r exp(-r) along it is
     1 - (1 + R) exp(-R); that of r² exp(-r) is twice that, less R² exp(-R).

@@ -71,7 +71,7 @@ def _along(landmark: Singles, figure: Singles, cos: Singles, sin: Singles) -> Fl
 
 
 def _turned(points: Singles, cos: Singles, sin: Singles) -> Singles:
-    """How far points are ahead and to the left, in the last axis."""
+    """Return points ahead and to the left, in the last axis."""
     x, y = points[..., 0], points[..., 1]
     return np.stack((x * cos + y * sin, y * cos - x * sin), axis=-1)
 
@@ -79,7 +79,7 @@ def _turned(points: Singles, cos: Singles, sin: Singles) -> Singles:
 def _degree(
     corners: Singles, focus: Singles, figure: tuple[Singles, Singles], sign: int
 ) -> FloatArray:
-    """The degree of the direction of `sign` from the attention around a focus, shape (n,)."""
+    """Return the degree of the direction of `sign` around a focus, shape (n,)."""
     ahead, aside = figure
     scale = 1 / (ATTENTION_WIDTH * np.maximum(np.hypot(ahead, aside), np.float32(1e-6)))
     start = corners - np.stack((focus, np.zeros_like(focus)), axis=-1)[:, None]

@@ -1,4 +1,4 @@
-"""What an attentional vector sum is made with, whatever computes it."""
+"""Constants of attentional vector sums."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ distance: it is all but the same there, and single precision loses its differenc
 
 _NODES, _SHARES = np.array(np.polynomial.legendre.leggauss(3), dtype=np.float32)
 PLACES, WEIGHTS = (_NODES + 1) / 2, _SHARES / 2
-"""Where on each edge of the landmark the sum is looked at, and what it counts there."""
+"""Places on each edge of the landmark at which the sum is evaluated, and their weights."""
 
 PRECISION_DEG = 0.01
 """Directions are rounded to this."""

@@ -14,7 +14,7 @@ from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
 THICKNESS, LEAST_M = 1e-3, 1e-6
-"""How wide a landmark without an area is, as part of its length, and at least."""
+"""Width of a landmark without an area, as part of its length, and at least."""
 
 RECTANGLE = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Its corners, counter-clockwise: at which end and on which side."""

@@ -23,7 +23,7 @@ TIE = 1e-9
 
 
 def label_columns(batch: FactorBatch) -> Columns:
-    """A binary column for each label of the batch."""
+    """Make a binary column for each label of the batch."""
     return tuple(Column(name, "bool") for name in batch.bodies.label_names)
 
 
@@ -135,7 +135,7 @@ _form = partial(_compare, measures=FORMS)
 
 @word_set("word-domain", columns=_compared(("domain",)))
 def word_domain(batch: FactorBatch) -> FloatArray:
-    """Whether the figure's words are synonyms of its labels, or of others', in a warehouse."""
+    """Synonymy in a warehouse of the figure's words with its labels, or with others'."""
     return batch.shared(_domain, "figure", words=True)
 
 

@@ -1,4 +1,4 @@
-"""Whether the geometry is as the words say: concepts of a closed lexicon, tied over words."""
+"""Agreement of geometry and words: concepts of a closed lexicon, tied over words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SIDES: tuple[Concept, ...] = ("front", "left", "back", "right")
 
 
 def named(batch: FactorBatch, fields: tuple[WordField, ...]) -> BoolArray:
-    """Which concepts the words of each row's fields name, shape (n, len(CONCEPTS))."""
+    """Return the concepts that the words of each row's fields name, shape (n, len(CONCEPTS))."""
     words = [tuple(word for f in fields for word in factor.get(f, ())) for factor in batch.words]
     table = np.array([_named(row) for row in words], dtype=bool).reshape(-1, len(CONCEPTS))
     return table[batch.factor]

@@ -1,4 +1,4 @@
-"""Where a thing stands among those that its words could mean: "second from the left".
+"""Position of a thing among those that its words could mean: "second from the left".
 
 "The rightmost pallet" stands among all pallets, "the rightmost tire pallet" among those of tires:
 the words decide what the figure competes with.
@@ -22,17 +22,17 @@ from g3.language.similarity.word_similarity import MEASURES
 DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
 
 SYNONYM = 0.5
-"""How well a synonym fits; a label itself fits with 1."""
+"""Fit of a synonym; a label itself fits with 1."""
 _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 
 
 def is_ordinal(word: str) -> bool:
-    """Whether a normalised word counts: "second", "3rd"."""
+    """Check that a normalised word is an ordinal: "second", "3rd"."""
     return word in _ORDINALS
 
 
 def all_ordinals(batch: FactorBatch, field: WordField) -> list[frozenset[int]]:
-    """The numbers that the words of a field of each factor count to: "first and second"."""
+    """Return the ordinals in the words of a field of each factor: "first and second"."""
     return [
         frozenset(_ORDINALS[w] for w in factor.get(field, ()) if w in _ORDINALS)
         for factor in batch.words
@@ -40,7 +40,7 @@ def all_ordinals(batch: FactorBatch, field: WordField) -> list[frozenset[int]]:
 
 
 def ordinals(batch: FactorBatch, fields: tuple[WordField, ...]) -> FloatArray:
-    """The number that the words of each row's fields count to, 0 for none; shape (n,)."""
+    """Return the ordinal in the words of each row's fields, 0 for none; shape (n,)."""
     numbers = [
         next((_ORDINALS[w] for f in fields for w in factor.get(f, ()) if w in _ORDINALS), 0)
         for factor in batch.words
@@ -85,7 +85,7 @@ def named_order(batch: FactorBatch) -> FloatArray:
 
 
 def standing(batch: FactorBatch) -> FloatArray:
-    """How many rivals are further in each direction, and how large a part is less far.
+    """Count rivals further in each direction, and the share of those less far.
 
     Shape (n, 2 directions); the parts are NaN where there is no rival.
     """
@@ -103,7 +103,7 @@ def standing(batch: FactorBatch) -> FloatArray:
 
 
 def fits(batch: FactorBatch) -> FloatArray:
-    """How many words of each factor's figure fit a label of each body, (factors, bodies)."""
+    """Count the words of each factor's figure that fit a label of each body, (factors, bodies)."""
     vocabulary = sorted({word for factor in batch.words for word in factor.get("name", ())})
     row = {word: i for i, word in enumerate(vocabulary)}
     names = batch.bodies.label_names
@@ -117,7 +117,7 @@ def fits(batch: FactorBatch) -> FloatArray:
 
 
 def rivals(batch: FactorBatch) -> BoolArray:
-    """Which peers have labels that the figure's words fit no worse than the figure's; (n, p)."""
+    """Return the peers whose labels fit the figure's words as well as its own; (n, p)."""
     score = fits(batch)
     own = score[batch.factor, batch.figure]
     result: BoolArray = (
@@ -129,7 +129,7 @@ def rivals(batch: FactorBatch) -> BoolArray:
 
 
 def extents(local: FloatArray) -> FloatArray:
-    """How far centres (..., 2) from the agent lie in each direction, shape (..., directions)."""
+    """Return extents of centres (..., 2) from the agent in each direction, (..., directions)."""
     forward, leftward = local[..., 0], local[..., 1]
     away = length(local)
     return np.stack((leftward, -leftward, forward, -forward, -away, away), axis=-1)

@@ -23,7 +23,7 @@ relation_set = partial(
 """Registers how figures and landmarks lie to each other."""
 
 RESTING_TOLERANCE_M = 0.35
-"""How far the bottom of a thing may be from the top of what it rests on; logs are noisy."""
+"""Largest gap between the bottom of a thing and the top of its support; logs are noisy."""
 
 PRISM_COLUMNS: Columns = (
     Column("supports", "bool"),
@@ -90,7 +90,7 @@ def prism_pair(
 
 
 def _levels(prisms: Boxes, rows: IntArray) -> Mapping[str, FloatArray]:
-    """What features need of each of some prisms by itself."""
+    """Compute the properties of single prisms that features share."""
     area = np.maximum(prisms.area, 1e-9)
     return {
         name: value.take(rows)
@@ -106,7 +106,7 @@ def _levels(prisms: Boxes, rows: IntArray) -> Mapping[str, FloatArray]:
 
 @relation_set("prism-pair", columns=PRISM_COLUMNS, scale=0.4)
 def figure_to_landmark(batch: FactorBatch) -> FloatArray:
-    """How the figure's prism lies to the landmark's: support, contact, distance, heights."""
+    """Relation of the figure's prism to the landmark's: support, contact, distance, heights."""
     prisms = batch.all_boxes()
     return prism_pair(prisms, prisms, (batch.figure, batch.landmark))
 
@@ -126,7 +126,7 @@ def figure_to_landmark(batch: FactorBatch) -> FloatArray:
     scale=0.5,
 )
 def arguments(batch: FactorBatch) -> FloatArray:
-    """Which arguments the factor has, and whether figure and landmark are several things."""
+    """Presence of the factor's arguments, and plural figures and landmarks."""
     count = batch.bodies.count
     return np.column_stack(
         (
@@ -145,7 +145,7 @@ def arguments(batch: FactorBatch) -> FloatArray:
     scale=0.3,
 )
 def between(batch: FactorBatch) -> FloatArray:
-    """How nearly the figure lies on a line between two things of a plural landmark."""
+    """Closeness of the figure to a line between two things of a plural landmark."""
     result = np.full((len(batch), 2), np.nan)
     plural = np.flatnonzero(batch.bodies.count[batch.landmark] > 1)
     if len(plural):

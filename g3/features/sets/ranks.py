@@ -1,4 +1,4 @@
-"""Where a thing stands among the other things of its scene: "furthest", "left-most"."""
+"""Rank of a thing among the other things of its scene: "furthest", "left-most"."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def ranks(batch: FactorBatch) -> FloatArray:
 
 
 def is_member(batch: FactorBatch) -> BoolArray:
-    """Whether each row's figure is one of the several things that its landmark is; shape (n,)."""
+    """Check that each row's figure is one of its landmark's several things; shape (n,)."""
     several = (batch.landmark >= 0) & (batch.bodies.count[batch.landmark] > 1)
     members = batch.bodies.members[batch.landmark]
     away = np.linalg.norm(members - batch.bodies.centre[batch.figure][:, None], axis=-1)
@@ -92,7 +92,7 @@ def is_member(batch: FactorBatch) -> BoolArray:
 
 
 def is_robot(batch: FactorBatch) -> BoolArray:
-    """Whether the figure is a robot like the context's own, shape (n,).
+    """Check that the figure is a robot like the context's own, shape (n,).
 
     Where the robot is seen from the robot means nothing; and a random robot from another
     log is never where the command's own robot is, so it would give such negatives away.

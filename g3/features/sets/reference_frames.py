@@ -84,7 +84,7 @@ def avs_intrinsic(batch: FactorBatch) -> FloatArray:
 
 
 FRAMES = ("start", "speaker", "intrinsic")
-"""Whose front is ahead when objects and places are grounded."""
+"""Frames of reference for objects and places."""
 
 
 def _in_frame(frame: str, batch: FactorBatch) -> FloatArray:

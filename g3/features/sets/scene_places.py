@@ -1,4 +1,4 @@
-"""How a place lies in the scene: what it is on, what it is near, whether it is free."""
+"""Situation of a place in the scene: support, neighbours, freedom."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def peer_pairs(batch: FactorBatch) -> FloatArray:
     wordless=True,
 )
 def place_in_scene(batch: FactorBatch) -> FloatArray:
-    """Whether a place is on the ground or on a thing, free or taken, and near what."""
+    """Situation of a place: on the ground or on a thing, free or taken, near things."""
     own = batch.boxes("figure")
     pairs = peer_pairs(batch)
     missing = np.isnan(pairs[..., 0])

@@ -1,4 +1,4 @@
-"""What a trajectory does: by itself, with the thing it acts on, towards its goal (section 3.3).
+"""Trajectories: by themselves, with the thing acted on, towards their goal (section 3.3).
 
 Everything is computed from the candidate trajectory itself, in its own frames of reference. So the
 start of a candidate doesn't give away that it isn't the annotated one.
@@ -11,11 +11,14 @@ from functools import partial
 
 import numpy as np
 
+from g3.features.avs.vector_sums import avs_directions
 from g3.features.bodies import SAMPLES, IntArray, moved_corners, positions_at
 from g3.features.factor_batch import Boxes, FactorBatch, Role, measured, stacked
 from g3.features.feature_registry import Column, Columns, feature_set
+from g3.features.sets.label_words import label_columns
 from g3.features.sets.prisms import PRISM_COLUMNS, prism_pair, size
-from g3.geometry.plane import BoolArray, length, point_gap, rotate
+from g3.features.sets.reference_frames import DIRECTIONS, footprints_of
+from g3.geometry.plane import BoolArray, length, point_gap, rotate, wrap
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
@@ -60,7 +63,7 @@ class Tracks:
     yaw: FloatArray
 
     def take(self, rows: IntArray) -> Tracks:
-        """Some of the trajectories."""
+        """Return some of the trajectories."""
         return Tracks(self.t[rows], self.xyz[rows], self.yaw[rows])
 
 
@@ -138,7 +141,7 @@ APPROACH_COLUMNS: Columns = (
 
 
 def approach(track: Tracks, target: Boxes, reach: FloatArray) -> FloatArray:
-    """How n trajectories lie to n things that stand still, as `APPROACH_COLUMNS`.
+    """Relation of n trajectories to n things that stand still, as `APPROACH_COLUMNS`.
 
     Parameters
     ----------
@@ -174,26 +177,26 @@ def _approach(batch: FactorBatch, role: Role) -> FloatArray:
 
 @path_set("path-landmark", columns=APPROACH_COLUMNS, scale=0.3)
 def path_to_landmark(batch: FactorBatch) -> FloatArray:
-    """How a path lies to its landmark: displacement towards it, distances, passing along."""
+    """Relation of a path to its landmark: displacement towards it, distances, passing along."""
     return _approach(batch, "landmark")
 
 
 @goal_set("event-goal", columns=APPROACH_COLUMNS, scale=0.3)
 def event_to_goal(batch: FactorBatch) -> FloatArray:
-    """How the agent's trajectory lies to the place or object that the event leads to."""
+    """Relation of the agent's trajectory to the place or object that the event leads to."""
     return _approach(batch, "goal")
 
 
 @theme_set("event-theme", words=("relation",), columns=APPROACH_COLUMNS, scale=0.1)
 def event_to_theme(batch: FactorBatch) -> FloatArray:
-    """How the agent's trajectory lies to where the object acted on stood at first."""
+    """Relation of the agent's trajectory to the first position of the object acted on."""
     return _approach(batch, "theme")
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What becomes of the themes of n events.
+    """Motions of the themes of n events.
 
     Parameters
     ----------
@@ -264,7 +267,7 @@ THEME_COLUMNS: Columns = (
 
 @theme_set("theme-motion", columns=THEME_COLUMNS, scale=0.5)
 def theme_moves(batch: FactorBatch) -> FloatArray:
-    """What the event does to the object acted on: lifts, carries, puts down, leaves alone."""
+    """Effect of the event on the object acted on: lifts, carries, puts down, leaves alone."""
     track = tracks(batch)
     motion = theme_motion(batch, batch.theme, track)
     prisms = theme_boxes(batch, motion, 0)
@@ -301,7 +304,7 @@ def theme_moves(batch: FactorBatch) -> FloatArray:
     scale=0.1,
 )
 def theme_to_goal(batch: FactorBatch) -> FloatArray:
-    """How the object acted on lies to the goal before and after the event."""
+    """Relation of the object acted on to the goal before and after the event."""
     track = tracks(batch)
     motion = theme_motion(batch, batch.theme, track)
     goal = batch.boxes("goal")
@@ -310,3 +313,131 @@ def theme_to_goal(batch: FactorBatch) -> FloatArray:
     toward = (before - after) / path_length(track)
     pairs = prism_pair(stacked((last, first)), stacked((goal, goal)))
     return np.column_stack((*np.split(pairs, 2), toward))
+
+
+MOMENTS = ("start", "end", "mean")
+
+AVERAGED = (0, SAMPLES // 4, SAMPLES // 2, 3 * SAMPLES // 4, SAMPLES - 1)
+"""Samples whose mean stands for the average during the trajectory."""
+
+MOMENT_COLUMNS: Columns = tuple(
+    replace(c, name=f"{moment}.{c.name}") for moment in MOMENTS for c in PRISM_COLUMNS
+)
+
+FRAME_COLUMNS: Columns = tuple(
+    Column(f"{moment}.{direction}", "1", 0, 1, 6) for moment in MOMENTS for direction in DIRECTIONS
+)
+
+
+def agent_boxes(batch: FactorBatch, track: Tracks, sample: int) -> Boxes:
+    """Prisms of the context's agent carried to one sample of the trajectories."""
+    bodies, index = batch.bodies, batch.agent_body
+    start = np.column_stack((bodies.xyz[index, 0, :2], bodies.yaw[index, 0]))
+    pose = np.column_stack((track.xyz[:, sample, :2], track.yaw[:, sample]))
+    return measured(
+        moved_corners(bodies.corners[index], start, pose), bodies.z_min[index], bodies.z_max[index]
+    )
+
+
+def prism_moments(batch: FactorBatch, target: Boxes) -> FloatArray:
+    """Prism features of the moving agent and a target, as `MOMENT_COLUMNS`."""
+    track = tracks(batch)
+    agents = stacked([agent_boxes(batch, track, sample) for sample in AVERAGED])
+    pairs = prism_pair(agents, stacked([target] * len(AVERAGED)))
+    pairs = pairs.reshape(len(AVERAGED), len(batch), -1)
+    return np.column_stack((pairs[0], pairs[-1], pairs.mean(axis=0)))
+
+
+def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
+    """AVS of the trajectory's end from a target in its first, last and mean heading."""
+    track = tracks(batch)
+    end = track.xyz[:, -1, :2]
+    mean = np.arctan2(np.sin(track.yaw).mean(axis=1), np.cos(track.yaw).mean(axis=1))
+    return avs_directions(
+        end, footprints_of(batch, target), np.stack((track.yaw[:, 0], track.yaw[:, -1], mean))
+    )
+
+
+@path_set("path-prisms", columns=MOMENT_COLUMNS, scale=0.1)
+def path_prisms(batch: FactorBatch) -> FloatArray:
+    """The agent's prism and the landmark's, at the start, at the end and on average."""
+    return prism_moments(batch, batch.boxes("landmark"))
+
+
+@goal_set("event-prisms", columns=MOMENT_COLUMNS, scale=0.1)
+def event_prisms(batch: FactorBatch) -> FloatArray:
+    """The agent's prism and the goal's, at the start, at the end and on average."""
+    return prism_moments(batch, batch.boxes("goal"))
+
+
+@path_set("path-frames", columns=FRAME_COLUMNS, scale=0.1)
+def path_frames(batch: FactorBatch) -> FloatArray:
+    """On which side of the landmark the path ends, in its first, last and mean heading."""
+    return frame_moments(batch, "landmark")
+
+
+@goal_set("event-frames", words=("goal",), columns=FRAME_COLUMNS, scale=0.1)
+def event_frames(batch: FactorBatch) -> FloatArray:
+    """On which side of the goal the event ends, in its first, last and mean heading."""
+    return frame_moments(batch, "goal")
+
+
+artefact = partial(feature_set, default=False, wordless=True)
+
+
+@artefact(
+    "start-pose",
+    types=("EVENT", "PATH"),
+    roles=("figure",),
+    words=(),
+    columns=(Column("away", "m", 0, 10, 10), Column("turned", "rad", 0, np.pi, 6)),
+)
+def start_pose(batch: FactorBatch) -> FloatArray:
+    """Artefact: a random trajectory from another log doesn't start at this command's robot."""
+    track = tracks(batch)
+    away = np.linalg.norm(track.xyz[:, 0, :2] - batch.agent[:, :2], axis=1)
+    return np.column_stack((away, np.abs(wrap(track.yaw[:, 0] - batch.agent[:, 2]))))
+
+
+@artefact(
+    "scene-motion",
+    types=("EVENT", "PATH"),
+    roles=("figure",),
+    words=("relation",),
+    columns=(Column("carries", "bool"), Column("carries_nothing", "bool")),
+)
+def scene_motion(batch: FactorBatch) -> FloatArray:
+    """Artefact: a random trajectory comes without the load that its own log moved."""
+    carries = np.zeros(len(batch), dtype=bool)
+    track = tracks(batch)
+    for peer in batch.peers.T:
+        rows = np.flatnonzero(peer >= 0)
+        carries[rows] |= theme_motion(batch.take(rows), peer[rows], track.take(rows)).moved
+    return np.column_stack((carries, ~carries))
+
+
+@artefact(
+    "landmark-words",
+    types=("OBJECT", "PLACE", "PATH"),
+    roles=("landmark",),
+    words=("landmark",),
+    columns=label_columns,
+    alone=False,
+)
+def landmark_words(batch: FactorBatch) -> FloatArray:
+    """Artefact: a random negative's landmarks are random too and don't fit their own words."""
+    return batch.bodies.shared_labels[batch.landmark].astype(float)
+
+
+@artefact(
+    "robot-pose",
+    types=("OBJECT",),
+    roles=("figure",),
+    words=(),
+    columns=(Column("away", "m", 0, 10, 10),),
+)
+def robot_pose(batch: FactorBatch) -> FloatArray:
+    """Artefact: a random robot from another log isn't where this command's robot is."""
+    start = batch.bodies.xyz[batch.figure, 0, :2]
+    away: FloatArray = np.linalg.norm(start - batch.agent[:, :2], axis=1)[:, None]
+    return away

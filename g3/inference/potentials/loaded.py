@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import log
 
-from g3.actions.loads import is_load
+from g3.actions.robot_state import is_load
 from g3.inference.potentials.cases import CandidateCase, CommandCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
 from g3.inference.problem.asked_kinds import asked_kinds

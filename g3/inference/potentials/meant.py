@@ -7,7 +7,7 @@ from math import log
 
 import numpy as np
 
-from g3.actions.loads import is_load
+from g3.actions.robot_state import is_load
 from g3.geometry.plane import BoolArray
 from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase

@@ -7,7 +7,7 @@ from math import log
 
 import numpy as np
 
-from g3.actions.facing import facing, turned
+from g3.actions.arrangements import facing, turned
 from g3.actions.grounding_candidates import GROUND_M, are_free, carrier
 from g3.actions.robot_state import centres
 from g3.features.bodies import IntArray

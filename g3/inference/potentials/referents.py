@@ -7,7 +7,7 @@ from math import log
 
 import numpy as np
 
-from g3.actions.loads import names_person
+from g3.actions.robot_state import names_person
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import Measured, potential

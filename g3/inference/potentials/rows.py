@@ -6,7 +6,7 @@ from math import log
 
 import numpy as np
 
-from g3.actions.facing import rows, turned
+from g3.actions.arrangements import rows, turned
 from g3.actions.robot_state import centres
 from g3.features.factor_batch import FactorBatch, Role
 from g3.features.sets.ranks import local_centres

@@ -12,8 +12,8 @@ from math import log
 
 import numpy as np
 
-from g3.actions.facing import facing, lines, turned
-from g3.actions.loads import is_load
+from g3.actions.arrangements import facing, lines, turned
+from g3.actions.robot_state import is_load
 from g3.features.factor_batch import FactorBatch, WordField
 from g3.features.sets.named import named
 from g3.features.sets.order import DIRECTIONS, all_ordinals, extents, ordinals, rivals

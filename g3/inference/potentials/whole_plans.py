@@ -15,8 +15,7 @@ import numpy as np
 
 from g3.actions.forklift_actions import DRIVE_AWAY, TURN_AWAY
 from g3.actions.grounding_candidates import carrier
-from g3.actions.loads import is_load
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, is_load
 from g3.geometry.footprints import centre
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import PlanCase, PlanEnd

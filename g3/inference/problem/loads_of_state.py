@@ -6,8 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from g3.actions.loads import loads_of_context
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, loads_of_context
 from g3.geometry.footprints import centre
 from g3.inference.problem.command_tree import Tree
 from g3.language.lexicon.field_words import bare

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from g3.actions.grounding_candidates import carrier
-from g3.actions.loads import is_load
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, is_load
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.similarity.presence import best_naming, is_called
 from g3.sdc.clauses import Span

@@ -1,1 +1,1 @@
-"""Why things and actions were chosen, in plain words."""
+"""Reasons for chosen things and actions, in plain words."""

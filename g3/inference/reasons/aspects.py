@@ -18,12 +18,12 @@ from g3.sdc.clauses import SDC, all_words
 from g3.short_repr import short_repr
 
 TELLING = float(np.log(1.1))
-"""What changes the odds less than this is not told."""
+"""Smallest change of the odds that is reported."""
 MOST = 4
-"""How many aspects are told."""
+"""Largest number of aspects that are reported."""
 MOST_WORDS = 2
 MANY = 100
-"""Odds that are larger are told as more than this."""
+"""Larger odds are reported as more than this."""
 
 _CALLED = "what it is called"
 _NUMBER = "how many things it is"
@@ -69,13 +69,13 @@ ASPECTS = {
     "shape": _WAY,
     "besides/goal": "how well the goal itself fits its words",
 }
-"""What feature sets tell of."""
+"""Aspects that feature sets report."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Aspect:
-    """What speaks for a grounding or against it, summed over all features of a sort.
+    """Evidence for or against a grounding, summed over all features of a sort.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Aspect:
 
 
 def aspects(reasons: Sequence[Reason], sdc: SDC) -> list[Aspect]:
-    """What the reasons for a clause's grounding come to, the weightiest first."""
+    """Sum the reasons for a clause's grounding up, the weightiest first."""
     spoken = {normalise(span.text): span.text.strip(".,;:!") for span in all_words(sdc)}
     spoken = {word: text for word, text in spoken.items() if word not in ARTICLES}
     parts: dict[str, list[Reason]] = {}
@@ -127,7 +127,7 @@ def aspects(reasons: Sequence[Reason], sdc: SDC) -> list[Aspect]:
 
 
 def _about(reason: Reason) -> str:
-    """What a reason is about; feature sets of other distributions describe themselves."""
+    """Return the subject of a reason; feature sets of other distributions describe themselves."""
     known = ASPECTS.get(reason.feature.partition("/")[0]) or ASPECTS.get(reason.feature)
     if known:
         return known
@@ -139,6 +139,6 @@ def _about(reason: Reason) -> str:
 
 
 def _descriptions(registered: Sequence[FeatureSet] | Sequence[Potential]) -> dict[str, str]:
-    """What is registered says of itself, as a part of a sentence."""
+    """Return the descriptions of registered members, as parts of sentences."""
     told = {own.name: own.description.rstrip(".") for own in registered}
     return {name: text[:1].lower() + text[1:] for name, text in told.items()}

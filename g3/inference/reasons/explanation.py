@@ -1,4 +1,4 @@
-"""Why things and actions were chosen: the features and words that spoke for each grounding.
+"""Reasons for chosen things and actions: features and words in favour of each grounding.
 
 They are compared with the best rival, as most of what is so of the one is so of the other.
 :mod:`g3.inference.reasons.aspects` puts them in words.
@@ -37,14 +37,14 @@ class Grounded(Protocol):
 
     @property
     def problems(self) -> Mapping[int, GroundingProblem]:
-        """What they were grounded in."""
+        """Problems in which the clauses were grounded."""
         ...
 
 
 def reasons_for_things(
     tree: Tree, plan: Grounded, problem: GroundingProblem, scorer: Scorer
 ) -> dict[int, tuple[Group | None, tuple[Reason, ...]]]:
-    """The best other thing and the reasons, by the nodes of OBJECTs and PLACEs.
+    """Return the best other thing and the reasons, by the nodes of OBJECTs and PLACEs.
 
     Where several clauses name one thing, as "the pallet" and "the pallet on the left", the
     outermost has the reasons of all. A PLACE has no rival.
@@ -73,7 +73,7 @@ def reasons_for_things(
 def _ruled(
     tree: Tree, node: int, batch: FactorBatch, problem: GroundingProblem, groups: Sequence[Group]
 ) -> list[tuple[str, FloatArray]]:
-    """What potentials add to groundings of a clause, by name."""
+    """Return the contributions of potentials to groundings of a clause, by name."""
     cases: list[Case] = [FactorCase(tree, node, batch, problem, [len(group) for group in groups])]
     if tree.nodes[node].is_leaf:
         cases.append(CandidateCase(tree, node, problem, groups, "figure", node))
@@ -83,7 +83,7 @@ def _ruled(
 def _with_others(
     tree: Tree, clauses: Sequence[int], nodes: Mapping[int, tuple[Group, float]], scene: Scene
 ) -> tuple[list[Group], dict[int, FactorBatch]]:
-    """What clauses might name instead, and their factors with what they name and with these."""
+    """Yield the alternatives of clauses, with the factors of these and of the choices."""
     chosen = nodes[clauses[0]][0]
     taken = {*_ids(chosen), scene.context.agent_id}
     others = [group for group in scene.groups if not _ids(group) & taken]
@@ -98,7 +98,7 @@ def _against_best(
     ruled: Sequence[tuple[str, FloatArray]],
     scorer: Scorer,
 ) -> tuple[Group | None, tuple[Reason, ...]]:
-    """The best of all groups but the first, and what speaks for the first rather than for it.
+    """Return the best group but the first, and the reasons for the first rather than for it.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def _ids(group: Group) -> set[str]:
 
 
 def _same_thing(tree: Tree, node: int) -> list[int]:
-    """An OBJECT and the clauses in it that name the same thing."""
+    """Return an OBJECT and the clauses in it that name the same thing."""
     found = [node]
     for n in found:
         fields: tuple[Field, ...] = ("f", "l") if is_complement(tree.nodes[n]) else ("f",)
@@ -135,7 +135,7 @@ def _factor(
     scene: Scene,
     figures: Sequence[Group],
 ) -> FactorBatch:
-    """A clause's factor with each of some figures, and with the landmarks that it has.
+    """Return a clause's factor with each of some figures, and with its landmarks.
 
     A complement's landmark is the figure itself.
     """
@@ -156,7 +156,7 @@ def _factor(
 
 
 def reasons_against(batch: FactorBatch, rows: tuple[int, int], scorer: Scorer) -> list[Reason]:
-    """What speaks for the first of two rows rather than for the second, the weightiest first."""
+    """Return the reasons for the first of two rows over the second, the weightiest first."""
     total: Counter[tuple[str, str]] = Counter()
     for row, sign in zip(rows, (1, -1), strict=True):
         for reason in scorer.reasons(batch.take(np.array([row]))):

@@ -32,17 +32,45 @@ from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, told_side
 from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
 from g3.inference.problem.later_sides import is_seen_later
-from g3.inference.problem.packed_scene import Group
-from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
+from g3.inference.problem.packed_scene import Group, Scene
+from g3.inference.problem.phrases import factor_type, is_pronoun, is_there, names_other, names_same
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_against, told_besides, weightiest
 from g3.inference.search.arguments import arguments, combine, focus_of
-from g3.inference.search.leaves import leaf_scores
 from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, path_batch
 from g3.inference.search.thing_search import ground_thing
 from g3.language.discourse.anaphora import anaphors
 from g3.sdc.clauses import SDC_TYPES
 from g3.short_repr import short_repr
+
+
+def leaf_scores(tree: Tree, scene: Scene, cost: Cost) -> dict[int, FloatArray]:
+    """Log-probabilities of all of a scene's groups for OBJECTs without others below, by node.
+
+    Only of a learned cost: one that is random depends on what else is in a batch.
+    """
+    if not isinstance(cost, Scorer):
+        return {}
+    nodes = [n for n in range(len(tree.nodes)) if _is_leaf(tree, n)]
+    if not nodes:
+        return {}
+    groups = np.arange(len(scene.groups))
+    batch = scene.batch(
+        "OBJECT",
+        [tree.words[n] for n in nodes],
+        np.repeat(np.arange(len(nodes)), len(groups)),
+        figure=np.tile(groups, len(nodes)),
+    )
+    scores = cost.log_probability(batch).reshape(len(nodes), -1)
+    return dict(zip(nodes, scores, strict=True))
+
+
+def _is_leaf(tree: Tree, node: int) -> bool:
+    sdc = tree.nodes[node]
+    if sdc.is_implicit or factor_type(sdc) != "OBJECT" or is_pronoun(sdc):
+        return False
+    return not tree.below(node, ("f", "l", "l2"), "OBJECT", "PLACE", "PATH")
+
 
 Reasons = tuple[Action, tuple[Reason, ...]]
 Choices = tuple[tuple[Group, float], ...]

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from g3.actions.action_kinds import Action, Focus
-from g3.actions.loads import is_load
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, is_load
 from g3.features.bodies import IntArray
 from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import ReferentCase

@@ -20,7 +20,7 @@ from g3.short_repr import short_repr
 
 DEEPEST = 24
 """How many clauses may follow a top-level EVENT before what follows begins anew: trees have a
-limited depth (:data:`g3.sdc.bracket_reader.MAX_DEPTH`)."""
+limited depth (:data:`g3.sdc.sdc_notation.MAX_DEPTH`)."""
 
 
 @short_repr

@@ -26,7 +26,7 @@ from g3.actions.grounding_candidates import are_free, spots_about, square
 from g3.actions.robot_state import start_state
 from g3.errors import CorpusError
 from g3.geometry.footprints import centre, covers
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
+from g3.inference.training import TOLERANCE, search_sets, training_data
 from g3.inference.tree_choice import PARSES
 from g3.learning.grounding_model import GroundingModel
 

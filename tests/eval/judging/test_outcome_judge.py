@@ -7,8 +7,7 @@ from eval.judging.picked_up import picked_in_log, picked_up
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.forklift_actions import CARRY, GO_STRAIGHT, PICK_UP, TURN
 from g3.actions.grounding_candidates import spots_about, spots_of_robot
-from g3.actions.loads import loads_of_context
-from g3.actions.robot_state import start_state
+from g3.actions.robot_state import loads_of_context, start_state
 from g3.annotation import TaskOutcome
 from tests.eval.yard import yard
 

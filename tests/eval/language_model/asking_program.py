@@ -7,8 +7,7 @@ import sys
 from eval.language_model.chat_endpoint import Endpoint
 from eval.language_model.model_answers import LanguageModelGrounder
 from eval.table_3.grounder_registry import PlanTask
-from g3.actions.loads import loads_of_context
-from g3.actions.robot_state import start_state
+from g3.actions.robot_state import loads_of_context, start_state
 from tests.worlds import scene, thing
 
 

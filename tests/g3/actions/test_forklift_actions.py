@@ -24,7 +24,7 @@ from g3.actions.action_kinds import (
     possible_actions,
     result,
 )
-from g3.actions.driving import TURNING_RADIUS_M
+from g3.actions.courses import TURNING_RADIUS_M
 from g3.actions.forklift_actions import (
     BACK_UP,
     CARRY,

@@ -6,8 +6,13 @@ import pytest
 
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.judging.picked_up import picked_in_log
-from g3.actions.loads import can_be_lifted, is_load, loads_of_context, names_person
-from g3.actions.robot_state import start_state
+from g3.actions.robot_state import (
+    can_be_lifted,
+    is_load,
+    loads_of_context,
+    names_person,
+    start_state,
+)
 from tests.worlds import thing
 
 

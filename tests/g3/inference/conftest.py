@@ -4,7 +4,7 @@ import pytest
 
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.inference.grounder import Grounder
-from g3.inference.training.search_training import TOLERANCE, search_sets, training_data
+from g3.inference.training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 from tests.g3.inference.following_commands import TIRES
 

@@ -14,7 +14,7 @@ from g3.features.bodies import Bodies, pack
 from g3.inference.problem.costs import Scorer
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import pack_like, scene_of
-from g3.inference.search.leaves import leaf_scores
+from g3.inference.search.action_search import leaf_scores
 from g3.inference.search.thing_search import ground_thing
 from tests.g3.inference.ruled import tree_of
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from g3.actions.loads import is_load
-from g3.actions.robot_state import moved_to, start_state, with_moved
+from g3.actions.robot_state import is_load, moved_to, start_state, with_moved
 from g3.geometry.plane import rotate
 from g3.groundings import object_ids
 from g3.inference.clarification import told_apart

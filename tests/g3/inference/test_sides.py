@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from g3.actions.facing import facing
+from g3.actions.arrangements import facing
 from tests.g3.inference.following_commands import did, under, world
 from tests.g3.inference.ruled import WEIGHT, of_sides
 from tests.worlds import robot, thing

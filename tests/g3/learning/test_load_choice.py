@@ -8,8 +8,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from g3.learning.choice_fitting import CENTRE, ROLES, THINGS, Evidence, Seen, unknown_person
-from g3.learning.load_choice import PARAMETERS, Load, LoadChoice, LoadChooser, evidence, lexicon_of
+from g3.learning.load_choice import (
+    CENTRE,
+    PARAMETERS,
+    ROLES,
+    THINGS,
+    Evidence,
+    Load,
+    LoadChoice,
+    LoadChooser,
+    Seen,
+    evidence,
+    lexicon_of,
+    unknown_person,
+)
 
 TIRES, MACHINE, DRUM = ("tire", "pallet"), ("washing", "machine", "pallet"), ("drum",)
 NOTHING = lexicon_of([])

@@ -1,1 +1,0 @@
-"""Examples of the search's own space, which models learn from besides a corpus's own."""
