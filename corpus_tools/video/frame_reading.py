@@ -122,3 +122,36 @@ def picture(frame: av.VideoFrame, aspect: Fraction) -> NDArray[np.uint8]:
     stored: Any = frame.reformat(width, height, "rgb24").to_ndarray()
     shown = stored[:, ::-1] if is_mirrored else stored
     return np.ascontiguousarray(np.rot90(shown, -rotation // 90))
+
+
+def upright(frame: av.VideoFrame) -> av.VideoFrame:
+    """Return a frame turned as people see it, for an encoder.
+
+    Returns
+    -------
+    av.VideoFrame
+        In 8-bit YUV 4:2:0 in the video range, with even sizes. Its pixels have the same aspect, or
+        the inverse one if it was turned by 90 degrees.
+    """
+    import av  # noqa: PLC0415 - large, and not always installed
+
+    rotation, is_mirrored = orientation(frame)
+    width, height = (max(pixels // 2 * 2, 2) for pixels in (frame.width, frame.height))
+    # The colours stay as they are coded, so that players take them for the same.
+    flat = frame.reformat(
+        width, height, "yuv420p", dst_colorspace=frame.colorspace, dst_color_range="MPEG"
+    )
+    if not rotation and not is_mirrored:
+        return flat
+    samples: Any = flat.to_ndarray().ravel()
+    planes, at = [], 0
+    for shrink in (1, 2, 2):
+        rows, columns = height // shrink, width // shrink
+        plane = samples[at : at + rows * columns].reshape(rows, columns)
+        at += plane.size
+        planes.append(np.rot90(plane[:, ::-1] if is_mirrored else plane, -rotation // 90).ravel())
+    across = height if rotation % 180 == 90 else width
+    turned: Any = np.concatenate(planes).reshape(-1, across)
+    made = av.VideoFrame.from_ndarray(turned, "yuv420p")
+    made.colorspace, made.color_range = flat.colorspace, flat.color_range
+    return made

@@ -48,7 +48,7 @@ PLAYED = {
 }
 """The pixel formats that all common browsers play, by container and codec."""
 
-_VERSION = 1
+_VERSION = 2
 """Raised whenever results are to be made again."""
 _FALLBACK_S = 0.04
 """The duration of a single frame whose container gives none."""
@@ -83,6 +83,8 @@ class VideoInfo:
     """Whether stored frames are mirrored, left to right, before they are turned."""
     pixel_aspect: Fraction
     """Width of a stored pixel divided by its height."""
+    container: str
+    """Kind of file: ``mp4``, ``webm`` or ``matroska``; QuickTime's files count as ``mp4``."""
     codec: str
     """FFmpeg's canonical name of the codec, such as ``h264``."""
     pixel_format: str
@@ -288,6 +290,7 @@ def _decoded(file: Path, sha256: str, progress: OnShare | None) -> VideoInfo:
             rotation=rotation,
             is_mirrored=is_mirrored,
             pixel_aspect=aspect,
+            container=structure.kind,
             codec=codec,
             pixel_format=pixel_format,
             fps=_mean_rate(times, duration_s),
