@@ -17,7 +17,7 @@ from annotation_app.items.new_items import GIVEN, NewItem, add_item, new_slots
 from annotation_app.items.scenes import read_film
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
-from annotation_app.store.models import Answer, Item, Media, Slot, Study
+from annotation_app.store.models import Item, Media, Slot, Study
 from annotation_app.studies.study_file import StudyConfig, stored
 from annotation_app.study_setup.every_problem import together
 from annotation_app.study_setup.own_videos import OwnVideo
@@ -126,27 +126,8 @@ def put_media(session: Session, study_id: str, video: str, role: str, path: Path
     if known is None:
         known = Media(id=new_id(), study_id=study_id, video=video, role=role, path="", sha256="")
         session.add(known)
-    elif role == "video" and known.sha256 != sha256:
-        _rename_items(session, known, sha256)
     known.path, known.sha256 = str(path), sha256
     session.flush()
-
-
-def _rename_items(session: Session, film: Media, sha256: str) -> None:
-    """Have the items about a video be about another film, of which nobody was asked yet."""
-    for task in tasks():
-        if task.of_video is None:
-            continue
-        old, new = (task.of_video(film.video, d).subject for d in (film.sha256, sha256))
-        unanswered = select(Item).where(
-            Item.study_id == film.study_id,
-            Item.task == task.name,
-            Item.subject == old,
-            ~Item.id.in_(select(Answer.item_id)),
-        )
-        for item in session.scalars(unanswered):
-            if item.payload["video"] == film.video:
-                item.subject = new
 
 
 def _id(manifest: Path) -> str:

@@ -26,7 +26,10 @@ def test_parts_of_a_large_video(app: Flask, config: Config, tmp_path: Path) -> N
         for at, content in ((0, b"first"), (2**32, b"middle"), (SIZE - 4, b"last")):
             file.seek(at)
             file.write(content)
-    execute(app, update(Media).where(Media.id == name).values(path=str(video), sha256=file_digest(video)))
+    execute(
+        app,
+        update(Media).where(Media.id == name).values(path=str(video), sha256=file_digest(video)),
+    )
     parts = {
         "bytes=0-4": ("first", f"bytes 0-4/{SIZE}"),
         f"bytes={2**32}-{2**32 + 5}": ("middle", f"bytes {2**32}-{2**32 + 5}/{SIZE}"),
