@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import stat
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -129,17 +130,18 @@ def probe(file: Path, *, progress: OnShare | None = None) -> VideoInfo:
     """
     before = _stamp(file)
     sha256 = file_digest(file)
-    info = _RECENT.pop(sha256, None) or _kept(sha256)
+    info = _kept(sha256)
     if info is None:
-        info = _decoded(file, sha256, progress)
-        if _stamp(file) != before:
-            raise FormatError(
-                "the file changed while it was read", where=str(file), fix="wait until it is whole"
-            )
-        _keep(_result_file(sha256), _packed(info))
-    _RECENT[sha256] = info
-    if len(_RECENT) > _MOST_RECENT:
-        _RECENT.pop(next(iter(_RECENT)), None)
+        with _TURN:
+            info = _kept(sha256) or _decoded(file, sha256, progress)
+            if _stamp(file) != before:
+                what = "the file changed while it was read"
+                raise FormatError(what, where=str(file), fix="wait until it is whole")
+            _keep(_result_file(sha256), _packed(info))
+    with _NOTING:
+        _RECENT[sha256] = info
+        if len(_RECENT) > _MOST_RECENT:
+            del _RECENT[next(iter(_RECENT))]
     return info
 
 
@@ -208,6 +210,9 @@ def _seal(key: str, digest: str) -> str:
 _RECENT: dict[str, VideoInfo] = {}
 """Results by digest, of use where the cache folder can't be written."""
 _MOST_RECENT = 64
+_NOTING = threading.Lock()
+_TURN = threading.Lock()
+"""Two requests for the same file decode it once."""
 
 
 def _result_file(sha256: str) -> Path:
@@ -224,6 +229,8 @@ def _packed(info: VideoInfo) -> bytes:
 
 def _kept(sha256: str) -> VideoInfo | None:
     """The result for a digest; None if none is kept, or a damaged one."""
+    if (recent := _RECENT.get(sha256)) is not None:
+        return recent
     try:
         content = _result_file(sha256).read_bytes()
     except OSError:
