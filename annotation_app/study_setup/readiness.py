@@ -20,6 +20,7 @@ from annotation_app.study_setup.prepared_videos import looked_at
 from annotation_app.tasks.task_record import COMMAND, Source, Task
 from annotation_app.tasks.task_registry import find_task, tasks
 from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.video.frame_reading import has_decoder
 from g3.errors import CorpusError
 
 
@@ -47,8 +48,8 @@ def obstacles(
     Parameters
     ----------
     on_progress
-        Called while videos are decoded. If it is left out, only those are named that have gone or
-        were replaced.
+        Called while videos are decoded. If it is left out, or PyAV isn't installed, only those are
+        named that have gone or were replaced.
     """
     logins = people_by_role(session)
     found: list[Obstacle] = []
@@ -65,7 +66,7 @@ def obstacles(
         known = not films or any(film.has_things for film in films)
         found += study_obstacles(restored(study.config), logins, items, has_scenes=known)
         wrong: list[CorpusError] = list(replaced(session, study.id))
-        if on_progress is not None and not wrong:
+        if on_progress is not None and not wrong and has_decoder():
             wrong += _not_watchable(session, study.id, on_progress)
         for error in wrong:
             where = f"{error.where}: " if error.where else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from importlib.util import find_spec
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 CONTAINERS = "mov,matroska"
 """The formats that are opened, as FFmpeg calls them. Playlists, which name other files, aren't."""
+MOST_PIXELS = 1 << 26
+"""A stored frame may have so many; larger ones aren't decoded."""
 WIDEST = 16_384
 """The greatest width and height of a picture as displayed."""
 
@@ -43,6 +46,11 @@ def unreadable(file: Path, why: str) -> FormatError:
 def reason(error: Exception) -> str:
     """Return FFmpeg's text of an error, without its number and the file's name."""
     return str(getattr(error, "strerror", None) or error)
+
+
+def has_decoder() -> bool:
+    """Return if videos can be read here: PyAV comes with an extra."""
+    return find_spec("av") is not None
 
 
 def open_video(file: Path) -> tuple[Any, Any]:
@@ -74,6 +82,7 @@ def open_video(file: Path) -> tuple[Any, Any]:
     for stream in container.streams.video:
         if not stream.disposition & cover and stream.codec_context is not None:
             stream.thread_type = "AUTO"
+            stream.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
             return container, stream
     container.close()
     raise unreadable(file, "it has no video, or one of a kind that FFmpeg can't decode")

@@ -274,6 +274,8 @@ class _Pass:
 def _decoded(file: Path, sha256: str, progress: OnShare | None) -> VideoInfo:
     """The properties of a file, by decoding it."""
     structure = read_structure(file)
+    if not structure.kind:
+        raise unreadable(file, "it is no MP4, QuickTime, WebM or Matroska file")
     container, stream = open_video(file)
     with container:
         outcome = _decode(container, stream, file.stat().st_size, progress)
