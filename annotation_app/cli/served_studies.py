@@ -15,6 +15,7 @@ from annotation_app.study_setup.study_starting import (
     put_parts,
     read_parts,
 )
+from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from g3.errors import CorpusError
 from g3.storage.cache_folder import cache_folder
@@ -56,7 +57,8 @@ def bring_up_to_date(config: Config, file: Path) -> None:
 
 def put(config: Config, parts: StudyParts) -> None:
     """Add a study to an installation, or bring it up to date."""
-    ready_videos = prepare_parts(parts, config)
+    with progress_bar("looking at the videos") as on_progress:
+        ready_videos = prepare_parts(parts, config, on_progress)
     with opened(config.database) as engine:
         salt = installation_salt(engine, config)
         with transaction(engine) as session:

@@ -88,7 +88,8 @@ def check(
         study_obstacles,
     )
     from annotation_app.study_setup.study_reading import read_study
-    from annotation_app.study_setup.study_starting import find_parts
+    from annotation_app.study_setup.study_starting import changed_since_asked, find_parts
+    from corpus_tools.runtime.progress import progress_bar
 
     found: list[Obstacle] = []
     with existing(place) as session:
@@ -97,13 +98,19 @@ def check(
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
             study = read_study(file)
-            parts, errors = find_parts(study, file, videos, are_played=True)
+            with progress_bar("looking at the videos") as on_progress:
+                parts, errors = find_parts(
+                    study, file, videos, are_played=True, on_progress=on_progress
+                )
+            if session is not None and not errors:
+                errors += changed_since_asked(session, parts)
             for error in errors:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
             found += study_obstacles(study, logins, {}, has_scenes=parts.has_scenes)
         if session is not None and not study_files:
-            found += obstacles(session)
+            with progress_bar("looking at the videos") as on_progress:
+                found += obstacles(session, on_progress=on_progress)
     what = ", ".join(map(str, study_files)) or str(place.instance)
     record = {"obstacles": found}
     tell(form, record, *(map(str, found) if found else [f"{what}: nothing would stop people"]))
@@ -116,15 +123,13 @@ def _own_study(name: str, videos: Path, folder: Path) -> tuple[str, int]:
     import os
 
     from annotation_app.studies.study_template import OWN_TEMPLATE
-    from annotation_app.study_setup.own_videos import (
-        TABLES,
-        check_readable,
-        has_commands,
-        own_videos,
-    )
+    from annotation_app.study_setup.own_videos import TABLES, has_commands, own_videos
+    from annotation_app.study_setup.prepared_videos import check_readable
+    from corpus_tools.runtime.progress import progress_bar
 
     found = own_videos(videos)
-    check_readable(found)
+    with progress_bar("looking at the videos") as on_progress:
+        check_readable(found, on_progress)
     # From the study's file, and quoted as YAML wants it.
     path = json.dumps(os.path.relpath(videos, folder))
     has = videos.suffix.lower() in TABLES and has_commands(videos)

@@ -12,10 +12,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.items.clips import ensure
-from annotation_app.items.media import TYPES, media_type, public_name
+from annotation_app.items.media import TYPES, digest, media_type, public_name
+from annotation_app.items.replaced_videos import FIX
 from annotation_app.store.models import Media
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from g3.errors import CorpusError
+from g3.errors import CorpusError, FormatError
 
 STORE = "s3"
 CACHED = "public, max-age=31536000, immutable"
@@ -28,7 +29,8 @@ Put = Callable[[Path, str, str], bool]
 def copy_media(session: Session, target: str, on_progress: OnProgress = no_progress) -> int:
     """Copy all videos and pictures that aren't there yet, under names that say nothing; how many.
 
-    The target is a folder, or ``s3://bucket/prefix``. An error says that the object store refuses.
+    The target is a folder, or ``s3://bucket/prefix``. An error says that the object store refuses,
+    or that a video was replaced since people were asked about it.
     """
     put = _store(target) if urlsplit(target).scheme == STORE else _folder(Path(target))
     files = list(_files(session))
@@ -45,6 +47,9 @@ def _files(session: Session) -> Iterator[tuple[Path, Media]]:
         path = Path(media.path)
         ensure(path)
         if path.is_file():
+            if media.role == "video" and digest(path) != media.sha256:
+                what = f"the file of the video {media.video!r} has been replaced"
+                raise FormatError(what, where=str(path), fix=FIX)
             yield path, media
 
 

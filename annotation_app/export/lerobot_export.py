@@ -18,7 +18,9 @@ from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import films_of
 from annotation_app.items.new_items import GIVEN
+from annotation_app.items.replaced_videos import replaced
 from annotation_app.store.models import Answer, Study
+from annotation_app.study_setup.every_problem import together
 from annotation_app.tasks.corpus_parts import answers_of, people_of
 from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.subtasks import SUBTASKS, boundary_f, most_agreed, steps_of
@@ -56,7 +58,8 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
     Descriptions become other wordings of the task (``task_aug``), and the task of an episode that
     had none. Subtasks take the place of the dataset's own and of its plans. Ratings are verdicts.
 
-    A FormatError says that the study's videos are no episodes.
+    A FormatError says that the study's videos are no episodes; a CorpusError lists the files that
+    have been replaced since people were asked about them.
     """
     films = films_of(session, study.id)
     told = {video: film.metadata for video, film in films.items() if "episode" in film.metadata}
@@ -68,6 +71,8 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
             where=f"study {study.name}",
             fix="make the study of what `ct import lerobot` writes",
         )
+    if wrong := list(replaced(session, study.id, with_gone=False)):
+        raise together(wrong)
     found = _Gathered(session, study, told, people_of(session))
     found.add_wordings()
     found.add_subtasks()

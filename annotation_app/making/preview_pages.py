@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import flask
@@ -10,14 +11,18 @@ from flask.typing import ResponseReturnValue
 
 from annotation_app.core.languages import speak
 from annotation_app.core.problems import Refusal
+from annotation_app.items.clips import ensure
 from annotation_app.items.media import TYPES, WEBM
-from annotation_app.making.step_pages import config_of, opened_draft, videos_of
+from annotation_app.items.scenes import read_film
+from annotation_app.making.step_pages import config_of, opened_draft
 from annotation_app.making.steps import parts_of
 from annotation_app.pages.study_progress import TaskProgress
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Record
 from annotation_app.studies.study_file import PracticeItem, StudyConfig, in_its_language
-from annotation_app.study_setup.rendered_study import FILES
+from annotation_app.study_setup.own_videos import OwnVideo
+from annotation_app.study_setup.prepared_videos import played_file, prepare
+from annotation_app.study_setup.rendered_study import FILES, Rendered
 from annotation_app.study_setup.study_drafts import StudyDraft
 from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_record import Task
@@ -25,6 +30,7 @@ from annotation_app.tasks.task_registry import find_task, tasks
 from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.task_page import render_practice
 from annotation_app.web.who_asks import refused, seen_by
+from g3.errors import CorpusError
 
 WELCOME, OVERVIEW = "welcome", "tasks"
 
@@ -64,11 +70,26 @@ def video(name: str, number: int) -> Response:
     if parts is None or number >= len(parts.videos):
         raise Refusal(404, "There is no such video.")
     item = parts.videos[number]
-    file = item.file if item.file is not None else item.folder / FILES["video"]
+    try:
+        file = _played(draft, item)
+        ensure(file)
+    except CorpusError as error:
+        raise Refusal(404, str(error)) from error
     if not file.is_file():
         raise Refusal(404, "There is no such video.")
     kind = WEBM if file.suffix.lower() == ".webm" else TYPES["video"]
     return flask.send_file(file, mimetype=kind, conditional=True)
+
+
+def _prepared(draft: StudyDraft, item: OwnVideo) -> Path:
+    return prepare(item, installation().config.instance / "own-videos" / draft.name)
+
+
+def _played(draft: StudyDraft, item: Rendered | OwnVideo) -> Path:
+    """The file that people would watch."""
+    if isinstance(item, OwnVideo):
+        return played_file(item, _prepared(draft, item))
+    return item.folder / FILES["video"]
 
 
 def _cards(config: StudyConfig) -> list[TaskProgress]:
@@ -108,8 +129,20 @@ def _task_page(
 
 
 def _payload(draft: StudyDraft, item: PracticeItem) -> Record:
-    names = videos_of(draft)
-    if item.video not in names:
+    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
+    videos = () if parts is None else parts.videos
+    number = next((n for n, known in enumerate(videos) if known.video == item.video), None)
+    if number is None:
         raise Refusal(422, f"There is no video {item.video}. Choose another to practise with.")
-    source = flask.url_for(".video", name=draft.name, number=names.index(item.video))
-    return {"command": item.command, "video": source, "poster": None, "duration_s": 0.0}
+    shown = videos[number]
+    try:
+        film = read_film(_prepared(draft, shown) if isinstance(shown, OwnVideo) else shown.folder)
+    except CorpusError as error:
+        raise Refusal(422, str(error)) from error
+    return {
+        "command": item.command,
+        "video": flask.url_for(".video", name=draft.name, number=number),
+        "poster": None,
+        "duration_s": film.duration_s,
+        "fps": film.fps,
+    }

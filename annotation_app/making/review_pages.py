@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
 from annotation_app.making.step_pages import opened_draft, page_values
-from annotation_app.making.steps import StepProblem, parts_of, problems_of
+from annotation_app.making.steps import StepProblem, of_videos, parts_of, problems_of
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Study
@@ -35,7 +35,12 @@ from annotation_app.study_setup.study_drafts import (
     write_study,
 )
 from annotation_app.study_setup.study_reading import read_study
-from annotation_app.study_setup.study_starting import StudyParts, prepare_parts, put_parts
+from annotation_app.study_setup.study_starting import (
+    StudyParts,
+    changed_since_asked,
+    prepare_parts,
+    put_parts,
+)
 from annotation_app.tasks.task_registry import find_task
 from annotation_app.web.who_asks import cannot_be_done, changed_by, refused, seen_by
 from annotation_app.work.handing_out import find_study
@@ -139,6 +144,8 @@ def _review(session: Session, draft: StudyDraft) -> Review:
         return Review(None, problems, [], [], [])
     config = msgspec.convert(draft.value, StudyConfig)
     parts = StudyParts(config, parts.videos, parts.commands, draft.file)
+    if replaced := changed_since_asked(session, parts):
+        return Review(None, [of_videos(error) for error in replaced], [], [], [])
     changed, lost = [], []
     if study is not None and not draft.is_new:
         changed = changes(read_study(draft.file), config, asked_so_far(session, study))

@@ -102,8 +102,8 @@ def parts_of(
                 if isinstance(item, OwnVideo) and item.things and item.things.picture:
                     inside(root, item.things.picture)
     except CorpusError as error:
-        return None, [_of_videos(one) for one in apart(error)]
-    return parts, [_of_videos(error) for error in errors]
+        return None, [of_videos(one) for one in apart(error)]
+    return parts, [of_videos(error) for error in errors]
 
 
 def target(field: Field) -> str:
@@ -130,7 +130,8 @@ def _is_as_before(draft: StudyDraft) -> bool:
     return all(before.get(name) == draft.value.get(name) for name in names)
 
 
-def _of_videos(error: CorpusError) -> StepProblem:
+def of_videos(error: CorpusError) -> StepProblem:
+    """Return an error as a problem of the step in which videos are chosen."""
     where = f"{error.where}: " if error.where else ""
     return StepProblem("videos", "", f"{where}{error.what}. {_sentence(error.fix)}".strip())
 

@@ -12,7 +12,8 @@ from flask.typing import ResponseReturnValue
 from annotation_app.core.problems import Refusal
 from annotation_app.making.step_pages import opened_draft
 from annotation_app.store.installation import installation
-from annotation_app.study_setup.own_videos import SUFFIXES, OwnVideo, check_readable
+from annotation_app.study_setup.own_videos import SUFFIXES, OwnVideo
+from annotation_app.study_setup.prepared_videos import check_readable
 from annotation_app.study_setup.server_folders import add_part
 from annotation_app.study_setup.study_drafts import keep_draft
 from annotation_app.web.who_asks import seen_by

@@ -5,18 +5,17 @@ from __future__ import annotations
 import csv
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from annotation_app.items.clips import CLIP, PLAYED, Look, digest_of_part, look_at, to_mp4
 from annotation_app.items.media import digest
 from annotation_app.study_setup.coco_things import PictureThings
 from annotation_app.study_setup.every_problem import together
+from corpus_tools.video.frame_reading import to_mp4
 from g3.errors import CorpusError, FormatError
-from g3.storage.atomic_file import write_bytes
 
 SUFFIXES = (".mp4", ".webm")
 TABLES = (".csv", ".jsonl")
@@ -38,7 +37,9 @@ class OwnVideo:
     things: PictureThings | None = None
     """What is where in its picture, if that is known."""
     part: tuple[float, float] | None = None
-    """Its beginning and its end in the file, in seconds; None if it is the whole file."""
+    """Its beginning and its end, in seconds from the file's first frame; None for a whole file."""
+    where: str = field(default="", compare=False)
+    """The row that names it, for errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +67,8 @@ def own_videos(path: Path) -> list[OwnVideo]:
         found = [(where, _video(path, row)) for where, row in _rows(path, ("video",))]
     videos: dict[str, OwnVideo] = {}
     errors: list[CorpusError] = []
-    for where, item in found:
+    for where, named in found:
+        item = replace(named, where=where)
         known = videos.setdefault(item.video, item)
         if (known.file, known.part) != (item.file, item.part):
             fix = "rename one of the files" if path.is_dir() else "give each an id of its own"
@@ -117,54 +119,6 @@ def has_commands(table: Path) -> bool:
     return any(row.get("command") for _, row in _rows(table, ("video",)))
 
 
-def check_readable(videos: Sequence[OwnVideo]) -> None:
-    """Check that browsers can play videos; a CorpusError lists all that they can't."""
-    errors: list[CorpusError] = []
-    # Many episodes may be in a file, which is looked at once; things may be told of each.
-    of_files = {item.file: item for item in reversed(videos)}
-    for item in [v for v in videos if v.things is not None or of_files[v.file] is v]:
-        try:
-            look = _look_at(item.file, item.part[0] if item.part else 0.0)
-            if item.things is not None:
-                fitting_picture(item, look.picture)
-        except CorpusError as error:
-            errors.append(error)
-    if errors:
-        raise together(errors)
-
-
-def prepare(item: OwnVideo, base: Path) -> Path:
-    """The folder in `base` with a video's manifest and poster, made if it isn't there.
-
-    A FormatError says that the video can't be read.
-    """
-    folder = base / hashlib.sha256(item.video.encode()).hexdigest()[:20]
-    manifest, poster = folder / "manifest.json", folder / "poster.png"
-    sha256, (start_s, end_s) = digest(item.file), item.part or (0.0, None)
-    told = {"id": item.video, "has_scene": False, "steps": [], "metadata": dict(item.metadata)}
-    if item.things is not None:
-        told["things"] = _things_key(item.things)
-    if end_s is not None:
-        told["part"] = {"file": str(item.file), START: start_s, END: end_s}
-        sha256 = digest_of_part(sha256, start_s, end_s)
-    if manifest.is_file() and poster.is_file():
-        known = msgspec.json.decode(manifest.read_bytes())
-        measured = {name: known.get(name) for name in ("duration_s", "fps")}
-        if known == {**told, "sha256": sha256, **measured}:
-            return folder
-    look = _look_at(item.file, start_s, end_s)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / CLIP).unlink(missing_ok=True)  # it may be another part
-    picture = look.picture
-    if item.things is not None:
-        picture = fitting_picture(item, picture)
-        write_bytes(folder / "segmentation.json", _outlines(item.things))
-    write_bytes(poster, picture)
-    made = {**told, "sha256": sha256, "duration_s": look.duration_s, "fps": look.fps}
-    write_bytes(manifest, msgspec.json.encode(made))
-    return folder
-
-
 def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
     """The picture, as PNG, that a video's things are outlined in.
 
@@ -192,22 +146,18 @@ def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
     return png.tobytes()
 
 
-def _outlines(things: PictureThings) -> bytes:
+def outlines_of(things: PictureThings) -> bytes:
+    """Return the content of ``segmentation.json``."""
     numbered = enumerate(things.things, start=1)
     objects = [{**thing, "value": number} for number, thing in numbered]
     content = {"width": things.width, "height": things.height, "objects": objects}
     return msgspec.json.encode(content)
 
 
-def _things_key(things: PictureThings) -> str:
-    """What changes with the things and their picture."""
+def things_key(things: PictureThings) -> str:
+    """Return a digest of the things and their picture."""
     picture = digest(things.picture) if things.picture is not None else ""
-    return hashlib.sha256(_outlines(things) + picture.encode()).hexdigest()
-
-
-def played_file(item: OwnVideo, folder: Path) -> Path:
-    """The file that people watch: the video, or a part, cut in the folder of :func:`prepare`."""
-    return item.file if item.part is None else folder / CLIP
+    return hashlib.sha256(outlines_of(things) + picture.encode()).hexdigest()
 
 
 def _files(folder: Path) -> list[Path]:
@@ -239,18 +189,6 @@ def _part(table: Path, row: Mapping[str, Any]) -> tuple[float, float] | None:
             fix=f"give {START} and {END} in seconds, the first before the second",
         ) from None
     return start_s, end_s
-
-
-def _look_at(file: Path, start_s: float, end_s: float | None = None) -> Look:
-    """What a video looks like, if browsers play it."""
-    look = look_at(file, start_s, end_s)
-    if look.codec not in PLAYED:
-        raise FormatError(
-            f"browsers don't play videos of the kind {look.codec!r}",
-            where=str(file),
-            fix=f"convert it: {to_mp4(file)}",
-        )
-    return look
 
 
 def _others(row: Mapping[str, Any], known: Sequence[str]) -> dict[str, Any]:

@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.clips import source_file
 from annotation_app.items.item_scenes import films_of
+from annotation_app.items.replaced_videos import replaced
 from annotation_app.people.participants import RANKS
-from annotation_app.store.models import Item, Person, Role, Study, TaskName
+from annotation_app.store.models import Item, Media, Person, Role, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
+from annotation_app.study_setup.prepared_videos import looked_at
 from annotation_app.tasks.task_record import COMMAND, Source, Task
 from annotation_app.tasks.task_registry import find_task, tasks
+from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.video.frame_reading import has_decoder
+from g3.errors import CorpusError
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +40,17 @@ class Obstacle:
         return f"{where}{self.what} ({self.fix})"
 
 
-def obstacles(session: Session, *, of_installation: bool = True) -> list[Obstacle]:
-    """What would stop people in an installation's open studies."""
+def obstacles(
+    session: Session, *, of_installation: bool = True, on_progress: OnProgress | None = None
+) -> list[Obstacle]:
+    """What would stop people in an installation's open studies.
+
+    Parameters
+    ----------
+    on_progress
+        Called while videos are decoded. If it is left out, or PyAV isn't installed, only those are
+        named that have gone or were replaced.
+    """
     logins = people_by_role(session)
     found: list[Obstacle] = []
     if of_installation and not logins["admin"]:
@@ -49,7 +65,27 @@ def obstacles(session: Session, *, of_installation: bool = True) -> list[Obstacl
         films = films_of(session, study.id).values()
         known = not films or any(film.has_things for film in films)
         found += study_obstacles(restored(study.config), logins, items, has_scenes=known)
+        wrong: list[CorpusError] = list(replaced(session, study.id))
+        if on_progress is not None and not wrong and has_decoder():
+            wrong += _not_watchable(session, study.id, on_progress)
+        for error in wrong:
+            where = f"{error.where}: " if error.where else ""
+            found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
     return found
+
+
+def _not_watchable(
+    session: Session, study_id: str, on_progress: OnProgress
+) -> Iterator[CorpusError]:
+    """The errors of a study's videos that can't be watched to their end."""
+    paths = session.scalars(
+        select(Media.path).where(Media.study_id == study_id, Media.role == "video")
+    )
+    for file in dict.fromkeys(source_file(Path(path)) for path in paths):
+        try:
+            looked_at(file, on_progress)
+        except CorpusError as error:
+            yield error
 
 
 def people_by_role(session: Session) -> Mapping[Role, int]:

@@ -82,6 +82,7 @@ def put_study(
     session.flush()
     for item in videos:
         add_video(session, study.id, item)
+    session.flush()
     for new in _first_items(session, study, config, videos):
         add_item(session, study, config, new)
     _add_slots(session, study, config)

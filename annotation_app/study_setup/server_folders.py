@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotation_app.items.clips import to_mp4
 from annotation_app.study_setup.own_videos import SUFFIXES, TABLES
 from annotation_app.study_setup.rendered_study import FILES
+from corpus_tools.video.frame_reading import to_mp4
 from g3.errors import FormatError
 
 DEEPEST = 3

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.config import Config
+from annotation_app.items.replaced_videos import check_not_replaced
 from annotation_app.store.models import Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.study_setup.coco_things import read_things
@@ -17,10 +19,14 @@ from annotation_app.study_setup.every_problem import gathering, together
 from annotation_app.study_setup.own_videos import (
     GivenCommand,
     OwnVideo,
-    check_readable,
     given_commands,
     is_own,
     own_videos,
+)
+from annotation_app.study_setup.prepared_videos import (
+    check_readable,
+    check_rendered,
+    part_of,
     played_file,
     prepare,
 )
@@ -32,6 +38,8 @@ from annotation_app.study_setup.rendered_study import (
     rendered_videos,
 )
 from annotation_app.study_setup.study_reading import read_study
+from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.video.probe import file_digest
 from g3.errors import CorpusError, FormatError
 
 
@@ -63,12 +71,17 @@ def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
 
 
 def find_parts(
-    config: StudyConfig, file: Path, videos: Path | None = None, *, are_played: bool = False
+    config: StudyConfig,
+    file: Path,
+    videos: Path | None = None,
+    *,
+    are_played: bool = False,
+    on_progress: OnProgress = no_progress,
 ) -> tuple[StudyParts, list[CorpusError]]:
     """A study's videos and commands, and all that is wrong with them.
 
-    `file` is where the study's file is, or will be. If videos `are_played`, they are looked into:
-    browsers must be able to play them.
+    `file` is where the study's file is, or will be. If videos `are_played`, they are decoded: they
+    must be whole, and browsers must be able to play them.
     """
     errors: list[CorpusError] = []
     found: Sequence[Rendered | OwnVideo] = ()
@@ -85,7 +98,11 @@ def find_parts(
                 commands = given_commands(file.parent / config.commands, known)
         if are_played:
             with gathering(errors):
-                check_readable([item for item in found if isinstance(item, OwnVideo)])
+                own = [item for item in found if isinstance(item, OwnVideo)]
+                check_readable(own, on_progress)
+            with gathering(errors):
+                folders = [item.folder for item in found if isinstance(item, Rendered)]
+                check_rendered(folders, on_progress)
     return StudyParts(config, found, commands, file), errors
 
 
@@ -120,22 +137,42 @@ def study_videos(
     ]
 
 
-def prepare_parts(parts: StudyParts, setup: Config) -> list[Rendered]:
+def changed_since_asked(session: Session, parts: StudyParts) -> list[FormatError]:
+    """Find the videos of a study whose files were replaced since people were asked about them."""
+    study = session.scalars(select(Study).where(Study.name == parts.config.name)).first()
+    if study is None:
+        return []
+    own = [item for item in parts.videos if isinstance(item, OwnVideo)]
+    digests = {
+        item.video: (part_of(item).digest(file_digest(item.file)), item.file) for item in own
+    }
+    return check_not_replaced(session, study.id, digests)
+
+
+def prepare_parts(
+    parts: StudyParts, setup: Config, on_progress: OnProgress = no_progress
+) -> list[Rendered]:
     """A study's videos, with pictures of them in the installation's folder."""
     base = setup.instance / "own-videos" / parts.config.name
-    return [_prepared(item, base) if isinstance(item, OwnVideo) else item for item in parts.videos]
+    return [
+        _prepared(item, base, on_progress) if isinstance(item, OwnVideo) else item
+        for item in parts.videos
+    ]
 
 
 def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: bytes) -> Study:
     """Add a study to the database, or bring it up to date.
 
-    `ready` is what :func:`prepare_parts` has made, which takes long if there are many videos.
+    `ready` is what :func:`prepare_parts` has made, which takes long if there are many videos. A
+    CorpusError lists the videos that were replaced since people were asked about them.
     """
+    if replaced := changed_since_asked(session, parts):
+        raise together(replaced)
     study = put_study(session, parts.config, ready, parts.file)
     put_commands(session, study, parts.commands, salt)
     return study
 
 
-def _prepared(item: OwnVideo, base: Path) -> Rendered:
-    folder = prepare(item, base)
+def _prepared(item: OwnVideo, base: Path, on_progress: OnProgress) -> Rendered:
+    folder = prepare(item, base, on_progress)
     return Rendered(item.video, folder, played_file(item, folder))

@@ -59,11 +59,11 @@ export function equip(box, moved = () => {}) {
     h("span", { class: "player-time" }, slider, clock), speed, full ?? "",
   );
 
-  /** Browsers may take a video for longer by some frames, or not know yet. */
+  /** As the server has measured it: browsers may not know yet, or take a header's word for it. */
   function duration() {
-    const told = Number(box.dataset.duration) || Infinity;
-    const found = Math.min(told, video.duration > 0 ? video.duration : Infinity);
-    return Number.isFinite(found) ? found : 0;
+    const measured = Number(box.dataset.duration);
+    if (measured > 0) return measured;
+    return Number.isFinite(video.duration) ? video.duration : 0;
   }
 
   function toggle() {
@@ -121,7 +121,7 @@ export function equip(box, moved = () => {}) {
     });
   }
 
-  const player = { element: box, video, note, seek, toggle, step, changeSpeed, get time() { return video.currentTime || 0; } };
+  const player = { element: box, video, note, seek, toggle, step, changeSpeed, get duration() { return duration(); }, get time() { return video.currentTime || 0; } };
   players.set(box, player);
   active ??= player;
   video.controls = false;
@@ -161,7 +161,8 @@ export function equip(box, moved = () => {}) {
 }
 
 /** Have a player's video watched to its end: `watched({watched_s, speed})` is called when it has been. */
-export function watchToEnd({ video, note }, alreadyWatched, watched) {
+export function watchToEnd(player, alreadyWatched, watched) {
+  const { video, note } = player;
   let isDone = alreadyWatched;
   let fastest = 0;
 
@@ -177,7 +178,7 @@ export function watchToEnd({ video, note }, alreadyWatched, watched) {
   video.addEventListener("ended", () => {
     if (isDone) return;
     const seconds = played(video);
-    if (seconds < ENOUGH * video.duration) {
+    if (seconds < ENOUGH * player.duration) {
       say(_("You have left out a part of the video. Watch that too, please."), "open");
       return;
     }

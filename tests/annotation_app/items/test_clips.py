@@ -11,9 +11,12 @@ from pathlib import Path
 import av
 import pytest
 
-from annotation_app.items.clips import _copied, clip_digest, ensure, is_clip, look_at
+from annotation_app.items.clips import clip_digest, ensure, is_clip
 from annotation_app.items.media import digest
-from annotation_app.study_setup.own_videos import check_readable, own_videos, played_file, prepare
+from annotation_app.study_setup.own_videos import own_videos
+from annotation_app.study_setup.prepared_videos import check_readable, played_file, prepare
+from corpus_tools.video import probe as probing
+from corpus_tools.video.probe import probe
 from g3.errors import CorpusError, FormatError
 from tests.lerobot_datasets import film
 
@@ -50,16 +53,9 @@ def cut(tmp_path: Path, start_s: float, end_s: float, codec: str = "libx264") ->
 def test_a_part_has_its_frames_and_no_others(tmp_path: Path, start: int, end: int, codec: str):
     file = cut(tmp_path, start / 10, end / 10, codec)
     assert greys(file) == list(range(start, end))
-    look = look_at(file)
-    assert look.duration_s == pytest.approx((end - start) / 10, abs=0.11)
-    assert look.fps == 10
-
-
-def test_what_begins_with_a_key_frame_is_copied(tmp_path: Path):
-    film(tmp_path / "long.mp4", GREYS)  # a key frame at every second frame
-    assert _copied(tmp_path / "long.mp4", tmp_path / "a.mp4", 1.0, 2.0)
-    assert not _copied(tmp_path / "long.mp4", tmp_path / "b.mp4", 1.1, 2.0)
-    assert not _copied(tmp_path / "long.mp4", tmp_path / "c.mp4", 1.0, 2.1)
+    info = probe(file)
+    assert info.duration_s == pytest.approx((end - start) / 10, abs=0.01)
+    assert info.fps == 10
 
 
 def test_it_is_known_before_it_is_cut_and_changes_with_the_part(tmp_path: Path):
@@ -72,7 +68,7 @@ def test_it_is_known_before_it_is_cut_and_changes_with_the_part(tmp_path: Path):
     file.unlink()
     assert digest(file) == known
     other = cut(tmp_path, 1.0, 2.2)
-    assert other == file
+    assert other != file
     assert digest(other) != known
     assert greys(other) == list(range(10, 22))
     assert clip_digest(tmp_path / "long.mp4") is None
@@ -87,6 +83,17 @@ def test_a_video_that_has_gone_is_an_error(tmp_path: Path):
     assert [f.name for f in file.parent.iterdir() if f.suffix == ".mp4"] == []
 
 
+def test_another_film_under_the_same_name_is_not_cut(tmp_path: Path):
+    file = cut(tmp_path, 1.0, 2.0)
+    film(tmp_path / "long.mp4", GREYS[::-1])
+    ensure(file)  # what was cut before stays
+    assert greys(file) == list(range(10, 20))
+    file.unlink()
+    with pytest.raises(FormatError, match=r"long\.mp4.*replaced"):
+        ensure(file)
+    assert not file.exists()
+
+
 @pytest.mark.parametrize(
     ("start", "end"), [("1", ""), ("", "1"), ("2", "1"), ("-1", "1"), ("a", "b"), ("0", "inf")]
 )
@@ -98,18 +105,35 @@ def test_parts_that_are_none(tmp_path: Path, start: str, end: str):
         own_videos(table)
 
 
-def test_each_file_is_looked_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_parts_outside_of_the_file_are_named_by_their_rows(tmp_path: Path):
+    film(tmp_path / "long.mp4", GREYS)
+    table = tmp_path / "parts.csv"
+    table.write_text("video,id,start_s,end_s\nlong.mp4,a,3,4.05\nlong.mp4,b,3,5\nlong.mp4,c,4,5\n")
+    with pytest.raises(CorpusError) as caught:
+        check_readable(own_videos(table))
+    assert "parts.csv:2" not in str(caught.value)  # half a frame too long
+    assert "parts.csv:3" in str(caught.value)
+    assert "parts.csv:4" in str(caught.value)
+    assert "4 s long" in str(caught.value)
+
+
+def test_each_file_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     film(tmp_path / "long.mp4", GREYS)
     rows = "".join(f"long.mp4,e{n},{n / 10},{(n + 5) / 10}\n" for n in range(30))
     table = tmp_path / "parts.csv"
     table.write_text(f"video,id,start_s,end_s\n{rows}")
-    looked: list[Path] = []
+    decoded: list[Path] = []
+    decode = probing._decoded
     monkeypatch.setattr(
-        "annotation_app.study_setup.own_videos.look_at",
-        lambda file, *part: looked.append(file) or look_at(file, *part),
+        probing, "_decoded", lambda file, *more: decoded.append(file) or decode(file, *more)
     )
-    check_readable(own_videos(table))
-    assert len(looked) == 1
+    steps: list[str] = []
+    for _ in range(2):
+        probing._RECENT.clear()  # as in another process
+        check_readable(own_videos(table), lambda step, _done, _of: steps.append(step))
+        assert len(decoded) == 1
+    assert set(steps) == {"looking at long.mp4"}
 
 
 @pytest.fixture(autouse=True)

@@ -10,6 +10,7 @@ from sqlalchemy import update
 
 from annotation_app.core.config import Config
 from annotation_app.store.models import Media
+from corpus_tools.video.probe import file_digest
 from tests.annotation_app.browser import Browser, execute
 from tests.annotation_app.real_server import running
 
@@ -25,7 +26,10 @@ def test_parts_of_a_large_video(app: Flask, config: Config, tmp_path: Path) -> N
         for at, content in ((0, b"first"), (2**32, b"middle"), (SIZE - 4, b"last")):
             file.seek(at)
             file.write(content)
-    execute(app, update(Media).where(Media.id == name).values(path=str(video)))
+    execute(
+        app,
+        update(Media).where(Media.id == name).values(path=str(video), sha256=file_digest(video)),
+    )
     parts = {
         "bytes=0-4": ("first", f"bytes 0-4/{SIZE}"),
         f"bytes={2**32}-{2**32 + 5}": ("middle", f"bytes {2**32}-{2**32 + 5}/{SIZE}"),

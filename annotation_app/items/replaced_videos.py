@@ -1,0 +1,85 @@
+"""Videos whose files aren't those any more that people were asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from annotation_app.items.clips import source_file, source_problem
+from annotation_app.store.models import Answer, Item, Media, Slot
+from g3.errors import FormatError
+
+FIX = "put the old file back, or give the new one another name or id"
+
+
+def video_digests(session: Session, study_id: str) -> Mapping[str, str]:
+    """Return what identifies the film of each of a study's videos that people were asked about."""
+    rows = session.execute(
+        select(Media.video, Media.sha256).where(Media.study_id == study_id, Media.role == "video")
+    )
+    return dict(rows.all())
+
+
+def replaced(session: Session, study_id: str, *, with_gone: bool = True) -> Iterator[FormatError]:
+    """Find the videos of a study whose files are others than when it was set up.
+
+    Parameters
+    ----------
+    with_gone
+        If videos are found, too, whose files have gone.
+
+    Yields
+    ------
+    FormatError
+        The error that names a video, its file and the remedy.
+    """
+    found = session.execute(
+        select(Media.video, Media.path, Media.sha256)
+        .where(Media.study_id == study_id, Media.role == "video")
+        .order_by(Media.video)
+    )
+    for video, path, sha256 in found:
+        is_asked = with_gone or source_file(Path(path)).exists()
+        if is_asked and (problem := source_problem(Path(path), sha256)):
+            yield FormatError(f"the video {video!r} can't be shown: {problem}", fix=FIX)
+
+
+def check_not_replaced(
+    session: Session, study_id: str, digests: Mapping[str, tuple[str, Path]]
+) -> list[FormatError]:
+    """Find videos that a set-up would replace by others, of which people were asked already.
+
+    Parameters
+    ----------
+    digests
+        What identifies each video now, and its file, by the video's name.
+
+    Returns
+    -------
+    list of FormatError
+        The errors that name each such video.
+    """
+    before = video_digests(session, study_id)
+    others = {v for v, (sha256, _) in digests.items() if before.get(v, sha256) != sha256}
+    if not others:
+        return []
+    asked = select(Item.payload).where(
+        Item.study_id == study_id,
+        Item.id.in_(select(Answer.item_id)) | Item.id.in_(_LEASED),
+    )
+    # Payloads are JSON, which databases compare in ways of their own.
+    about = {payload.get("video") for payload in session.scalars(asked)}
+    return [
+        FormatError(
+            f"the file of the video {video!r} has been replaced since people were asked about it",
+            where=str(digests[video][1]),
+            fix=FIX,
+        )
+        for video in sorted(others & about)
+    ]
+
+
+_LEASED = select(Slot.item_id).where(Slot.person_id.is_not(None))

@@ -1,0 +1,211 @@
+"""Videos from elsewhere made ready for people: looked at, with a manifest and a poster."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from annotation_app.items.clips import CLIP, CUT_VERSION, Part, clip_path, is_clip, plays_alike
+from annotation_app.items.scenes import MANIFEST, read_film
+from annotation_app.study_setup.every_problem import together
+from annotation_app.study_setup.own_videos import (
+    OwnVideo,
+    fitting_picture,
+    outlines_of,
+    things_key,
+)
+from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.video.cutting import ENCODERS, constant_rate, first_picture
+from corpus_tools.video.frame_reading import has_decoder, to_mp4
+from corpus_tools.video.probe import VideoInfo, probe
+from g3.errors import CorpusError, FormatError
+from g3.storage.atomic_file import write_bytes
+
+POSTER, FILM = "poster.png", "video.mp4"
+
+
+def looked_at(file: Path, on_progress: OnProgress = no_progress) -> VideoInfo:
+    """Return the properties of a video that people are to watch.
+
+    Raises
+    ------
+    FormatError
+        If it can't be read, is cut off or damaged, or browsers don't play it.
+    """
+    info = probe(
+        file,
+        progress=lambda share: on_progress(f"looking at {file.name}", round(100 * share), 100),
+    )
+    if info.problem:
+        raise FormatError(
+            f"the video isn't whole: {info.problem}", where=str(file), fix="copy or make it again"
+        )
+    if not info.is_playable:
+        kind = f"{info.codec!r} ({info.pixel_format}, {info.container or 'another container'})"
+        raise FormatError(
+            f"browsers don't play videos of the kind {kind}",
+            where=str(file),
+            fix=f"convert it: {to_mp4(file)}",
+        )
+    return info
+
+
+def check_readable(videos: Sequence[OwnVideo], on_progress: OnProgress = no_progress) -> None:
+    """Check that people can watch videos, and that all parts can be cut.
+
+    Each file is decoded once, unless its properties are in the cache.
+
+    Raises
+    ------
+    CorpusError
+        If anything is wrong; it lists all.
+    """
+    errors: list[CorpusError] = []
+    wrong: set[Path] = set()
+    for item in videos:
+        if item.file in wrong:
+            continue
+        try:
+            info = looked_at(item.file, on_progress)
+        except CorpusError as error:
+            errors.append(error)
+            wrong.add(item.file)
+            continue
+        try:
+            _check_part(item, info)
+        except CorpusError as error:
+            errors.append(error)
+    if errors:
+        raise together(errors)
+
+
+def check_rendered(folders: Sequence[Path], on_progress: OnProgress = no_progress) -> None:
+    """Check that videos of ``ct render-videos`` are whole, and as long as their manifests say.
+
+    Where PyAV isn't installed, which such studies need not have, nothing is checked.
+
+    Raises
+    ------
+    CorpusError
+        If one isn't; it lists all.
+    """
+    errors: list[CorpusError] = []
+    for folder in folders if has_decoder() else ():
+        file = folder / FILM
+        try:
+            info, stated_s = looked_at(file, on_progress), read_film(folder).duration_s
+            if abs(info.duration_s - stated_s) > 1 / info.fps:
+                raise FormatError(
+                    f"the video is {info.duration_s:g} s long, and {stated_s:g} s in its manifest",
+                    where=str(file),
+                    fix="make it again with `ct render-videos --force`",
+                )
+        except CorpusError as error:
+            errors.append(error)
+    if errors:
+        raise together(errors)
+
+
+def _check_part(item: OwnVideo, info: VideoInfo) -> None:
+    """Check that a part is in its file and can be cut, and that things are marked in its frame."""
+    part = part_of(item)
+    try:
+        of_part = part.span(info)
+    except FormatError as error:
+        where = item.where or str(item.file)
+        what = f"of {item.file.name}, {error.what}"
+        raise FormatError(what, where=where, fix=error.fix) from error
+    if item.part is not None:
+        _check_encoder(info)
+    if item.things is not None:
+        fitting_picture(item, png(first_picture(item.file, info, of_part)))
+
+
+def _check_encoder(info: VideoInfo) -> None:
+    import av  # noqa: PLC0415 - large, and not always installed
+
+    encoder = ENCODERS[info.container][0]
+    if encoder not in av.codecs_available:
+        raise FormatError(
+            f"this build of PyAV can't cut parts: it has no {encoder}",
+            fix="install the wheel: pip install av",
+        )
+
+
+def part_of(item: OwnVideo) -> Part:
+    """Return the part of a file that a video is."""
+    start_s, end_s = item.part or (0.0, None)
+    return Part(str(item.file), start_s, end_s)
+
+
+def prepare(item: OwnVideo, base: Path, on_progress: OnProgress = no_progress) -> Path:
+    """Make the folder with a video's manifest and poster, unless it is there.
+
+    Parameters
+    ----------
+    base
+        Where the folder is made. Another film under the same name has another folder, so that what
+        people were asked about stays as it was.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    FormatError
+        If the video can't be watched, as :func:`looked_at` says, or doesn't have the part.
+    """
+    info, part = looked_at(item.file, on_progress), part_of(item)
+    sha256, of_part = part.digest(info.sha256), part.span(info)
+    folder = base / hashlib.sha256(f"{item.video}\0{sha256}".encode()).hexdigest()[:20]
+    content: dict[str, Any] = {
+        "id": item.video,
+        "has_scene": False,
+        "steps": [],
+        "metadata": dict(item.metadata),
+        "sha256": sha256,
+        "duration_s": of_part.duration_s,
+        "fps": constant_rate(info, of_part),
+        "cut": CUT_VERSION,
+    }
+    if item.things is not None:
+        content["things"] = things_key(item.things)
+    if item.part is not None or not plays_alike(item.file, info):
+        content["part"] = msgspec.to_builtins(part)
+    manifest, poster = folder / MANIFEST, folder / POSTER
+    made = msgspec.json.encode(content)
+    if poster.is_file() and manifest.is_file() and manifest.read_bytes() == made:
+        return folder
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob(f"{CLIP}.*"):
+        old.unlink(missing_ok=True)
+    picture = png(first_picture(item.file, info, of_part))
+    if item.things is not None:
+        picture = fitting_picture(item, picture)
+        write_bytes(folder / "segmentation.json", outlines_of(item.things))
+    write_bytes(poster, picture)
+    write_bytes(manifest, made)
+    return folder
+
+
+def played_file(item: OwnVideo, folder: Path) -> Path:
+    """Return the file that people watch: the video, or what is cut, in a folder of `prepare`."""
+    clip = clip_path(folder, looked_at(item.file))
+    return clip if is_clip(clip) else item.file
+
+
+def png(picture: NDArray[np.uint8]) -> bytes:
+    """Return a picture of shape (height, width, 3), red, green and blue, as PNG."""
+    import cv2  # noqa: PLC0415 - large, and not always installed
+
+    is_written, content = cv2.imencode(".png", picture[..., ::-1])
+    assert is_written  # noqa: S101 - any picture can be
+    return content.tobytes()
