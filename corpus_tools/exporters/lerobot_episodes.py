@@ -7,7 +7,6 @@ people said of the same log are other wordings of the task (``task_aug``).
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +19,9 @@ import numpy.typing as npt
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.lerobot import language_rows
-from corpus_tools.lerobot.episode_reading import INFO, NEW, TASKS_PARQUET
+from corpus_tools.lerobot.episode_reading import INFO, NEW
+from corpus_tools.lerobot.language_rows import SUBTASK, Language
+from corpus_tools.lerobot.task_tables import TASKS_PARQUET, tasks_parquet
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
@@ -74,7 +75,7 @@ def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path
     tasks = list(dict.fromkeys(r.task for r in recorded))
     files: dict[str, bytes | Path] = {
         DATA.format(chunk_index=0, file_index=0): _frames(recorded, tasks),
-        TASKS_PARQUET: _tasks(tasks),
+        TASKS_PARQUET: tasks_parquet(tasks),
         "meta/episodes/chunk-000/file-000.parquet": _episodes(recorded),
         "meta/stats.json": _json(_statistics(recorded)),
         INFO: _json(_info(corpus, recorded, tasks, fps)),
@@ -101,17 +102,13 @@ def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -
         path = context.agent.trajectory
         frames = film.frames if film else int((path.t[-1] - path.t[0]) * fps) + 1
         timestamps = (np.arange(frames) / fps).astype(np.float32)
-        language = _language(said[context.id], annotated[context.id], float(path.t[0]))
-        found.append(
-            _Recorded(
-                context,
-                language[0],
-                _state(path, path.t[0] + np.arange(frames) / fps),
-                timestamps,
-                language_rows.sorted_rows(item.row(timestamps) for item in language[1]),
-                film,
-            )
-        )
+        times = np.arange(frames) / fps
+        task, language = _language(said[context.id], annotated[context.id], float(path.t[0]))
+        items = language_rows.placed(language, times, 1 / fps)
+        items += language_rows.plans(item for item in items if item.language.style == SUBTASK)
+        rows = language_rows.rows_of(items, timestamps, tasks=[task])
+        state = _state(path, path.t[0] + times)
+        found.append(_Recorded(context, task, state, timestamps, rows, film))
     if not found:
         what = "there is no video of a log in the corpus" if videos else "nothing moves in it"
         raise FormatError(
@@ -140,18 +137,18 @@ def _commands_of(
 def _language(
     said: Sequence[Command], annotated: Sequence[Annotation], begin_s: float
 ) -> tuple[str, list[language_rows.Language]]:
-    """The task, and what else is said."""
+    """The task, and its other wordings and subtasks."""
     task = annotated[0].command if annotated else said[0]
-    found = [
-        language_rows.Language(language_rows.TASK_AUG, 0.0, command.text)
-        for command in (task, *said)
-    ]
-    subtasks = _subtasks(annotated[0], begin_s) if annotated else []
-    return task.text, [*found, *subtasks, *language_rows.plans(subtasks)]
+    wordings = [Language(language_rows.TASK_AUG, 0.0, command.text) for command in said]
+    return task.text, [*wordings, *(_subtasks(annotated[0], begin_s) if annotated else [])]
 
 
-def _subtasks(annotation: Annotation, begin_s: float) -> list[language_rows.Language]:
-    found = []
+def _subtasks(annotation: Annotation, begin_s: float) -> list[Language]:
+    """The EVENT clauses of a command; those with one beginning have no times of their own.
+
+    Such clauses are one subtask, with the words from the first to the last of them.
+    """
+    words_from: dict[float, list[tuple[int, int]]] = defaultdict(list)
     nodes = zip(
         breadth_first(annotation.sdcs), annotation.groundings, annotation.correct, strict=True
     )
@@ -159,10 +156,13 @@ def _subtasks(annotation: Annotation, begin_s: float) -> list[language_rows.Lang
         paths = [g.trajectory for g in groundings if not isinstance(g, Place)]
         words = all_words(sdc)
         if sdc.type == "EVENT" and words and paths and correct is not False:
-            text = annotation.command.text[words[0].start : words[-1].end]
             start_s = max(float(paths[0].t[0]) - begin_s, 0.0)
-            found.append(language_rows.Language(language_rows.SUBTASK, start_s, text))
-    return found
+            words_from[start_s].append((words[0].start, words[-1].end))
+    text = annotation.command.text
+    return [
+        Language(SUBTASK, start_s, text[min(s for s, _ in spans) : max(e for _, e in spans)])
+        for start_s, spans in words_from.items()
+    ]
 
 
 def _state(path: Trajectory, times: npt.NDArray[np.float64]) -> Array:
@@ -195,25 +195,6 @@ def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
         tables.append(pa.table(columns))
         index += n
     return parquet_bytes(pa.concat_tables(tables))
-
-
-def _tasks(tasks: Sequence[str]) -> bytes:
-    """The tasks, which pandas reads as the index of the table."""
-    pa, _ = import_pyarrow()
-    table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": list(tasks)})
-    column = {"metadata": None}
-    pandas = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": [
-            {"name": "task_index", "field_name": "task_index", "pandas_type": "int64",
-             "numpy_type": "int64", **column},
-            {"name": "task", "field_name": "task", "pandas_type": "unicode",
-             "numpy_type": "object", **column},
-        ],
-        "pandas_version": "2.0.0",
-    }  # fmt: skip
-    return parquet_bytes(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
 
 
 def _episodes(recorded: Sequence[_Recorded]) -> bytes:
@@ -305,7 +286,7 @@ def _info(
             "names": ["height", "width", "channels"],
             "info": {
                 "video.height": height, "video.width": width, "video.codec": "h264",
-                "video.pix_fmt": "yuv420p", "video.is_depth_map": False, "video.fps": fps,
+                "video.pix_fmt": "yuv420p", "is_depth_map": False, "video.fps": fps,
                 "video.channels": 3, "has_audio": False,
             },
         }  # fmt: skip

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from corpus_tools.lerobot.episode_reading import data_files, open_dataset
-from corpus_tools.lerobot.language_rows import Language, persistent_rows, plans
+from corpus_tools.lerobot.language_rows import Language, persistent_rows
 from corpus_tools.lerobot.language_writing import EpisodeLanguage, write_language
 from g3.errors import FormatError
 from tests.lerobot_datasets import LANGUAGE, new_dataset, old_dataset, said
@@ -23,7 +23,7 @@ from tests.lerobot_datasets import LANGUAGE, new_dataset, old_dataset, said
 STEPS = (Language("subtask", 0.0, "reach for it"), Language("subtask", 0.32, "take it"))
 PEOPLE = {
     0: EpisodeLanguage(
-        (*STEPS, *plans(STEPS), Language("task_aug", 0.0, "Take the cube.")),
+        (*STEPS, Language("task_aug", 0.0, "Take the cube.")),
         frozenset({"subtask", "plan"}),
         "Take the cube.",
     ),
