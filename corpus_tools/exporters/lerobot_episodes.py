@@ -35,6 +35,7 @@ CAMERA = "observation.images.scene"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 FILES_IN_CHUNK = 1000
+_RENDER = "render it again: ct render-videos --corpus CORPUS --out FOLDER --force"
 QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
 
 Array = npt.NDArray[np.float32]
@@ -98,6 +99,8 @@ def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -
         film = films.get(context.id)
         if videos is not None and film is None:
             continue
+        if film is not None:
+            _check(film)
         fps = film.fps if film else FPS
         path = context.agent.trajectory
         frames = film.frames if film else int((path.t[-1] - path.t[0]) * fps) + 1
@@ -261,9 +264,7 @@ def _colours(films: Sequence[_Film]) -> dict[str, Any]:
         is_read, frame = capture.read()
         capture.release()
         if not is_read:
-            raise FormatError(
-                "the video can't be read", where=str(film.file), fix="render it again"
-            )
+            raise FormatError("the video can't be read", where=str(film.file), fix=_RENDER)
         pictures.append(frame[::4, ::4, ::-1].reshape(-1, 3) / 255)
     measured = _measures(np.concatenate(pictures))
     return {
@@ -323,7 +324,7 @@ def _films(folder: Path) -> dict[str, _Film]:
             told = msgspec.json.decode(file.read_bytes(), type=_Manifest)
         except (OSError, msgspec.DecodeError) as error:
             raise FormatError(
-                f"the manifest can't be read: {error}", where=str(file), fix="render it again"
+                f"the manifest can't be read: {error}", where=str(file), fix=_RENDER
             ) from error
         width, height = told.settings.size
         video = file.with_name("video.mp4")
@@ -333,6 +334,18 @@ def _films(folder: Path) -> dict[str, _Film]:
             "the videos differ in frames a second", where=str(folder), fix="render them alike"
         )
     return films
+
+
+def _check(film: _Film) -> None:
+    """Check that a video is whole and has the frames of its manifest."""
+    from corpus_tools.video.probe import probe  # noqa: PLC0415 - PyAV may be missing
+
+    info = probe(film.file)
+    what = info.problem
+    if not what and len(info.frame_times) != film.frames:
+        what = f"it has {len(info.frame_times)} frames, and its manifest says {film.frames}"
+    if what:
+        raise FormatError(f"the video isn't whole: {what}", where=str(film.file), fix=_RENDER)
 
 
 class _Settings(msgspec.Struct, frozen=True):

@@ -25,7 +25,7 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError
 
 EPISODE_INDEX, TIMESTAMP = "episode_index", "timestamp"
-FRAMES_AT_ONCE = 65_536
+FRAMES_AT_ONCE = 4096
 
 Seconds = npt.NDArray[np.float64]
 OnError = Callable[[CorpusError], None]
@@ -51,8 +51,13 @@ class FramedEpisode:
     """From the first frame to the end of the last one."""
 
 
-def frames_of(file: Path) -> dict[int, EpisodeFrames]:
+def frames_of(file: Path, *, is_thorough: bool = False) -> dict[int, EpisodeFrames]:
     """Read the frames in a file, by the numbers of their episodes.
+
+    Parameters
+    ----------
+    is_thorough
+        Whether all columns are read, to find what is damaged.
 
     Raises
     ------
@@ -66,7 +71,8 @@ def frames_of(file: Path) -> dict[int, EpisodeFrames]:
         names = parquet.schema_arrow.names
         check_language(parquet.schema_arrow, file)
         columns = [n for n in (EPISODE_INDEX, TIMESTAMP, TASK_INDEX) if n in names]
-        for batch in parquet.iter_batches(FRAMES_AT_ONCE, columns=columns):
+        read = None if is_thorough else columns
+        for batch in parquet.iter_batches(FRAMES_AT_ONCE, columns=read):
             episodes = whole_numbers_of(batch, EPISODE_INDEX, file, row)
             stamps = numbers_of(batch, TIMESTAMP, file, row)
             numbers = (
@@ -90,6 +96,7 @@ def checked_episodes(
     cameras: Sequence[str] | None = None,
     *,
     first: int | None = None,
+    is_thorough: bool = False,
     on_error: OnError | None = None,
     on_progress: OnProgress = no_progress,
 ) -> Iterator[FramedEpisode]:
@@ -103,6 +110,8 @@ def checked_episodes(
         The cameras whose videos are named; all if None.
     first
         The number of episodes to take; all if None.
+    is_thorough
+        Whether all columns of the frames are read, so that a copy can be written later.
     on_error
         Called with the error of each episode that is left out; without it, the first is raised.
     on_progress
@@ -119,7 +128,7 @@ def checked_episodes(
         try:
             if episode.data not in files:
                 files.clear()  # episodes lie in their files one after the other
-                files[episode.data] = frames_of(episode.data)
+                files[episode.data] = frames_of(episode.data, is_thorough=is_thorough)
             framed = _framed(dataset, episode, files[episode.data], texts)
         except CorpusError as error:
             if on_error is None:

@@ -220,8 +220,9 @@ def _new_rows(dataset: Dataset, cameras: Sequence[str]) -> Iterator[Record]:
         row = 0
         with parquet_file(file) as parquet:
             columns = [name for name in wanted if name in parquet.schema_arrow.names]
-            for batch in parquet.iter_batches(ROWS_AT_ONCE, columns=columns):
-                for values in batch.to_pylist():
+            # All columns are read: what is damaged is named now, and not when a copy is written.
+            for batch in parquet.iter_batches(ROWS_AT_ONCE):
+                for values in batch.select(columns).to_pylist():
                     row += 1
                     yield Record(file, row, values)
 

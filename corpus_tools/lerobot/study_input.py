@@ -107,7 +107,12 @@ def study_input(
     cameras = (shown_camera,) if is_video else ()
     every = list(
         checked_episodes(
-            dataset, cameras, first=first, on_error=errors.append, on_progress=on_progress
+            dataset,
+            cameras,
+            first=first,
+            is_thorough=True,
+            on_error=errors.append,
+            on_progress=on_progress,
         )
     )
     framed = [one for one in every if one.episode.frames]

@@ -88,8 +88,16 @@ def test_people_describe_cut_and_rate_episodes(tmp_path: Path, capsys: pytest.Ca
     plan = [r["content"] for r in found[0] if r["style"] == "plan"]
     assert plan == ["1. reach\n2. take", "1. take"]
     assert [r["content"] for r in found[0] if r["style"] == "memory"] == ["it was near"]
-    wordings = [r["content"] for rows in found.values() for r in rows if r["style"] == "task_aug"]
-    assert sorted(wordings) == sorted(texts.values())
+    wordings = {
+        index: [r["content"] for r in rows if r["style"] == "task_aug"]
+        for index, rows in found.items()
+    }
+    # LeRobot takes the task from these rows, so the dataset's own task is the first of them.
+    assert {index: rows[0] for index, rows in wordings.items()} == {
+        0: "Push the cube.", 1: "Push the cube.", 2: texts[max(d for d in texts if d < 1.1)],
+    }  # fmt: skip
+    every = {row for rows in wordings.values() for row in rows}
+    assert every == {"Push the cube.", *texts.values()}
     # The episode that had no task has what somebody typed for it, the others keep theirs.
     tasks = [episode.tasks for episode in open_dataset(copy).episodes()]
     assert tasks == [
@@ -101,6 +109,9 @@ def test_people_describe_cut_and_rate_episodes(tmp_path: Path, capsys: pytest.Ca
     provenance = [json.loads(line) for line in lines]
     cuts = [row for row in provenance if row["style"] == "subtask" and row["episode_index"] == 0]
     assert {row["answers"] for row in cuts} == {3}
+    assert [(row["start_s"], row["timestamp"]) for row in cuts] == [
+        (0.0, 0.0), (0.3, pytest.approx(0.3)),
+    ]  # fmt: skip
     assert cuts[0]["agreement"] == pytest.approx(0.5)
     assert all(len(row["subject"]) == 12 or row["subject"] for row in provenance)
     verdicts = [

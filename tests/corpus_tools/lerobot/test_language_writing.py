@@ -99,6 +99,7 @@ def test_language_is_on_exact_frames_of_every_row(tmp_path: Path):
     assert found[0] == [
         said("plan", 0.0, "1. reach for it\n2. take it"),
         said("subtask", 0.0, "reach for it"),
+        said("task_aug", 0.0, "Push the cube."),  # the dataset's own task comes first
         said("task_aug", 0.0, "Take the cube."),
         said("plan", 0.3, "1. take it"),
         said("subtask", 0.3, "take it"),
