@@ -162,7 +162,7 @@ def json_lines(file: Path) -> Iterator[Record]:
             if line.strip():
                 try:
                     yield Record(file, number, msgspec.json.decode(line, type=dict[str, Any]))
-                except (msgspec.DecodeError, ValueError, RecursionError) as error:
+                except (msgspec.MsgspecError, ValueError, RecursionError) as error:
                     raise damaged(f"{file}, row {number}", f"this is no record: {error}") from error
 
 

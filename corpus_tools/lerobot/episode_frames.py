@@ -124,11 +124,16 @@ def checked_episodes(
     """
     texts = task_table(dataset).texts
     files: dict[Path, dict[int, EpisodeFrames]] = {}
+    unreadable: set[Path] = set()
     for episode in islice(dataset.episodes(cameras), first):
+        if episode.data in unreadable:
+            continue  # whose error is reported
         try:
             if episode.data not in files:
                 files.clear()  # episodes lie in their files one after the other
+                unreadable.add(episode.data)
                 files[episode.data] = frames_of(episode.data, is_thorough=is_thorough)
+                unreadable.remove(episode.data)
             framed = _framed(dataset, episode, files[episode.data], texts)
         except CorpusError as error:
             if on_error is None:

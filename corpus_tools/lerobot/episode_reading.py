@@ -184,8 +184,9 @@ def open_dataset(folder: Path) -> Dataset:
         )
     check_is_file(file)
     try:
-        info = msgspec.json.decode(file.read_bytes(), type=Info)
-    except (OSError, msgspec.DecodeError, ValueError, RecursionError) as error:
+        # In two steps: what Info has no field for is checked, too.
+        info = msgspec.convert(msgspec.json.decode(file.read_bytes()), Info)
+    except (OSError, msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise damaged(file, f"the file can't be read: {error}") from error
     if info.codebase_version not in READ:
         raise FormatError(

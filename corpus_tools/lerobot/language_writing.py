@@ -334,7 +334,7 @@ def _metadata(
     dataset: episode_reading.Dataset, table: TaskTable, tasks: _NewTasks, scratch: str
 ) -> dict[str, bytes | Path]:
     """The files of ``meta`` that change."""
-    info = json.loads((dataset.folder / episode_reading.INFO).read_text("utf-8"))
+    info = msgspec.json.decode((dataset.folder / episode_reading.INFO).read_bytes())
     for name in (PERSISTENT, EVENTS):
         info["features"].setdefault(name, dict(FEATURE))
     files: dict[str, bytes | Path] = {}
