@@ -194,7 +194,7 @@ class Record:
         value = self.values.get(column)
         listed = value if isinstance(value, list | tuple) else [value]
         texts = [text for text in listed if text is not None]
-        if not all(isinstance(text, str) and is_writable(text) for text in texts):
+        if not all(isinstance(text, str) for text in texts):
             raise self.error(column, f"{value!r:.80} is no list of texts")
         return tuple(texts)
 
@@ -211,15 +211,6 @@ class Record:
     def error(self, column: str, what: str) -> FormatError:
         """Return the error that a column's value is wrong."""
         return damaged(f"{self.file}, row {self.row}, column {column}", what)
-
-
-def is_writable(text: str) -> bool:
-    """Whether a text can be written as UTF-8: one with half of a surrogate pair can't."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
 
 
 def is_text(kind: Any) -> bool:
