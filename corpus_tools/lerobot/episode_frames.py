@@ -26,6 +26,8 @@ from g3.errors import CorpusError
 
 EPISODE_INDEX, TIMESTAMP = "episode_index", "timestamp"
 FRAMES_AT_ONCE = 4096
+MOST_UNNAMED = 10_000
+"""Numbers of tasks in frames beyond those of the table of tasks."""
 
 Seconds = npt.NDArray[np.float64]
 OnError = Callable[[CorpusError], None]
@@ -161,6 +163,12 @@ def _framed(
     if len(times) and (times[0] < 0 or (np.diff(times) <= 0).any()):
         raise episode.error(
             f"the times of its frames in {episode.data.name}, column {TIMESTAMP}, don't increase"
+        )
+    last_task = max(texts, default=-1)
+    if max(frames.tasks, default=-1) > last_task + MOST_UNNAMED:
+        raise episode.error(
+            f"the {TASK_INDEX} of its frames in {episode.data.name} is {max(frames.tasks)}, and the "
+            f"last task has the number {last_task}"
         )
     if not episode.tasks:
         tasks = tuple(t for n in frames.tasks if (t := texts.get(n, "")).strip())

@@ -130,7 +130,9 @@ def write_language(
     table, notes, new = task_table(dataset), [], dict[int, _NewLanguage]()
     texts: dict[int, str] = {}
     wrong: list[CorpusError] = []
+    numbers: set[int] = set()
     for framed in checked_episodes(dataset, (), on_error=wrong.append):
+        numbers.update(framed.frames.tasks)
         episode, told = framed.episode, language.get(framed.episode.index)
         if told is None or not episode.frames:
             continue
@@ -151,7 +153,7 @@ def write_language(
             fix="name the dataset that the language is about",
         )
     notes += [f"episode {n}: its language isn't written: it is no episode here" for n in left_out]
-    tasks_of = _new_tasks(table, texts)
+    tasks_of = _new_tasks(table, texts, max(numbers, default=-1))
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch:
         files = dict(_copies(source, Path(scratch)))
         for file in episode_reading.data_files(dataset):
@@ -213,15 +215,24 @@ def _copied(file: Path, target: Path) -> Path:
     return target
 
 
-def _new_tasks(table: TaskTable, texts: Mapping[int, str]) -> _NewTasks:
+def _new_tasks(table: TaskTable, texts: Mapping[int, str], last: int) -> _NewTasks:
+    """The tasks to be added; `last` is the largest number in the frames.
+
+    Numbers that frames have and the table hasn't get rows without a text, so that no episode gets
+    another's task, and a task's number stays its place in the table, as LeRobot has it.
+    """
+    if not texts:
+        return _NewTasks({}, {}, ())
     known: dict[str, int] = {}
     for number, text in table.texts.items():
         known.setdefault(text, number)
-    before = len(known)
+    added = [""] * (last + 1 - table.following)
     for text in texts.values():
-        known.setdefault(text, table.following + len(known) - before)
+        if text not in known:
+            known[text] = table.following + len(added)
+            added.append(text)
     numbers = {index: known[text] for index, text in texts.items()}
-    return _NewTasks(numbers, texts, tuple(known)[before:])
+    return _NewTasks(numbers, texts, tuple(added))
 
 
 def _rewrite(

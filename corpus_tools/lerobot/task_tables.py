@@ -44,7 +44,7 @@ class TaskTable:
         return max(self.texts, default=-1) + 1
 
     def with_tasks(self, added: Sequence[str]) -> bytes:
-        """Return the file's content with more tasks."""
+        """Return the file's content with more tasks, of which the first is :attr:`following`."""
         numbers = range(self.following, self.following + len(added))
         if self.file.suffix != Path(TASKS_PARQUET).suffix:
             rows = [{TASK_INDEX: n, TASK: text} for n, text in zip(numbers, added, strict=True)]

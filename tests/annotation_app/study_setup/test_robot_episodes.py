@@ -126,6 +126,34 @@ def test_people_describe_cut_and_rate_episodes(tmp_path: Path, capsys: pytest.Ca
         assert high == pytest.approx(0.9055, abs=1e-3)
 
 
+def test_marks_that_have_no_frame_of_their_own_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """Two steps near one frame are on two; one after the end is kept where it can be read."""
+    with set_up(study_of(tmp_path)) as app:
+        person = Browser(app, study="robot")
+        for _ in range(3):
+            page = person.lease("subtasks", "robot").json
+            is_first = page["payload"]["duration_s"] > 1.1
+            steps = ((0.0, "reach"), (0.51, "take"), (0.53, "lift"), (1.4, "late"))
+            answer = cut(*steps) if is_first else cut((0.0, "push"))
+            assert person.answer(page["item"], answer).status_code == 200
+    capsys.readouterr()
+    copy = export(tmp_path)
+    notes = capsys.readouterr().err
+    assert "episode 0: subtask 'lift' 0.53 s is written at 0.6 s" in notes
+    assert "episode 0: subtask 'late' isn't written: 1.4 s is outside" in notes
+    rows = dict(persistent_rows(open_dataset(copy)))[0]
+    found = [(r["timestamp"], r["content"]) for r in rows if r["style"] == "subtask"]
+    assert found == [(0.0, "reach"), (0.5, "take"), (pytest.approx(0.6), "lift")]
+    provenance = [
+        json.loads(line) for line in (copy / "meta/people.jsonl").read_text().splitlines()
+    ]
+    assert ("late", 1.4, None) in [
+        (row["content"], row["start_s"], row["timestamp"]) for row in provenance
+    ]
+
+
 def test_a_models_subtasks_get_verdicts(tmp_path: Path):
     file = study_of(
         tmp_path,
