@@ -23,6 +23,8 @@ from g3.errors import CorpusError, FormatError
 
 LARGEST = 2**31 - 1
 """Of all numbers of episodes, files and frames."""
+AT_ONCE = 32 << 20
+"""Bytes of a file that are read at once."""
 RESTORE = "restore the dataset"
 _FIELD = re.compile(r"\{(\w+)(?::(?:0(\d{1,2}))?d)?\}")
 
@@ -152,6 +154,14 @@ def parquet_file(file: Path) -> Iterator[Any]:
     _, pq = import_pyarrow()
     with content_of(file), pq.ParquetFile(file) as parquet:
         yield parquet
+
+
+def rows_of_size(parquet: Any, most: int) -> int:
+    """Return how many rows of a file to read at once, so that memory stays flat; at most `most`."""
+    groups = range(parquet.num_row_groups)
+    size = sum(parquet.metadata.row_group(group).total_byte_size for group in groups)
+    rows = parquet.metadata.num_rows
+    return max(1, min(most, AT_ONCE * rows // size)) if size > 0 and rows > 0 else 1
 
 
 def json_lines(file: Path) -> Iterator[Record]:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from corpus_tools.lerobot.dataset_files import (
     numbers_of,
     parquet_file,
+    rows_of_size,
     whole_numbers_of,
 )
 from corpus_tools.lerobot.episode_reading import Dataset, Episode
@@ -73,8 +74,10 @@ def frames_of(file: Path, *, is_thorough: bool = False) -> dict[int, EpisodeFram
         names = parquet.schema_arrow.names
         check_language(parquet.schema_arrow, file)
         columns = [n for n in (EPISODE_INDEX, TIMESTAMP, TASK_INDEX) if n in names]
-        read = None if is_thorough else columns
-        for batch in parquet.iter_batches(FRAMES_AT_ONCE, columns=read):
+        rows, read = FRAMES_AT_ONCE, None if is_thorough else columns
+        if is_thorough:  # pictures may be among the columns
+            rows = rows_of_size(parquet, rows)
+        for batch in parquet.iter_batches(rows, columns=read):
             episodes = whole_numbers_of(batch, EPISODE_INDEX, file, row)
             stamps = numbers_of(batch, TIMESTAMP, file, row)
             numbers = (
@@ -167,8 +170,8 @@ def _framed(
     last_task = max(texts, default=-1)
     if max(frames.tasks, default=-1) > last_task + MOST_UNNAMED:
         raise episode.error(
-            f"the {TASK_INDEX} of its frames in {episode.data.name} is {max(frames.tasks)}, and the "
-            f"last task has the number {last_task}"
+            f"the {TASK_INDEX} of its frames in {episode.data.name} is {max(frames.tasks)}, and "
+            f"the last task has the number {last_task}"
         )
     if not episode.tasks:
         tasks = tuple(t for n in frames.tasks if (t := texts.get(n, "")).strip())
