@@ -31,7 +31,7 @@ from g3.errors import CorpusError, FormatError, ManyError
 
 EPISODES, TASKS, SUBTASKS = "episodes.csv", "tasks.csv", "subtasks.csv"
 FILMS = "films"
-"""The folder beside the tables with the videos that were made of pictures."""
+"""The folder beside the tables with the videos that were made of pictures, or are links."""
 _VIDEO = ("video", "id", "start_s", "end_s")
 _ROUNDING_S = 1e-3
 
@@ -116,16 +116,20 @@ def study_input(
         )
     )
     framed = [one for one in every if one.episode.frames]
-    films: dict[int, Path] = {}
+    files: dict[str, bytes | Path] = {}
     if is_video:
         shown, longer = _parts(
             dataset, framed, shown_camera, folder, on_error=errors.append, on_progress=on_progress
         )
+        videos = (one.framed.episode.videos[shown_camera].file for one in shown)
+        files |= {name: file for file in videos if (name := _linked(dataset, file))}
     else:
         if scratch is None:
             raise FormatError("videos are to be made of pictures", fix="give a folder for them")
         films = write_films(dataset, framed, shown_camera, scratch, on_progress=on_progress)
-        shown = [_Shown(f, f"{FILMS}/{films[f.episode.index].name}", 0.0, True) for f in framed]
+        names = {index: f"{FILMS}/{film.name}" for index, film in films.items()}
+        files |= {names[index]: film for index, film in films.items()}
+        shown = [_Shown(f, names[f.episode.index], 0.0, True) for f in framed]
         longer = []
     if errors and not (keep_going and shown):
         raise errors[0] if len(errors) == 1 else ManyError(errors)
@@ -156,7 +160,6 @@ def study_input(
         ),
     }
     kept = {name: table for name, table in tables.items() if table[1] or name == EPISODES}
-    files: dict[str, bytes | Path] = {f"{FILMS}/{film.name}": film for film in films.values()}
     files |= {name: _csv(header, rows) for name, (header, rows) in kept.items()}
     return StudyInput(files, {name: len(rows) for name, (_, rows) in kept.items()}, tuple(notes))
 
@@ -231,9 +234,19 @@ def _parts(
             longer.append(one.episode.index)
         times = looked.frame_times
         is_whole = bool(start_s - margin_s < times[0] and times[-1] < end_s - _ROUNDING_S)
-        path = os.path.relpath(part.file, folder.resolve())
+        path = _linked(dataset, part.file) or os.path.relpath(part.file, folder.resolve())
         shown.append(_Shown(one, path, start_s, is_whole))
     return shown, longer
+
+
+def _linked(dataset: Dataset, file: Path) -> str:
+    """The name beside the tables of a video whose own name is a link; empty for any other.
+
+    What a link leads to may have no ending, as in Hugging Face's cache, and no video is known by
+    that. So the file gets another name.
+    """
+    is_link = file.resolve().name != file.name
+    return f"{FILMS}/{file.relative_to(dataset.folder).as_posix()}" if is_link else ""
 
 
 def _problem(one: FramedEpisode, camera: str, frame_times: Seconds, fps: float) -> str:

@@ -116,9 +116,17 @@ def test_the_cache_of_hugging_face_has_links(tmp_path: Path):
     for number, file in enumerate(f for f in sorted(folder.rglob("*")) if f.is_file()):
         file.rename(blobs / str(number))
         file.symlink_to(blobs / str(number))
-    made = study_input(open_dataset(folder), tmp_path / "out")
-    assert made.rows["episodes.csv"] == 3
-    assert f"{CAMERA}/chunk-000/file-000.mp4" in bytes(made.files["episodes.csv"]).decode()
+    call = ["import", "lerobot", str(folder), "--out", str(tmp_path / "out")]
+    assert run(call) == 0
+    video = tmp_path / f"out/films/videos/{CAMERA}/chunk-000/file-000.mp4"
+    assert video.samefile(folder / f"videos/{CAMERA}/chunk-000/file-000.mp4")
+    tasks = {"describe": {"answers": 1, "practice": False}}
+    study = {"name": "s", "title": "S", "videos": "out/episodes.csv", "tasks": tasks}
+    (tmp_path / "study.yaml").write_text(json.dumps(study))
+    assert run(["annotate", "check", str(tmp_path / "study.yaml")]) == 0
+    said = {0: EpisodeLanguage((Language("subtask", 0.0, "reach"),))}
+    write_language(open_dataset(folder), tmp_path / "copy", said, attachments={})
+    assert (tmp_path / "copy/meta/info.json").is_file()
 
 
 def test_pictures_stay_in_the_dataset_too(tmp_path: Path):
