@@ -172,7 +172,7 @@ class _Gathered:
         )
 
     def _source(self, answer: Answer, **more: Any) -> Record:
-        """Who said something, and when."""
+        """Return the person, the answer and its time, for the provenance."""
         return {
             "study": self.study.name,
             "answer": answer.id,

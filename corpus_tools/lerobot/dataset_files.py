@@ -107,8 +107,8 @@ def files_below(folder: Path, place: str, pattern: str = "*/*.parquet") -> list[
     Files whose names begin with a dot are other systems' and left out. The other parameters and
     errors are those of :func:`file_inside`.
     """
-    found = [f for f in (folder / place).glob(pattern) if not f.name.startswith(".")]
-    names = [file.relative_to(folder).as_posix() for file in found]
+    files = [f for f in (folder / place).glob(pattern) if not f.name.startswith(".")]
+    names = [file.relative_to(folder).as_posix() for file in files]
     return [file_inside(folder, n, where=str(folder / n)) for n in sorted(names, key=_in_order)]
 
 
@@ -224,7 +224,7 @@ class Record:
 
 
 def is_text(kind: Any) -> bool:
-    """Whether a type of pyarrow is one of texts."""
+    """Return True for a type of pyarrow whose values are texts."""
     pa, _ = import_pyarrow()
     kind = kind.value_type if pa.types.is_dictionary(kind) else kind
     return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))

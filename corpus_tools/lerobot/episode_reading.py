@@ -59,7 +59,6 @@ class Info(msgspec.Struct, frozen=True):
     features: dict[str, dict[str, Any]]
     data_path: str | None = None
     video_path: str | None = None
-    robot_type: Any = None
     chunks_size: int = 1000
     total_episodes: Any = None
 
@@ -105,7 +104,7 @@ class Dataset:
 
     @property
     def is_old(self) -> bool:
-        """Whether it has a file for each episode (version 2)."""
+        """True for version 2, which has a file for each episode."""
         return self.info.codebase_version != NEW
 
     @property
@@ -156,11 +155,11 @@ class Dataset:
 
 
 def _is_depth_map(feature: Mapping[str, Any]) -> bool:
-    """Whether LeRobot takes a feature for one, by its current name of this mark or the former."""
-    told = [feature, feature.get("info"), feature.get("video_info")]
+    """Return True for a feature that is marked so, by LeRobot's current name or its former one."""
+    places = [feature, feature.get("info"), feature.get("video_info")]
     return any(
         bool(one.get(name))
-        for one in told
+        for one in places
         if isinstance(one, dict)
         for name in ("is_depth_map", "video.is_depth_map")
     )

@@ -133,16 +133,16 @@ def write_language(
     numbers: set[int] = set()
     for framed in checked_episodes(dataset, (), on_error=wrong.append):
         numbers.update(framed.frames.tasks)
-        episode, told = framed.episode, language.get(framed.episode.index)
-        if told is None or not episode.frames:
+        episode, added = framed.episode, language.get(framed.episode.index)
+        if added is None or not episode.frames:
             continue
-        if told.task and not episode.tasks:
-            texts[episode.index] = told.task
-        items = placed(told.said, framed.frames.times, 1 / dataset.info.fps)
+        if added.task and not episode.tasks:
+            texts[episode.index] = added.task
+        items = placed(added.said, framed.frames.times, 1 / dataset.info.fps)
         items += plans(item for item in items if item.language.style == SUBTASK)
         times = framed.frames.times.astype(np.float32)
-        tasks = episode.tasks or ((told.task,) if told.task else ())
-        new[episode.index] = _NewLanguage(tuple(items), times, tasks, told.replaces)
+        tasks = episode.tasks or ((added.task,) if added.task else ())
+        new[episode.index] = _NewLanguage(tuple(items), times, tasks, added.replaces)
     notes += [str(error) for error in wrong]
     notes += [f"episode {i}: {note}" for i, one in new.items() for note in _notes(one.items)]
     left_out = sorted(language.keys() - new.keys())
@@ -179,17 +179,17 @@ def _notes(items: Sequence[Placed]) -> Iterator[str]:
 def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewLanguage]) -> bytes:
     """The texts with a source, in their order, each with the time of its frame."""
     rows = []
-    for index, told in language.items():
+    for index, added in language.items():
         one = new.get(index)
-        items = one.items if one else [Placed(item, None) for item in told.said]
+        items = one.items if one else [Placed(item, None) for item in added.said]
         for item in items:
-            said, frame = item.language, item.frame
-            if said.source:
+            text, frame = item.language, item.frame
+            if text.source:
                 time = None if frame is None or one is None else float(one.timestamps[frame])
                 rows.append(
                     {
-                        "episode_index": index, "style": said.style, "start_s": said.start_s,
-                        "timestamp": time, "content": said.text, **said.source,
+                        "episode_index": index, "style": text.style, "start_s": text.start_s,
+                        "timestamp": time, "content": text.text, **text.source,
                     }
                 )  # fmt: skip
     return msgspec.json.Encoder().encode_lines(rows)
@@ -223,15 +223,15 @@ def _new_tasks(table: TaskTable, texts: Mapping[int, str], last: int) -> _NewTas
     """
     if not texts:
         return _NewTasks({}, {}, ())
-    known: dict[str, int] = {}
+    number_of: dict[str, int] = {}
     for number, text in table.texts.items():
-        known.setdefault(text, number)
+        number_of.setdefault(text, number)
     added = [""] * (last + 1 - table.following)
     for text in texts.values():
-        if text not in known:
-            known[text] = table.following + len(added)
+        if text not in number_of:
+            number_of[text] = table.following + len(added)
             added.append(text)
-    numbers = {index: known[text] for index, text in texts.items()}
+    numbers = {index: number_of[text] for index, text in texts.items()}
     return _NewTasks(numbers, texts, tuple(added))
 
 

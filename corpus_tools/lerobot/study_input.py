@@ -46,7 +46,7 @@ class StudyInput:
     rows: dict[str, int]
     """The number of rows of each table."""
     notes: tuple[str, ...] = ()
-    """What isn't shown, or not as the dataset has it, and why."""
+    """The parts of the dataset that aren't shown as it has them, each with the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class _Shown:
     path: str
     start_s: float
     is_whole: bool
-    """Whether the file shows nothing else."""
+    """True if the file shows nothing else."""
 
     @property
     def end_s(self) -> float:
@@ -242,15 +242,15 @@ def _parts(
 def _linked(dataset: Dataset, file: Path) -> str:
     """The name beside the tables of a video whose own name is a link; empty for any other.
 
-    What a link leads to may have no ending, as in Hugging Face's cache, and no video is known by
-    that. So the file gets another name.
+    The file at the end of a link may have a name without an ending, as in Hugging Face's cache, and
+    studies refuse such files. So it gets a second name.
     """
     is_link = file.resolve().name != file.name
     return f"{FILMS}/{file.relative_to(dataset.folder).as_posix()}" if is_link else ""
 
 
 def _problem(one: FramedEpisode, camera: str, frame_times: Seconds, fps: float) -> str:
-    """What is wrong with the part of a video that should show an episode; empty if nothing is."""
+    """The reason why a part of a video doesn't show an episode; empty if it does."""
     part, times = one.episode.videos[camera], one.frames.times
     margin_s = 0.5 / fps + _ROUNDING_S
     if part.end_s is not None:
