@@ -10,13 +10,14 @@ Needs a network and some minutes, so it is no test of the suite::
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,12 +25,14 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from corpus_tools.corpus.corpus_writing import write_corpus  # noqa: E402
+from tests.lerobot_datasets import new_dataset  # noqa: E402 - as above
 from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
 EXTRAS = (
     "study", "plot", "speed", "language", "render", "parquet", "app", "cluster", "embeddings",
     "llm",
 )  # fmt: skip
+CONTAINER = "--instance data/annotation --studies data/studies --https --proxies 1"
 SMALL = "--size 160x120 --fps 4 --quality draft"
 
 
@@ -45,12 +48,15 @@ class Trial:
         Whether one of them is named where it is missing.
     runs
         Whether it can be run where they are there.
+    serves
+        Whether it goes on until it is ended.
     """
 
     needs: tuple[str, ...]
     line: str
     tells: bool = True
     runs: bool = True
+    serves: bool = False
 
 
 TRIALS = (
@@ -86,6 +92,13 @@ TRIALS = (
     Trial(("app",), "ct crowd publish links tiny --url https://lab.example.org --instance lab"),
     Trial(("app",), "ct annotate backup copy.gz --instance lab --without-keys"),
     Trial(("app",), "ct doctor database"),
+    Trial(("app",), "ct annotate check study.yaml --instance lab"),
+    Trial(("app",), "ct annotate serve study.yaml --instance lab --port 0", serves=True),
+    Trial(("app",), "ct annotate --instance lab --port 0", serves=True),
+    # As the container does, and the demo, whose videos are made first.
+    Trial(("app",), f"ct annotate serve --port 0 {CONTAINER}", serves=True),
+    Trial(("app", "render"), "ct annotate --demo --port 0", serves=True),
+    Trial(("parquet", "render"), "ct import lerobot episodes --out tables"),
     Trial(
         ("render", "cluster"),
         f"ct render-videos --corpus tiny --out v {SMALL} --scheduler tcp://127.0.0.1:1",
@@ -130,8 +143,14 @@ def try_extra(extra: str, given: argparse.Namespace, folder: Path) -> list[str]:
     ):
         command = [str(ours), *shlex.split(line)]
         subprocess.run(command, check=True, cwd=work, stdout=subprocess.DEVNULL)
+    tasks = {"describe": {"answers": 1, "practice": False}}
+    study = {"name": "small", "title": "Small", "videos": "videos", "tasks": tasks}
+    (work / "study.yaml").write_text(json.dumps(study))
+    (work / "data").mkdir()
+    new_dataset(work / "episodes")
     environment = {
         "HOME": str(work),
+        "PYTHONUNBUFFERED": "1",
         "PATH": f"{bin_folder}{os.pathsep}{os.environ['PATH']}",
         "LC_ALL": "C.UTF-8",
     }
@@ -140,19 +159,39 @@ def try_extra(extra: str, given: argparse.Namespace, folder: Path) -> list[str]:
         missing = set(trial.needs) - set(extra.split(","))
         if (extra and not trial.needs) or not (trial.tells if missing else trial.runs):
             continue
-        done = subprocess.run(
-            shlex.split(trial.line),
-            check=False,
-            capture_output=True,
-            text=True,
-            cwd=work,
-            env=environment,
-            timeout=600,
-        )
+        run = _served if trial.serves else _run
+        done = run(shlex.split(trial.line), work, environment)
         problem = _problem(missing, done)
         if problem:
             wrong.append(f"{given.python} [{extra}] {trial.line}: {problem}")
     return wrong
+
+
+def _run(
+    command: Sequence[str], work: Path, environment: Mapping[str, str]
+) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command, check=False, capture_output=True, text=True, cwd=work, env=environment, timeout=600
+    )
+
+
+def _served(
+    command: Sequence[str], work: Path, environment: Mapping[str, str]
+) -> subprocess.CompletedProcess[str]:
+    """The same of a server, which is ended when it listens; its status is 0 then."""
+    with (
+        tempfile.TemporaryFile("w+") as errors,
+        subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=errors, text=True, cwd=work, env=environment
+        ) as server,
+    ):
+        assert server.stdout is not None
+        is_listening = any("Ctrl-C" in line for line in server.stdout)
+        server.terminate()
+        status = server.wait(60)
+        errors.seek(0)
+        said = errors.read()
+        return subprocess.CompletedProcess(command, 0 if is_listening else status, "", said)
 
 
 def _problem(missing: set[str], done: subprocess.CompletedProcess[str]) -> str:

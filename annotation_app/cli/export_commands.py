@@ -163,7 +163,8 @@ def _write_lerobot(
 
     said = peoples_language(session, study)
     source = open_dataset(dataset or said.dataset)
-    write_language(source, out, said.language, attachments=said.files, force=force)
+    notes = write_language(source, out, said.language, attachments=said.files, force=force)
+    note(*(f"note: {line}" for line in notes))
     return dict(said.counts)
 
 

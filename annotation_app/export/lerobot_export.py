@@ -26,12 +26,12 @@ from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.subtasks import SUBTASKS, boundary_f, most_agreed, steps_of
 from annotation_app.tasks.task_record import COMMAND
 from annotation_app.tasks.task_registry import tasks
-from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, TASK_AUG, Language, plans
+from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, TASK_AUG, Language
 from corpus_tools.lerobot.language_writing import EpisodeLanguage
 from g3.errors import FormatError
 
-PROVENANCE, VERDICTS = "meta/people.jsonl", "meta/verdicts.jsonl"
-"""Files of the copy: who said what, and what people think of the dataset's own language."""
+VERDICTS = "meta/verdicts.jsonl"
+"""The file of the copy with people's ratings of the dataset's own language."""
 AGREES = 4
 """From which rating on somebody agrees."""
 
@@ -47,7 +47,7 @@ class PeoplesLanguage:
     language: Mapping[int, EpisodeLanguage]
     """By the numbers of episodes."""
     files: Mapping[str, bytes]
-    """The provenance and the verdicts, by their names in the copy."""
+    """The verdicts, by their name in the copy."""
     counts: Mapping[str, int]
     """How many of each there are."""
 
@@ -77,11 +77,8 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
     found.add_wordings()
     found.add_subtasks()
     verdicts = list(found.verdicts())
-    lines = msgspec.json.Encoder().encode_lines
-    files = {PROVENANCE: lines(found.provenance)} if found.provenance else {}
-    if verdicts:
-        files[VERDICTS] = lines(verdicts)
-    styles = Counter(row["style"] for row in found.provenance)
+    files = {VERDICTS: msgspec.json.Encoder().encode_lines(verdicts)} if verdicts else {}
+    styles = Counter(row.style for rows in found.said.values() for row in rows)
     counts = {
         "episodes": len(found.said),
         "wordings": styles[TASK_AUG],
@@ -96,7 +93,7 @@ def _of_episode(rows: Sequence[Language]) -> EpisodeLanguage:
     subtasks = [row for row in rows if row.style == SUBTASK]
     wordings = [row.text for row in rows if row.style == TASK_AUG]
     replaces = frozenset({SUBTASK, PLAN}) if subtasks else frozenset()
-    return EpisodeLanguage((*rows, *plans(subtasks)), replaces, wordings[0] if wordings else "")
+    return EpisodeLanguage(tuple(rows), replaces, wordings[0] if wordings else "")
 
 
 @dataclass(slots=True)
@@ -110,7 +107,6 @@ class _Gathered:
     people: Mapping[str, str]
     """What exports call people, by their ids."""
     said: dict[int, list[Language]] = field(default_factory=lambda: defaultdict(list))
-    provenance: list[Record] = field(default_factory=list)
 
     def add_wordings(self) -> None:
         """What people typed for whole episodes; not the commands that a table gave."""
@@ -118,22 +114,23 @@ class _Gathered:
             for answer, item in answers_of(self.session, self.study, task.name):
                 about = self.told.get(item.payload["video"], {"style": ""})
                 if "style" not in about and not item.subject.startswith(GIVEN):
-                    said = Language(TASK_AUG, 0.0, answer.body["text"])
-                    self._add(int(about["episode"]), said, answer)
+                    source = self._source(answer)
+                    said = Language(TASK_AUG, 0.0, answer.body["text"], source)
+                    self.said[self._episode(item.payload["video"])].append(said)
 
     def add_subtasks(self) -> None:
         """The subtasks of each episode: of several answers the one that agrees best."""
         by_episode = defaultdict(list)
         for answer, item in answers_of(self.session, self.study, SUBTASKS.name):
             if item.payload["video"] in self.told:
-                by_episode[int(self.told[item.payload["video"]]["episode"])].append(answer)
+                by_episode[self._episode(item.payload["video"])].append(answer)
         for index, answers in by_episode.items():
             chosen = answers[most_agreed([answer.body for answer in answers])]
             scores = [boundary_f(chosen.body, a.body) for a in answers if a is not chosen]
             agreement = sum(scores) / len(scores) if scores else None
-            for start_s, text in steps_of(chosen.body):
-                said = Language(SUBTASK, start_s, text)
-                self._add(index, said, chosen, answers=len(answers), agreement=agreement)
+            source = self._source(chosen, answers=len(answers), agreement=agreement)
+            steps = steps_of(chosen.body)
+            self.said[index] += [Language(SUBTASK, time, text, source) for time, text in steps]
 
     def verdicts(self) -> Iterator[Record]:
         """What people think of what was said of a video, shown with that video."""
@@ -146,9 +143,9 @@ class _Gathered:
             agree = sum(rating >= AGREES for rating in given)
             interval = binomtest(agree, len(given)).proportion_ci(method="wilson")
             yield {
-                "episode_index": int(self.told[video]["episode"]),
+                "episode_index": self._episode(video),
                 "style": self.told[video].get("style", "task"),
-                "timestamp": float(self.told[video].get("timestamp", 0.0)),
+                "timestamp": self._number(video, "timestamp"),
                 "content": text,
                 "ratings": given,
                 "agree": agree / len(given),
@@ -156,18 +153,35 @@ class _Gathered:
                 "study": self.study.name,
             }
 
-    def _add(self, index: int, said: Language, answer: Answer, **more: Any) -> None:
-        self.said[index].append(said)
-        self.provenance.append(
-            {
-                "episode_index": index,
-                "style": said.style,
-                "start_s": said.start_s,
-                "content": said.text,
-                "study": self.study.name,
-                "answer": answer.id,
-                "subject": self.people[answer.person_id],
-                "at": answer.at,
-                **more,
-            }
+    def _episode(self, video: str) -> int:
+        number = self._number(video, "episode")
+        if number < 0 or number != int(number):
+            raise self._bad(video, "episode")
+        return int(number)
+
+    def _number(self, video: str, column: str) -> float:
+        """A number that the study's table has of a video; 0 if it has none."""
+        try:
+            number = float(self.told[video].get(column, 0.0))
+        except (TypeError, ValueError):
+            raise self._bad(video, column) from None
+        if not abs(number) < float("inf"):
+            raise self._bad(video, column)
+        return number
+
+    def _bad(self, video: str, column: str) -> FormatError:
+        return FormatError(
+            f"{self.told[video][column]!r:.60} is no {column} of a dataset",
+            where=f"study {self.study.name}, video {video}, column {column}",
+            fix="make the tables once more with `ct import lerobot`, and the study of these",
         )
+
+    def _source(self, answer: Answer, **more: Any) -> Record:
+        """Return the person, the answer and its time, for the provenance."""
+        return {
+            "study": self.study.name,
+            "answer": answer.id,
+            "subject": self.people[answer.person_id],
+            "at": answer.at,
+            **more,
+        }

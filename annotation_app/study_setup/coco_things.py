@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import cv2
 import msgspec
 import numpy as np
-from cv2.typing import MatLike
 
 from annotation_app.study_setup.every_problem import together
 from g3.errors import FormatError
+
+if TYPE_CHECKING:
+    from cv2.typing import MatLike
 
 MOST_THINGS = 200
 """Things in a picture: more nobody can tell apart on a page."""
@@ -194,6 +195,8 @@ def outlines(mask: Mask) -> list[list[list[float]]]:
 
     A ValueError says that the runs don't fill the picture.
     """
+    import cv2  # noqa: PLC0415 - large, and not always installed
+
     height, width = mask.size
     runs = _expanded(mask.counts) if isinstance(mask.counts, str) else mask.counts
     if min(height, width, *runs) < 0 or sum(runs) != height * width:
@@ -207,6 +210,8 @@ def outlines(mask: Mask) -> list[list[list[float]]]:
 
 
 def _smooth(outline: MatLike) -> MatLike:
+    import cv2  # noqa: PLC0415 - as above
+
     return cv2.approxPolyDP(outline, 1, closed=True) if len(outline) > MANY else outline
 
 

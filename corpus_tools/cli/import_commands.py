@@ -131,31 +131,63 @@ for _importer in importers():
 @import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
 @click.argument("path", type=PATH)
 @out_file("Folder for the tables.", "FOLDER")
-@click.option("--camera", help="Which camera people see [default: the dataset's first].")
+@click.option(
+    "--camera", help="The camera that people see [default: the first that is no depth map]."
+)
 @click.option("--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes.")
+@click.option(
+    "--keep-going",
+    is_flag=True,
+    help="Leave out the episodes that can't be shown and list them, rather than fail.",
+)
 @click.option("--force", is_flag=True, help="Replace the tables that are there.")
 @FORMAT
 def lerobot(
-    *, path: Path, out: Path, camera: str | None, first: int | None, force: bool, form: str
+    *,
+    path: Path,
+    out: Path,
+    camera: str | None,
+    first: int | None,
+    keep_going: bool,
+    force: bool,
+    form: str,
 ) -> None:
     """The episodes of a LeRobot dataset, for people to describe, cut and rate.
 
     PATH is a dataset's folder, of version 2.0, 2.1 or 3. This writes tables for studies:
     episodes.csv, tasks.csv and, if the dataset has language, subtasks.csv. Videos aren't copied:
-    the tables name them. docs/how-to/robot-episodes.md shows the whole way.
+    the tables name them. Of episodes that are pictures, videos are made beside the tables.
+    docs/how-to/robot-episodes.md shows the whole way.
 
     \b
     Examples:
       ct import lerobot pick-and-place --out episodes
       ct import lerobot droid --camera observation.images.wrist --first 50 --out wrist
     """
+    from tempfile import TemporaryDirectory
+
     from corpus_tools.lerobot.episode_reading import open_dataset
     from corpus_tools.lerobot.study_input import EPISODES, study_input
     from corpus_tools.runtime.atomic_folder import check_target, write_folder
+    from corpus_tools.runtime.terminal import note
 
     check_target(out, force=force, marker=EPISODES)
-    made = study_input(open_dataset(path), out, camera=camera, first=first)
-    write_folder(out, made.files, force=force, marker=EPISODES)
+    with (
+        TemporaryDirectory(dir=out.parent, prefix=".lerobot-") as scratch,
+        progress_bar("reading episodes") as on_progress,
+    ):
+        made = study_input(
+            open_dataset(path),
+            out,
+            camera=camera,
+            first=first,
+            scratch=Path(scratch),
+            keep_going=keep_going,
+            on_progress=on_progress,
+        )
+        write_folder(out, made.files, force=force, marker=EPISODES)
+    note(*(f"note: {line}" for line in made.notes))
     lines = [f"{count:6} rows in {out / name}" for name, count in made.rows.items()]
     following = f"next: ct annotate init study.yaml --videos {out / EPISODES}"
-    tell(form, {"folder": out, "rows": made.rows}, *lines, following)
+    record = {"folder": out, "rows": made.rows, "notes": made.notes}
+    tell(form, record, *lines, following)

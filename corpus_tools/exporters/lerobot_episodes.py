@@ -7,7 +7,6 @@ people said of the same log are other wordings of the task (``task_aug``).
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +19,9 @@ import numpy.typing as npt
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.lerobot import language_rows
-from corpus_tools.lerobot.episode_reading import INFO, NEW, TASKS_PARQUET
+from corpus_tools.lerobot.episode_reading import INFO, NEW
+from corpus_tools.lerobot.language_rows import SUBTASK, Language
+from corpus_tools.lerobot.task_tables import TASKS_PARQUET, tasks_parquet
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
@@ -34,6 +35,7 @@ CAMERA = "observation.images.scene"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 FILES_IN_CHUNK = 1000
+_RENDER = "render it again: ct render-videos --corpus CORPUS --out FOLDER --force"
 QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
 
 Array = npt.NDArray[np.float32]
@@ -74,7 +76,7 @@ def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path
     tasks = list(dict.fromkeys(r.task for r in recorded))
     files: dict[str, bytes | Path] = {
         DATA.format(chunk_index=0, file_index=0): _frames(recorded, tasks),
-        TASKS_PARQUET: _tasks(tasks),
+        TASKS_PARQUET: tasks_parquet(tasks),
         "meta/episodes/chunk-000/file-000.parquet": _episodes(recorded),
         "meta/stats.json": _json(_statistics(recorded)),
         INFO: _json(_info(corpus, recorded, tasks, fps)),
@@ -97,21 +99,19 @@ def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -
         film = films.get(context.id)
         if videos is not None and film is None:
             continue
+        if film is not None:
+            _check(film)
         fps = film.fps if film else FPS
         path = context.agent.trajectory
         frames = film.frames if film else int((path.t[-1] - path.t[0]) * fps) + 1
         timestamps = (np.arange(frames) / fps).astype(np.float32)
-        language = _language(said[context.id], annotated[context.id], float(path.t[0]))
-        found.append(
-            _Recorded(
-                context,
-                language[0],
-                _state(path, path.t[0] + np.arange(frames) / fps),
-                timestamps,
-                language_rows.sorted_rows(item.row(timestamps) for item in language[1]),
-                film,
-            )
-        )
+        times = np.arange(frames) / fps
+        task, language = _language(said[context.id], annotated[context.id], float(path.t[0]))
+        items = language_rows.placed(language, times, 1 / fps)
+        items += language_rows.plans(item for item in items if item.language.style == SUBTASK)
+        rows = language_rows.rows_of(items, timestamps, tasks=[task])
+        state = _state(path, path.t[0] + times)
+        found.append(_Recorded(context, task, state, timestamps, rows, film))
     if not found:
         what = "there is no video of a log in the corpus" if videos else "nothing moves in it"
         raise FormatError(
@@ -140,18 +140,18 @@ def _commands_of(
 def _language(
     said: Sequence[Command], annotated: Sequence[Annotation], begin_s: float
 ) -> tuple[str, list[language_rows.Language]]:
-    """The task, and what else is said."""
+    """The task, and its other wordings and subtasks."""
     task = annotated[0].command if annotated else said[0]
-    found = [
-        language_rows.Language(language_rows.TASK_AUG, 0.0, command.text)
-        for command in (task, *said)
-    ]
-    subtasks = _subtasks(annotated[0], begin_s) if annotated else []
-    return task.text, [*found, *subtasks, *language_rows.plans(subtasks)]
+    wordings = [Language(language_rows.TASK_AUG, 0.0, command.text) for command in said]
+    return task.text, [*wordings, *(_subtasks(annotated[0], begin_s) if annotated else [])]
 
 
-def _subtasks(annotation: Annotation, begin_s: float) -> list[language_rows.Language]:
-    found = []
+def _subtasks(annotation: Annotation, begin_s: float) -> list[Language]:
+    """The EVENT clauses of a command; those with one beginning have no times of their own.
+
+    Such clauses are one subtask, with the words from the first to the last of them.
+    """
+    words_from: dict[float, list[tuple[int, int]]] = defaultdict(list)
     nodes = zip(
         breadth_first(annotation.sdcs), annotation.groundings, annotation.correct, strict=True
     )
@@ -159,10 +159,13 @@ def _subtasks(annotation: Annotation, begin_s: float) -> list[language_rows.Lang
         paths = [g.trajectory for g in groundings if not isinstance(g, Place)]
         words = all_words(sdc)
         if sdc.type == "EVENT" and words and paths and correct is not False:
-            text = annotation.command.text[words[0].start : words[-1].end]
             start_s = max(float(paths[0].t[0]) - begin_s, 0.0)
-            found.append(language_rows.Language(language_rows.SUBTASK, start_s, text))
-    return found
+            words_from[start_s].append((words[0].start, words[-1].end))
+    text = annotation.command.text
+    return [
+        Language(SUBTASK, start_s, text[min(s for s, _ in spans) : max(e for _, e in spans)])
+        for start_s, spans in words_from.items()
+    ]
 
 
 def _state(path: Trajectory, times: npt.NDArray[np.float64]) -> Array:
@@ -195,25 +198,6 @@ def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
         tables.append(pa.table(columns))
         index += n
     return parquet_bytes(pa.concat_tables(tables))
-
-
-def _tasks(tasks: Sequence[str]) -> bytes:
-    """The tasks, which pandas reads as the index of the table."""
-    pa, _ = import_pyarrow()
-    table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), "task": list(tasks)})
-    column = {"metadata": None}
-    pandas = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": [
-            {"name": "task_index", "field_name": "task_index", "pandas_type": "int64",
-             "numpy_type": "int64", **column},
-            {"name": "task", "field_name": "task", "pandas_type": "unicode",
-             "numpy_type": "object", **column},
-        ],
-        "pandas_version": "2.0.0",
-    }  # fmt: skip
-    return parquet_bytes(table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
 
 
 def _episodes(recorded: Sequence[_Recorded]) -> bytes:
@@ -280,9 +264,7 @@ def _colours(films: Sequence[_Film]) -> dict[str, Any]:
         is_read, frame = capture.read()
         capture.release()
         if not is_read:
-            raise FormatError(
-                "the video can't be read", where=str(film.file), fix="render it again"
-            )
+            raise FormatError("the video can't be read", where=str(film.file), fix=_RENDER)
         pictures.append(frame[::4, ::4, ::-1].reshape(-1, 3) / 255)
     measured = _measures(np.concatenate(pictures))
     return {
@@ -305,7 +287,7 @@ def _info(
             "names": ["height", "width", "channels"],
             "info": {
                 "video.height": height, "video.width": width, "video.codec": "h264",
-                "video.pix_fmt": "yuv420p", "video.is_depth_map": False, "video.fps": fps,
+                "video.pix_fmt": "yuv420p", "is_depth_map": False, "video.fps": fps,
                 "video.channels": 3, "has_audio": False,
             },
         }  # fmt: skip
@@ -342,7 +324,7 @@ def _films(folder: Path) -> dict[str, _Film]:
             told = msgspec.json.decode(file.read_bytes(), type=_Manifest)
         except (OSError, msgspec.DecodeError) as error:
             raise FormatError(
-                f"the manifest can't be read: {error}", where=str(file), fix="render it again"
+                f"the manifest can't be read: {error}", where=str(file), fix=_RENDER
             ) from error
         width, height = told.settings.size
         video = file.with_name("video.mp4")
@@ -352,6 +334,18 @@ def _films(folder: Path) -> dict[str, _Film]:
             "the videos differ in frames a second", where=str(folder), fix="render them alike"
         )
     return films
+
+
+def _check(film: _Film) -> None:
+    """Check that a video is whole and has the frames of its manifest."""
+    from corpus_tools.video.probe import probe  # noqa: PLC0415 - PyAV may be missing
+
+    info = probe(film.file)
+    what = info.problem
+    if not what and len(info.frame_times) != film.frames:
+        what = f"it has {len(info.frame_times)} frames, and its manifest says {film.frames}"
+    if what:
+        raise FormatError(f"the video isn't whole: {what}", where=str(film.file), fix=_RENDER)
 
 
 class _Settings(msgspec.Struct, frozen=True):

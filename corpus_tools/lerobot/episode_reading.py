@@ -1,108 +1,192 @@
-"""The episodes of a LeRobot dataset: what is where, without reading frames.
+"""The episodes of a LeRobot dataset, as its metadata have them.
 
-Version 2.1 has a file for each episode and its metadata in JSON lines. Version 3 has several
-episodes one after the other in a file, and Parquet metadata that tell which part is whose
-(https://huggingface.co/docs/lerobot/lerobot-dataset-v3).
+Version 2 has a file for each episode and its metadata in JSON lines. Version 3 has several
+episodes one after the other in a file, and Parquet metadata with the part of each
+(https://huggingface.co/docs/lerobot/lerobot-dataset-v3). What these layouts leave open may be
+missing. Numbers of another type are converted where that changes none, and else refused with file,
+row and column.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from corpus_tools.runtime.parquet import import_pyarrow
+from corpus_tools.lerobot.dataset_files import (
+    Record,
+    check_is_file,
+    damaged,
+    file_inside,
+    files_below,
+    filled_in,
+    json_lines,
+    parquet_file,
+)
 from g3.errors import FormatError
 
 INFO = "meta/info.json"
-TASKS_JSONL, TASKS_PARQUET = "meta/tasks.jsonl", "meta/tasks.parquet"
 EPISODES_JSONL, EPISODES_FOLDER = "meta/episodes.jsonl", "meta/episodes"
 OLD, NEW = "v2.1", "v3.0"
 READ = ("v2.0", OLD, NEW)
+VIDEO, IMAGE = "video", "image"
+FASTEST = 10_000.0
+"""Frames a second."""
 ROWS_AT_ONCE = 256
 """Of metadata: a row has the statistics of all features, too."""
 
+_PATHS = {
+    True: (
+        "data/chunk-{episode_chunk:03d}/episode_{episode_index:06d}.parquet",
+        "videos/chunk-{episode_chunk:03d}/{video_key}/episode_{episode_index:06d}.mp4",
+    ),
+    False: (
+        "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
+        "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4",
+    ),
+}
+"""The patterns of paths of data and of videos where none are given, of version 2 and of 3."""
+
 
 class Info(msgspec.Struct, frozen=True):
-    """What this program needs of ``meta/info.json``."""
+    """The fields of ``meta/info.json`` that this program needs."""
 
     codebase_version: str
     fps: float
     features: dict[str, dict[str, Any]]
-    data_path: str
+    data_path: str | None = None
     video_path: str | None = None
-    robot_type: str | None = None
     chunks_size: int = 1000
-    total_episodes: int = 0
+    total_episodes: Any = None
 
 
 @dataclass(frozen=True, slots=True)
 class VideoPart:
-    """A part of a video file, which shows an episode; times in seconds from the file's start."""
+    """The part of a video file that shows an episode, in seconds from the file's first frame."""
 
     file: Path
     start_s: float
-    end_s: float
+    end_s: float | None
+    """As the metadata say; None in version 2, where a file is an episode's."""
 
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """An episode."""
+    """An episode, as the metadata have it."""
 
     index: int
     frames: int
     tasks: tuple[str, ...]
+    """Without the blank ones."""
     data: Path
     """The file with its frames."""
-    videos: Mapping[str, VideoPart]
+    record: Record
+    """Its row of the metadata."""
+    videos: Mapping[str, VideoPart] = field(default_factory=dict)
     """By camera."""
+
+    def error(self, what: str) -> FormatError:
+        """Return the error that something is wrong with it, with its row in the metadata."""
+        return damaged(
+            f"{self.record.file}, row {self.record.row}", f"episode {self.index}: {what}"
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """A dataset's folder, and what its ``meta/info.json`` says."""
+    """A dataset's folder, resolved, and the content of its ``meta/info.json``."""
 
     folder: Path
     info: Info
 
     @property
     def is_old(self) -> bool:
-        """Whether it has a file for each episode (version 2)."""
+        """True for version 2, which has a file for each episode."""
         return self.info.codebase_version != NEW
 
     @property
     def cameras(self) -> tuple[str, ...]:
         """The features that are videos."""
+        return self._features_of(VIDEO)
+
+    @property
+    def image_cameras(self) -> tuple[str, ...]:
+        """The features that are images, a file or a cell for each frame."""
+        return self._features_of(IMAGE)
+
+    @property
+    def depth_cameras(self) -> frozenset[str]:
+        """The features whose pixels are distances."""
+        return frozenset(
+            name for name, feature in self.info.features.items() if _is_depth_map(feature)
+        )
+
+    def _features_of(self, dtype: str) -> tuple[str, ...]:
         features = self.info.features.items()
-        return tuple(name for name, feature in features if feature.get("dtype") == "video")
+        return tuple(name for name, feature in features if feature.get("dtype") == dtype)
 
-    def episodes(self) -> Iterator[Episode]:
-        """The episodes in the order of the metadata, some at a time.
+    def episodes(self, cameras: Sequence[str] | None = None) -> Iterator[Episode]:
+        """Yield the episodes in the order of the metadata, some at a time.
 
-        FormatError if the metadata can't be read, or pyarrow isn't installed for those of version
-        3.
+        Parameters
+        ----------
+        cameras
+            The cameras whose videos are named; all if None.
+
+        Raises
+        ------
+        FormatError
+            If the metadata can't be read or contradict themselves, or pyarrow isn't installed for
+            those of version 3.
         """
-        return _old_episodes(self) if self.is_old else _new_episodes(self)
+        shown = self.cameras if cameras is None else cameras
+        rows = json_lines(self.folder / EPISODES_JSONL) if self.is_old else _new_rows(self, shown)
+        seen: dict[int, Record] = {}
+        for record in rows:
+            episode = _episode(self, record, shown)
+            first = seen.setdefault(episode.index, record)
+            if first is not record:
+                what = f"episode {episode.index} is also in {first.file.name}, row {first.row}"
+                raise record.error("episode_index", what)
+            yield episode
+
+
+def _is_depth_map(feature: Mapping[str, Any]) -> bool:
+    """Return True for a feature that is marked so, by LeRobot's current name or its former one."""
+    places = [feature, feature.get("info"), feature.get("video_info")]
+    return any(
+        bool(one.get(name))
+        for one in places
+        if isinstance(one, dict)
+        for name in ("is_depth_map", "video.is_depth_map")
+    )
 
 
 def open_dataset(folder: Path) -> Dataset:
-    """A dataset's folder; FormatError if it is no LeRobot dataset of version 2.0, 2.1 or 3.0."""
-    file = folder / INFO
-    try:
-        info = msgspec.json.decode(file.read_bytes(), type=Info)
-    except OSError as error:
+    """Read a dataset's ``meta/info.json``.
+
+    Raises
+    ------
+    FormatError
+        If the folder is no LeRobot dataset of version 2.0, 2.1 or 3.0.
+    """
+    folder = folder.resolve()
+    file = file_inside(folder, INFO, where=str(folder))
+    if not file.exists():
         raise FormatError(
             f"this is no LeRobot dataset: there is no {INFO}",
             where=str(folder),
             fix="name the folder that holds meta, data and videos",
-        ) from error
-    except msgspec.DecodeError as error:
-        raise FormatError(
-            f"the file can't be read: {error}", where=str(file), fix="restore the dataset"
-        ) from error
+        )
+    check_is_file(file)
+    try:
+        # In two steps: what Info has no field for is checked, too.
+        info = msgspec.convert(msgspec.json.decode(file.read_bytes()), Info)
+    except (OSError, msgspec.MsgspecError, ValueError, RecursionError) as error:
+        raise damaged(file, f"the file can't be read: {error}") from error
     if info.codebase_version not in READ:
         raise FormatError(
             f"the dataset's version is {info.codebase_version}, this program reads "
@@ -110,90 +194,68 @@ def open_dataset(folder: Path) -> Dataset:
             where=str(file),
             fix="convert it with LeRobot's own converter",
         )
-    if info.fps <= 0:
-        raise FormatError(f"fps is {info.fps}", where=str(file), fix="say how fast it was recorded")
+    if not 0 < info.fps <= FASTEST:
+        raise FormatError(
+            f"fps is {info.fps}", where=str(file), fix="give the frames a second of its recording"
+        )
+    if info.chunks_size < 1:
+        raise FormatError(
+            f"chunks_size is {info.chunks_size}", where=str(file), fix="give the files of a chunk"
+        )
     return Dataset(folder, info)
 
 
 def data_files(dataset: Dataset) -> list[Path]:
-    """The files with frames, in their order."""
-    return sorted((dataset.folder / "data").glob("*/*.parquet"))
+    """Return the files with frames, in their order."""
+    return files_below(dataset.folder, "data")
 
 
-def _old_episodes(dataset: Dataset) -> Iterator[Episode]:
-    info, file = dataset.info, dataset.folder / EPISODES_JSONL
-    for number, row in _json_lines(file):
-        try:
-            index, frames = int(row["episode_index"]), int(row["length"])
-            tasks = tuple(map(str, row.get("tasks", ())))
-        except (KeyError, TypeError, ValueError) as error:
-            raise _damaged(file, f"line {number}: {error!r}") from error
-        names = {"episode_chunk": index // info.chunks_size, "episode_index": index}
-        videos = {
-            camera: VideoPart(
-                dataset.folder / (info.video_path or "").format(video_key=camera, **names),
-                0.0,
-                frames / info.fps,
-            )
-            for camera in dataset.cameras
-        }
-        data = dataset.folder / info.data_path.format(**names)
-        yield Episode(index, frames, tasks, data, videos)
-
-
-def _json_lines(file: Path) -> Iterator[tuple[int, dict[str, Any]]]:
-    try:
-        with file.open("rb") as stream:
-            for number, line in enumerate(stream, start=1):
-                if line.strip():
-                    yield number, msgspec.json.decode(line, type=dict[str, Any])
-    except (OSError, msgspec.DecodeError) as error:
-        raise _damaged(file, str(error)) from error
-
-
-def _new_episodes(dataset: Dataset) -> Iterator[Episode]:
-    pa, pq = import_pyarrow()
-    info = dataset.info
-    columns = ["episode_index", "length", "tasks", "data/chunk_index", "data/file_index"]
-    for camera in dataset.cameras:
-        columns += [f"videos/{camera}/{name}" for name in _OF_VIDEO]
-    files = sorted((dataset.folder / EPISODES_FOLDER).glob("*/*.parquet"))
+def _new_rows(dataset: Dataset, cameras: Sequence[str]) -> Iterator[Record]:
+    files = files_below(dataset.folder, EPISODES_FOLDER)
     if not files:
-        raise _damaged(dataset.folder / EPISODES_FOLDER, "there are no episodes")
+        raise damaged(dataset.folder / EPISODES_FOLDER, "there are no episodes")
+    wanted = ["episode_index", "length", "tasks", *_OF_DATA]
+    wanted += [f"videos/{camera}/{name}" for camera in cameras for name in _OF_VIDEO]
     for file in files:
-        try:
-            with pq.ParquetFile(file) as parquet:
-                missing = set(columns) - set(parquet.schema_arrow.names)
-                if missing:
-                    raise _damaged(file, f"there is no column {min(missing)}")
-                for batch in parquet.iter_batches(ROWS_AT_ONCE, columns=columns):
-                    for row in batch.to_pylist():
-                        yield _new_episode(dataset.folder, info, dataset.cameras, row)
-        except (OSError, pa.ArrowException) as error:
-            raise _damaged(file, str(error)) from error
+        row = 0
+        with parquet_file(file) as parquet:
+            columns = [name for name in wanted if name in parquet.schema_arrow.names]
+            # All columns are read: what is damaged is named now, and not when a copy is written.
+            for batch in parquet.iter_batches(ROWS_AT_ONCE):
+                for values in batch.select(columns).to_pylist():
+                    row += 1
+                    yield Record(file, row, values)
 
 
+_OF_DATA = ("data/chunk_index", "data/file_index")
 _OF_VIDEO = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
 
 
-def _new_episode(
-    folder: Path, info: Info, cameras: tuple[str, ...], row: Mapping[str, Any]
-) -> Episode:
+def _episode(dataset: Dataset, record: Record, cameras: Sequence[str]) -> Episode:
+    info = dataset.info
+    index, frames = record.whole("episode_index"), record.whole("length")
+    tasks = tuple(text for text in record.texts("tasks") if text.strip())
     videos = {}
-    for camera in cameras:
-        chunk, number, start, end = (row[f"videos/{camera}/{name}"] for name in _OF_VIDEO)
-        path = (info.video_path or "").format(
-            video_key=camera, chunk_index=chunk, file_index=number
-        )
-        videos[camera] = VideoPart(folder / path, float(start), float(end))
-    data = info.data_path.format(
-        chunk_index=row["data/chunk_index"], file_index=row["data/file_index"]
-    )
-    tasks = tuple(row["tasks"] or ())
-    return Episode(int(row["episode_index"]), int(row["length"]), tasks, folder / data, videos)
+    if dataset.is_old:
+        names = {"episode_chunk": index // info.chunks_size, "episode_index": index}
+        for camera in cameras:
+            file = _file(dataset, "video_path", names | {"video_key": camera})
+            videos[camera] = VideoPart(file, 0.0, None)
+    else:
+        chunk, number = (record.whole(column) for column in _OF_DATA)
+        names = {"chunk_index": chunk, "file_index": number}
+        for camera in cameras if frames else ():
+            columns = [f"videos/{camera}/{name}" for name in _OF_VIDEO]
+            part = [record.whole(column) for column in columns[:2]]
+            start_s, end_s = (record.seconds(column) for column in columns[2:])
+            of_part = dict(zip(names, part, strict=True)) | {"video_key": camera}
+            videos[camera] = VideoPart(_file(dataset, "video_path", of_part), start_s, end_s)
+    return Episode(index, frames, tasks, _file(dataset, "data_path", names), record, videos)
 
 
-def _damaged(file: Path, what: str) -> FormatError:
-    return FormatError(
-        f"the metadata can't be read: {what}", where=str(file), fix="restore the dataset"
-    )
+def _file(dataset: Dataset, kind: str, names: Mapping[str, int | str]) -> Path:
+    """The file of data or of a video, by the pattern that is given, else by the usual one."""
+    usual = dict(zip(("data_path", "video_path"), _PATHS[dataset.is_old], strict=True))
+    pattern = getattr(dataset.info, kind) or usual[kind]
+    where = f"{dataset.folder / INFO}, {kind}"
+    return file_inside(dataset.folder, filled_in(pattern, names, where=where), where=where)

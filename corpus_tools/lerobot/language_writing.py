@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -21,36 +21,71 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.lerobot import episode_reading
+from corpus_tools.lerobot.dataset_files import (
+    check_is_file,
+    content_of,
+    file_inside,
+    files_below,
+    whole_numbers_of,
+)
+from corpus_tools.lerobot.episode_frames import EPISODE_INDEX, checked_episodes
 from corpus_tools.lerobot.language_rows import (
     EVENTS,
     FEATURE,
     PERSISTENT,
+    SUBTASK,
     Language,
+    Placed,
     Row,
     column_types,
     persistent_rows_of,
-    sorted_rows,
+    placed,
+    plans,
+    rows_of,
+    widened,
 )
+from corpus_tools.lerobot.task_tables import TASK_INDEX, TaskTable, task_table
 from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.runtime.parquet import import_pyarrow
-from g3.errors import FormatError
+from g3.errors import CorpusError, FormatError
 
 LINKED = ("videos", "images")
 """Folders whose files nothing here changes."""
+PROVENANCE = "meta/people.jsonl"
+"""The file of the copy with the source of each text."""
 
 _HUGGING_FACE = b"huggingface"
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeLanguage:
-    """What is to be said of an episode."""
+    """The language of an episode."""
 
     said: tuple[Language, ...]
-    """What is added to its persistent rows."""
+    """The texts that are added to its persistent rows, and plans of the subtasks among them."""
     replaces: frozenset[str] = frozenset()
     """Styles of which the dataset's own rows go."""
     task: str = ""
     """Its task, if the dataset names none."""
+
+
+@dataclass(frozen=True, slots=True)
+class _NewLanguage:
+    """The language of an episode at its frames."""
+
+    items: tuple[Placed, ...]
+    timestamps: npt.NDArray[np.float32]
+    tasks: tuple[str, ...]
+    replaces: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class _NewTasks:
+    """The number and the text of the task of each episode that had none, and new texts in order."""
+
+    numbers: Mapping[int, int]
+    texts: Mapping[int, str]
+    added: tuple[str, ...]
 
 
 def write_language(
@@ -60,36 +95,117 @@ def write_language(
     *,
     attachments: Mapping[str, bytes],
     force: bool = False,
-) -> None:
+) -> list[str]:
     """Write a copy of a dataset with language in it: the whole folder or, on any error, nothing.
 
-    The parent of the copy's folder `target` must be there. `language` is by the numbers of
-    episodes; the others keep what they have. `attachments` are further files by name. FormatError
-    if the copy would lie in the dataset, or a file can't be read or written.
+    The source of each text that has one is written to ``meta/people.jsonl``, with the time of its
+    frame, or null for a text that couldn't be placed.
+
+    Parameters
+    ----------
+    target
+        The copy's folder, whose parent must be there.
+    language
+        By the numbers of episodes; the others keep what they have.
+    attachments
+        Further files by name.
+
+    Returns
+    -------
+    list of str
+        The texts that are written at another frame than the nearest, or not at all, with reasons.
+
+    Raises
+    ------
+    FormatError
+        If the copy would lie in the dataset, or a file can't be read or written.
     """
-    source = dataset.folder.resolve()
+    source = dataset.folder
     if source == target.resolve() or source in target.resolve().parents:
         raise FormatError(
             "the copy would lie in the dataset itself",
             where=str(target),
             fix="name a folder elsewhere: the dataset stays as it is",
         )
-    tasks = _new_tasks(dataset, language)
+    table, notes, new = task_table(dataset), [], dict[int, _NewLanguage]()
+    texts: dict[int, str] = {}
+    wrong: list[CorpusError] = []
+    numbers: set[int] = set()
+    for framed in checked_episodes(dataset, (), on_error=wrong.append):
+        numbers.update(framed.frames.tasks)
+        episode, added = framed.episode, language.get(framed.episode.index)
+        if added is None or not episode.frames:
+            continue
+        if added.task and not episode.tasks:
+            texts[episode.index] = added.task
+        items = placed(added.said, framed.frames.times, 1 / dataset.info.fps)
+        items += plans(item for item in items if item.language.style == SUBTASK)
+        times = framed.frames.times.astype(np.float32)
+        tasks = episode.tasks or ((added.task,) if added.task else ())
+        new[episode.index] = _NewLanguage(tuple(items), times, tasks, added.replaces)
+    notes += [str(error) for error in wrong]
+    notes += [f"episode {i}: {note}" for i, one in new.items() for note in _notes(one.items)]
+    left_out = sorted(language.keys() - new.keys())
+    if left_out and not new:
+        raise FormatError(
+            f"the dataset has no episode {left_out[0]} with frames, nor any other of these",
+            where=str(source),
+            fix="name the dataset that the language is about",
+        )
+    notes += [f"episode {n}: its language isn't written: it is no episode here" for n in left_out]
+    tasks_of = _new_tasks(table, texts, max(numbers, default=-1))
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch:
-        files: dict[str, bytes | Path] = {}
-        for file in sorted(source.rglob("*")):
-            name = file.relative_to(source).as_posix()
-            if not file.is_file() or name.startswith("."):
-                continue
-            is_linked = name.split("/")[0] in LINKED
-            files[name] = file if is_linked else _copied(file, Path(scratch) / name)
+        files = dict(_copies(source, Path(scratch)))
         for file in episode_reading.data_files(dataset):
-            name = file.relative_to(dataset.folder).as_posix()
-            new = Path(scratch) / f"{name}.new"
-            _rewrite(file, new, language, tasks.numbers)
-            files[name] = new
-        files |= _metadata(dataset, tasks, Path(scratch)) | dict(attachments)
-        write_folder(target, files, force=force, marker=episode_reading.INFO)
+            name = file.relative_to(source).as_posix()
+            files[name] = Path(scratch) / f"{name}.new"
+            _rewrite(file, files[name], new, tasks_of.numbers)
+        every: dict[str, bytes | Path] = {**files, **_metadata(dataset, table, tasks_of, scratch)}
+        every |= attachments
+        if lines := _provenance(language, new):
+            before = files.get(PROVENANCE)  # of those who were asked about this dataset earlier
+            every[PROVENANCE] = (before.read_bytes() if before else b"") + lines
+        write_folder(target, every, force=force, marker=episode_reading.INFO)
+    return notes
+
+
+def _notes(items: Sequence[Placed]) -> Iterator[str]:
+    for item in items:
+        if item.note:
+            is_there = "" if item.frame is not None else " isn't written:"
+            yield f"{item.language.style} {item.language.text!r:.60}{is_there} {item.note}"
+
+
+def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewLanguage]) -> bytes:
+    """The texts with a source, in their order, each with the time of its frame."""
+    rows = []
+    for index, added in language.items():
+        one = new.get(index)
+        items = one.items if one else [Placed(item, None) for item in added.said]
+        for item in items:
+            text, frame = item.language, item.frame
+            if text.source:
+                time = None if frame is None or one is None else float(one.timestamps[frame])
+                rows.append(
+                    {
+                        "episode_index": index, "style": text.style, "start_s": text.start_s,
+                        "timestamp": time, "content": text.text, **text.source,
+                    }
+                )  # fmt: skip
+    return msgspec.json.Encoder().encode_lines(rows)
+
+
+def _copies(source: Path, scratch: Path) -> Iterator[tuple[str, Path]]:
+    """The files of the copy by their names; hidden ones are left out."""
+    for path in sorted(source.rglob("*")):
+        name = path.relative_to(source).as_posix()
+        is_link = path.is_symlink()
+        if any(part.startswith(".") for part in name.split("/")) or (path.is_dir() and not is_link):
+            continue
+        file = file_inside(source, name, where=str(path))
+        check_is_file(file)
+        is_linked = name.split("/")[0] in LINKED
+        yield name, file if is_linked else _copied(file, scratch / name)
 
 
 def _copied(file: Path, target: Path) -> Path:
@@ -99,99 +215,79 @@ def _copied(file: Path, target: Path) -> Path:
     return target
 
 
-@dataclass(frozen=True, slots=True)
-class _Tasks:
-    """Tasks that are new: the number and the text of each episode's, and all new ones in order."""
+def _new_tasks(table: TaskTable, texts: Mapping[int, str], last: int) -> _NewTasks:
+    """The tasks to be added; `last` is the largest number in the frames.
 
-    numbers: Mapping[int, int]
-    texts: Mapping[int, str]
-    added: tuple[str, ...]
-
-
-def _known_tasks(dataset: episode_reading.Dataset) -> dict[str, int]:
-    if (dataset.folder / episode_reading.TASKS_PARQUET).is_file():
-        _, pq = import_pyarrow()
-        table = pq.read_table(dataset.folder / episode_reading.TASKS_PARQUET)
-        (name,) = (n for n in table.column_names if n != "task_index")
-        texts, numbers = table.column(name).to_pylist(), table.column("task_index").to_pylist()
-        return dict(zip(texts, numbers, strict=True))
-    lines = (dataset.folder / episode_reading.TASKS_JSONL).read_bytes().splitlines()
-    rows = [msgspec.json.decode(line) for line in lines if line.strip()]
-    return {row["task"]: row["task_index"] for row in rows}
-
-
-def _new_tasks(dataset: episode_reading.Dataset, language: Mapping[int, EpisodeLanguage]) -> _Tasks:
-    """The tasks of episodes that had none."""
-    known, texts = _known_tasks(dataset), {}
-    before = len(known)
-    for episode in dataset.episodes():
-        told = language.get(episode.index)
-        if told is not None and told.task and not any(t.strip() for t in episode.tasks):
-            texts[episode.index] = told.task
-            known.setdefault(told.task, max(known.values(), default=-1) + 1)
-    numbers = {index: known[text] for index, text in texts.items()}
-    return _Tasks(numbers, texts, tuple(known)[before:])
+    Numbers that frames have and the table hasn't get rows without a text, so that no episode gets
+    another's task, and a task's number stays its place in the table, as LeRobot has it.
+    """
+    if not texts:
+        return _NewTasks({}, {}, ())
+    number_of: dict[str, int] = {}
+    for number, text in table.texts.items():
+        number_of.setdefault(text, number)
+    added = [""] * (last + 1 - table.following)
+    for text in texts.values():
+        if text not in number_of:
+            number_of[text] = table.following + len(added)
+            added.append(text)
+    numbers = {index: number_of[text] for index, text in texts.items()}
+    return _NewTasks(numbers, texts, tuple(added))
 
 
 def _rewrite(
-    file: Path, target: Path, language: Mapping[int, EpisodeLanguage], tasks: Mapping[int, int]
+    file: Path, target: Path, new: Mapping[int, _NewLanguage], tasks: Mapping[int, int]
 ) -> None:
-    """Write the frames of a file anew with their language."""
+    """Write the frames of a file once more, with their language."""
     pa, pq = import_pyarrow()
-    with pq.ParquetFile(file) as parquet:
+    usual = column_types()
+    rows = _rows_by_episode(file, new)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with content_of(file):
+        parquet = pq.ParquetFile(file)
+    with parquet:
         before = parquet.schema_arrow
-        types = {
-            name: before.field(name).type if name in before.names else kind
-            for name, kind in column_types().items()
-        }
-        kept = [name for name in before.names if name not in types]
+        kinds = dict(usual)
+        if EVENTS in before.names:
+            kinds[EVENTS] = before.field(EVENTS).type
+        if PERSISTENT in before.names:
+            kinds[PERSISTENT] = widened(before.field(PERSISTENT).type, usual[PERSISTENT])
+        kept = [name for name in before.names if name not in kinds]
         fields = [before.field(name) for name in kept]
-        fields += [pa.field(name, kind) for name, kind in types.items()]
-        schema = pa.schema(fields, metadata=_told_of_columns(before.metadata))
-        rows = _rows_by_episode(parquet, language, file)
-        target.parent.mkdir(parents=True, exist_ok=True)
+        fields += [pa.field(name, kind) for name, kind in kinds.items()]
+        schema = pa.schema(fields, metadata=_with_columns(before, kinds))
         with pq.ParquetWriter(target, schema) as writer:
             for group in range(parquet.num_row_groups):
-                table = parquet.read_row_group(group)
-                columns = {name: table.column(name) for name in kept}
-                episodes = table.column("episode_index").to_numpy()
-                if tasks and "task_index" in columns:
-                    columns["task_index"] = _with_tasks(columns["task_index"], episodes, tasks)
-                columns[PERSISTENT] = _spread(rows, episodes, types[PERSISTENT], table, file)
-                columns[EVENTS] = (
-                    table.column(EVENTS)
-                    if EVENTS in before.names
-                    else pa.array([[]], types[EVENTS]).take(pa.array(np.zeros(len(table), int)))
-                )
+                with content_of(file):
+                    table = parquet.read_row_group(group)
+                    episodes = whole_numbers_of(table, EPISODE_INDEX, file, 0)
+                    columns = {name: table.column(name) for name in kept}
+                    if tasks and TASK_INDEX in columns:
+                        columns[TASK_INDEX] = _with_tasks(columns[TASK_INDEX], episodes, tasks)
+                    columns[PERSISTENT] = _spread(rows, episodes, kinds[PERSISTENT], table)
+                    columns[EVENTS] = (
+                        table.column(EVENTS)
+                        if EVENTS in before.names
+                        else pa.array([[]], kinds[EVENTS]).take(_zeros(len(table)))
+                    )
                 writer.write_table(pa.table(columns, schema=schema))
 
 
-def _rows_by_episode(
-    parquet: Any, language: Mapping[int, EpisodeLanguage], file: Path
-) -> dict[int, list[Row] | None]:
-    """The persistent rows of the episodes in a file; None for those that stay as they are."""
-    times = parquet.read(columns=["episode_index", "timestamp"])
-    episodes = times.column("episode_index").to_numpy()
-    timestamps: npt.NDArray[np.float32] = times.column("timestamp").to_numpy()
-    had = dict(persistent_rows_of(file)) if PERSISTENT in parquet.schema_arrow.names else {}
-    found: dict[int, list[Row] | None] = {}
-    for index in np.unique(episodes).tolist():
-        told = language.get(index)
-        if told is None:
-            found[index] = None if index in had else []
-            continue
-        stays = [row for row in had.get(index, ()) if row["style"] not in told.replaces]
-        mine = timestamps[episodes == index]
-        found[index] = sorted_rows([*stays, *(said.row(mine) for said in told.said)])
-    return found
+def _rows_by_episode(file: Path, new: Mapping[int, _NewLanguage]) -> dict[int, list[Row] | None]:
+    """The persistent rows of episodes; None for those that stay as they are."""
+    result: dict[int, list[Row] | None] = {}
+    had: dict[int, list[Row]] = {}
+    for index, rows in persistent_rows_of(file):
+        had.setdefault(index, rows)
+        result[index] = None
+    for index, one in new.items():
+        others = [row for row in had.get(index, ()) if row["style"] not in one.replaces]
+        result[index] = rows_of(one.items, one.timestamps, tasks=one.tasks, others=others)
+    return result
 
 
 def _spread(
-    rows: Mapping[int, list[Row] | None],
-    episodes: npt.NDArray[np.int64],
-    kind: Any,
-    table: Any,
-    file: Path,
+    rows: Mapping[int, list[Row] | None], episodes: npt.NDArray[np.int64], kind: Any, table: Any
 ) -> Any:
     """An episode's rows on each of its frames."""
     pa, _ = import_pyarrow()
@@ -200,20 +296,18 @@ def _spread(
     for start, end in pairwise(edges):
         if start == end:
             continue
-        of_episode = rows[int(episodes[start])]
+        of_episode = rows.get(int(episodes[start]), [])
         if of_episode is None:
-            pieces.append(table.column(PERSISTENT).slice(start, end - start).combine_chunks())
-            continue
-        try:
-            one = pa.array([of_episode], kind)
-        except (pa.ArrowException, TypeError) as error:
-            raise FormatError(
-                f"the language can't be written as the dataset has it: {error}",
-                where=str(file),
-                fix="annotate a dataset without language, or write to LeRobot's own types",
-            ) from error
-        pieces.append(one.take(pa.array(np.zeros(end - start, int))))
+            stays = table.column(PERSISTENT).slice(start, end - start).cast(kind)
+            pieces.append(stays.combine_chunks())
+        else:
+            pieces.append(pa.array([of_episode], kind).take(_zeros(end - start)))
     return pa.chunked_array(pieces, kind)
+
+
+def _zeros(count: int) -> Any:
+    pa, _ = import_pyarrow()
+    return pa.array(np.zeros(count, int))
 
 
 def _with_tasks(column: Any, episodes: npt.NDArray[np.int64], tasks: Mapping[int, int]) -> Any:
@@ -224,17 +318,18 @@ def _with_tasks(column: Any, episodes: npt.NDArray[np.int64], tasks: Mapping[int
     return pa.chunked_array([pa.array(numbers, column.type)])
 
 
-def _told_of_columns(metadata: Mapping[bytes, bytes] | None) -> dict[bytes, bytes]:
-    """The file's metadata; what it tells Hugging Face's ``datasets`` of columns has these, too."""
-    told = dict(metadata or {})
-    if _HUGGING_FACE in told:
-        content = json.loads(told[_HUGGING_FACE])
-        features = content.get("info", {}).get("features")
-        if features is not None:
-            for name in (PERSISTENT, EVENTS):
-                features.setdefault(name, _feature(name))
-            told[_HUGGING_FACE] = json.dumps(content).encode()
-    return told
+def _with_columns(before: Any, kinds: Mapping[str, Any]) -> dict[bytes, bytes]:
+    """The file's metadata, in which Hugging Face's ``datasets`` finds the columns' types."""
+    metadata = dict(before.metadata or {})
+    try:
+        content = json.loads(metadata[_HUGGING_FACE])
+        features = content["info"]["features"]
+        for name, kind in kinds.items():
+            if name not in before.names or before.field(name).type != kind:
+                features[name] = _feature(name)
+    except (KeyError, TypeError, ValueError):  # it isn't from there
+        return metadata
+    return metadata | {_HUGGING_FACE: json.dumps(content).encode()}
 
 
 def _feature(column: str) -> dict[str, Any]:
@@ -247,72 +342,58 @@ def _feature(column: str) -> dict[str, Any]:
 
 
 def _metadata(
-    dataset: episode_reading.Dataset, tasks: _Tasks, scratch: Path
+    dataset: episode_reading.Dataset, table: TaskTable, tasks: _NewTasks, scratch: str
 ) -> dict[str, bytes | Path]:
     """The files of ``meta`` that change."""
-    info = json.loads((dataset.folder / episode_reading.INFO).read_text("utf-8"))
+    info = msgspec.json.decode((dataset.folder / episode_reading.INFO).read_bytes())
     for name in (PERSISTENT, EVENTS):
         info["features"].setdefault(name, dict(FEATURE))
     files: dict[str, bytes | Path] = {}
     if tasks.added:
-        info["total_tasks"] = info.get("total_tasks", 0) + len(tasks.added)
-    if tasks.texts:
-        files |= _old_tasks(dataset, tasks) if dataset.is_old else _tasks(dataset, tasks, scratch)
+        info["total_tasks"] = len(table.texts) + len(tasks.added)
+        name = table.file.relative_to(dataset.folder).as_posix()
+        files[name] = table.with_tasks(tasks.added)
+    if tasks.texts and dataset.is_old:
+        files[episode_reading.EPISODES_JSONL] = _old_episode_tasks(dataset, tasks.texts)
+    elif tasks.texts:
+        for file in files_below(dataset.folder, episode_reading.EPISODES_FOLDER):
+            name = file.relative_to(dataset.folder).as_posix()
+            files[name] = _episode_tasks(file, Path(scratch) / f"{name}.new", tasks.texts)
     files[episode_reading.INFO] = json.dumps(info, indent=4, ensure_ascii=False).encode()
     return files
 
 
-def _old_tasks(dataset: episode_reading.Dataset, tasks: _Tasks) -> dict[str, bytes | Path]:
-    known = _known_tasks(dataset)
-    first = max(known.values(), default=-1) + 1
-    lines = (dataset.folder / episode_reading.TASKS_JSONL).read_bytes().rstrip(b"\n").splitlines()
-    lines += [
-        msgspec.json.encode({"task_index": first + n, "task": text})
-        for n, text in enumerate(tasks.added)
-    ]
-    episodes = []
-    for line in (dataset.folder / episode_reading.EPISODES_JSONL).read_bytes().splitlines():
+def _old_episode_tasks(dataset: episode_reading.Dataset, texts: Mapping[int, str]) -> bytes:
+    lines = []
+    for line in (dataset.folder / episode_reading.EPISODES_JSONL).read_bytes().split(b"\n"):
         row = msgspec.json.decode(line) if line.strip() else {}
-        task = tasks.texts.get(row.get("episode_index", -1))
-        episodes.append(line if task is None else msgspec.json.encode(row | {"tasks": [task]}))
-    return {
-        episode_reading.TASKS_JSONL: b"\n".join([*lines, b""]),
-        episode_reading.EPISODES_JSONL: b"\n".join([*episodes, b""]),
-    }
+        task = texts.get(row.get(EPISODE_INDEX, -1))
+        lines.append(line if task is None else msgspec.json.encode(row | {"tasks": [task]}))
+    return b"\n".join(lines)
 
 
-def _tasks(
-    dataset: episode_reading.Dataset, tasks: _Tasks, scratch: Path
-) -> dict[str, bytes | Path]:
+def _episode_tasks(file: Path, target: Path, texts: Mapping[int, str]) -> Path:
+    """A file of the index of episodes with new tasks; without a column for them it stays."""
     pa, pq = import_pyarrow()
-    table = pq.read_table(dataset.folder / episode_reading.TASKS_PARQUET)
-    first = max(_known_tasks(dataset).values(), default=-1) + 1
-    added = {
-        name: range(first, first + len(tasks.added)) if name == "task_index" else tasks.added
-        for name in table.column_names
-    }
-    rows = pa.table({name: list(values) for name, values in added.items()}, schema=table.schema)
-    new = scratch / "new-tasks.parquet"
-    pq.write_table(pa.concat_tables([table, rows]), new)
-    files: dict[str, bytes | Path] = {episode_reading.TASKS_PARQUET: new}
-    for file in sorted((dataset.folder / episode_reading.EPISODES_FOLDER).glob("*/*.parquet")):
-        name = file.relative_to(dataset.folder).as_posix()
-        files[name] = _with_episode_tasks(file, scratch / f"{name}.new", tasks)
-    return files
-
-
-def _with_episode_tasks(file: Path, target: Path, tasks: _Tasks) -> Path:
-    pa, pq = import_pyarrow()
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with pq.ParquetFile(file) as parquet, pq.ParquetWriter(target, parquet.schema_arrow) as writer:
-        for group in range(parquet.num_row_groups):
-            table = parquet.read_row_group(group)
-            rows = zip(
-                table.column("episode_index").to_pylist(), table.column("tasks").to_pylist(),
-                strict=True,
-            )  # fmt: skip
-            told = [[tasks.texts[n]] if n in tasks.texts else had for n, had in rows]
-            place = table.column_names.index("tasks")
-            field = table.schema.field("tasks")
-            writer.write_table(table.set_column(place, field, pa.array(told, field.type)))
+    with content_of(file):
+        parquet = pq.ParquetFile(file)
+    with parquet:
+        before = parquet.schema_arrow
+        if "tasks" not in before.names:
+            return file
+        place, kind = before.names.index("tasks"), before.field("tasks").type
+        kind = widened(kind, pa.list_(pa.string()))
+        is_list = pa.types.is_list(kind) or pa.types.is_large_list(kind)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        schema = before.set(place, before.field(place).with_type(kind))
+        with pq.ParquetWriter(target, schema) as writer:
+            for group in range(parquet.num_row_groups):
+                with content_of(file):
+                    table = parquet.read_row_group(group)
+                    had = table.column("tasks").to_pylist()
+                    for row, index in enumerate(table.column(EPISODE_INDEX).to_pylist()):
+                        if index in texts:
+                            had[row] = [texts[index]] if is_list else texts[index]
+                    column = pa.array(had, kind)
+                writer.write_table(table.set_column(place, schema.field(place), column))
     return target

@@ -1,9 +1,10 @@
-"""What a study needs of a LeRobot dataset: tables that name its videos, and what is said of them.
+"""Tables for a study of a LeRobot dataset: its videos, and the dataset's own language.
 
-No video is copied: tables name files and parts of them (``start_s``, ``end_s``).
+No video is copied: tables name files and parts of them (``start_s``, ``end_s``). Only episodes
+whose frames are pictures get videos, beside the tables.
 
 - ``episodes.csv``: the episodes as videos, to be described and cut into subtasks.
-- ``tasks.csv``: what the dataset says is done in each, as commands to be checked or rated.
+- ``tasks.csv``: the dataset's task of each episode, as a command to be checked or rated.
 - ``subtasks.csv``: the dataset's subtasks, each with its part of the video, as commands to be
   rated. Only for datasets with language.
 """
@@ -13,145 +14,330 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
-from corpus_tools.lerobot.episode_reading import Dataset, Episode, VideoPart
-from corpus_tools.lerobot.language_rows import SUBTASK, Row, persistent_rows
-from g3.errors import FormatError
+import numpy as np
+import numpy.typing as npt
+
+from corpus_tools.lerobot.dataset_files import check_is_file, first_of
+from corpus_tools.lerobot.episode_frames import FramedEpisode, OnError, checked_episodes
+from corpus_tools.lerobot.episode_reading import INFO, Dataset
+from corpus_tools.lerobot.language_rows import SUBTASK, Row, persistent_rows_of
+from corpus_tools.lerobot.picture_films import write_films
+from corpus_tools.runtime.progress import OnProgress, no_progress
+from g3.errors import CorpusError, FormatError, ManyError
 
 EPISODES, TASKS, SUBTASKS = "episodes.csv", "tasks.csv", "subtasks.csv"
+FILMS = "films"
+"""The folder beside the tables with the videos that were made of pictures, or are links."""
 _VIDEO = ("video", "id", "start_s", "end_s")
+_ROUNDING_S = 1e-3
+
+Seconds = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class StudyInput:
-    """Tables by name, and how many rows they have."""
+    """The tables by name, and videos that were made for them."""
 
-    files: dict[str, bytes]
+    files: dict[str, bytes | Path]
     rows: dict[str, int]
+    """The number of rows of each table."""
+    notes: tuple[str, ...] = ()
+    """The parts of the dataset that aren't shown as it has them, each with the reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """The part of a video that shows an episode; `path` is as tables have it."""
+
+    framed: FramedEpisode
+    path: str
+    start_s: float
+    is_whole: bool
+    """True if the file shows nothing else."""
+
+    @property
+    def end_s(self) -> float:
+        return self.start_s + self.framed.length_s
 
 
 def episode_name(index: int) -> str:
-    """What an episode is called in a study."""
+    """Return the name of an episode in a study."""
     return f"episode-{index:06d}"
 
 
 def study_input(
-    dataset: Dataset, folder: Path, *, camera: str | None = None, first: int | None = None
+    dataset: Dataset,
+    folder: Path,
+    *,
+    camera: str | None = None,
+    first: int | None = None,
+    scratch: Path | None = None,
+    keep_going: bool = False,
+    on_progress: OnProgress = no_progress,
 ) -> StudyInput:
-    """The tables for a study of a dataset, with paths that begin in `folder`, where they will be.
+    """Make the tables for a study of a dataset.
 
-    `camera` is the video to show, by default the first camera's; `first` how many episodes to take,
-    by default all. FormatError if the dataset has no such camera, a video is missing, or metadata
-    can't be read.
+    Parameters
+    ----------
+    folder
+        The folder where the tables will be; paths in them begin there.
+    camera
+        The feature to show; by default the first video that is no depth map, else the first such
+        image.
+    first
+        The number of episodes to take; all if None.
+    scratch
+        A folder in which videos are made of pictures; a dataset of pictures needs it.
+    keep_going
+        Whether episodes that can't be shown are left out and named.
+
+    Raises
+    ------
+    FormatError
+        If the dataset has no such camera, or metadata, frames or videos can't be read or contradict
+        each other.
     """
-    shown = _camera(dataset, camera)
-    episodes = list(islice(dataset.episodes(), first))
-    _check_files(episodes, shown)
-    names = _Names(dataset, folder, shown, episodes)
+    shown_camera = _camera(dataset, camera)
+    is_video = shown_camera in dataset.cameras
+    errors: list[CorpusError] = []
+    cameras = (shown_camera,) if is_video else ()
+    every = list(
+        checked_episodes(
+            dataset,
+            cameras,
+            first=first,
+            is_thorough=True,
+            on_error=errors.append,
+            on_progress=on_progress,
+        )
+    )
+    framed = [one for one in every if one.episode.frames]
+    files: dict[str, bytes | Path] = {}
+    if is_video:
+        shown, longer = _parts(
+            dataset, framed, shown_camera, folder, on_error=errors.append, on_progress=on_progress
+        )
+        videos = (one.framed.episode.videos[shown_camera].file for one in shown)
+        files |= {name: file for file in videos if (name := _linked(dataset, file))}
+    else:
+        if scratch is None:
+            raise FormatError("videos are to be made of pictures", fix="give a folder for them")
+        films = write_films(dataset, framed, shown_camera, scratch, on_progress=on_progress)
+        names = {index: f"{FILMS}/{film.name}" for index, film in films.items()}
+        files |= {names[index]: film for index, film in films.items()}
+        shown = [_Shown(f, names[f.episode.index], 0.0, True) for f in framed]
+        longer = []
+    if errors and not (keep_going and shown):
+        raise errors[0] if len(errors) == 1 else ManyError(errors)
+    if not shown:
+        raise FormatError(
+            "no episode has frames", where=str(dataset.folder), fix="record episodes first"
+        )
+    notes = [
+        *(f"left out: {error}" for error in errors),
+        *_notes(dataset, every, shown_camera, longer, is_all=first is None and not errors),
+    ]
     tables: dict[str, tuple[Sequence[str], list[Sequence[object]]]] = {
         EPISODES: (
             (*_VIDEO, "episode", "task", "camera", "dataset"),
-            [
-                (*names.video(e), e.index, "; ".join(e.tasks), shown, str(names.dataset))
-                for e in episodes
-            ],
+            list(_episodes(dataset, shown, shown_camera)),
         ),
         TASKS: (
             ("video", "command", "episode", "style"),
             [
-                (episode_name(e.index), task, e.index, "task")
-                for e in episodes
-                for task in e.tasks
-                if task.strip()
+                (episode_name(one.framed.episode.index), task, one.framed.episode.index, "task")
+                for one in shown
+                for task in one.framed.episode.tasks
             ],
         ),
         SUBTASKS: (
             (*_VIDEO, "command", "episode", "style", "timestamp", "dataset"),
-            list(_subtasks(dataset, names, {e.index: e for e in episodes})),
+            list(_subtasks(dataset, shown, notes)),
         ),
     }
     kept = {name: table for name, table in tables.items() if table[1] or name == EPISODES}
-    return StudyInput(
-        {name: _csv(header, rows) for name, (header, rows) in kept.items()},
-        {name: len(rows) for name, (_, rows) in kept.items()},
-    )
+    files |= {name: _csv(header, rows) for name, (header, rows) in kept.items()}
+    return StudyInput(files, {name: len(rows) for name, (_, rows) in kept.items()}, tuple(notes))
 
 
 def _camera(dataset: Dataset, camera: str | None) -> str:
-    cameras = dataset.cameras
+    cameras, depth = (*dataset.cameras, *dataset.image_cameras), dataset.depth_cameras
+    named = ", ".join(f"{name} (a depth map)" if name in depth else name for name in cameras)
     if not cameras:
         raise FormatError(
-            "the dataset has no videos, and people couldn't see what is done",
+            "the dataset has no videos and no images: its frames are numbers only, and people "
+            "couldn't see what is done",
             where=str(dataset.folder),
-            fix="convert its pictures to videos with LeRobot's own tools",
+            fix="take a dataset with a camera, or draw its episodes as videos and make a study of "
+            "these: ct annotate init study.yaml --videos FOLDER",
         )
     if camera is not None and camera not in cameras:
         raise FormatError(
             f"the dataset has no camera {camera!r}",
             where="--camera",
-            fix=f"the cameras are: {', '.join(cameras)}",
+            fix=f"the cameras are: {named}",
         )
-    return camera or cameras[0]
+    seen = [name for name in cameras if name not in depth]
+    if camera is None and not seen:
+        raise FormatError(
+            "all cameras are depth maps, on which people can't see what is done",
+            where=str(dataset.folder),
+            fix=f"show one all the same with --camera: {named}",
+        )
+    return camera or seen[0]
 
 
-def _check_files(episodes: Sequence[Episode], camera: str) -> None:
-    for file in {episode.videos[camera].file: None for episode in episodes}:
-        if not file.is_file():
-            raise FormatError(
-                "a video is missing", where=str(file), fix="download all of the dataset"
+def _parts(
+    dataset: Dataset,
+    framed: Sequence[FramedEpisode],
+    camera: str,
+    folder: Path,
+    *,
+    on_error: OnError,
+    on_progress: OnProgress,
+) -> tuple[list[_Shown], list[int]]:
+    """The parts of videos that show episodes, and the episodes whose videos go on after them."""
+    from corpus_tools.video.probe import VideoInfo, probe  # noqa: PLC0415 - PyAV may be missing
+
+    files = list(dict.fromkeys(one.episode.videos[camera].file for one in framed))
+    looked_at: dict[Path, VideoInfo | None] = {}
+    for number, file in enumerate(files):
+        on_progress("looking at videos", number, len(files))
+        try:
+            check_is_file(file)
+            info = probe(file)
+            if info.problem:
+                what, fix = f"the video isn't whole: {info.problem}", "download it again"
+                raise FormatError(what, where=str(file), fix=fix)
+            looked_at[file] = info
+        except CorpusError as error:
+            looked_at[file] = None
+            on_error(error)
+    shown, longer = [], []
+    for one in framed:
+        part = one.episode.videos[camera]
+        looked = looked_at[part.file]
+        if looked is None:
+            continue
+        start_s = part.start_s + float(one.frames.times[0])
+        if what := _problem(one, camera, looked.frame_times, dataset.info.fps):
+            on_error(one.episode.error(what))
+            continue
+        end_s = start_s + one.length_s
+        margin_s = 0.5 / dataset.info.fps
+        last_s = looked.duration_s if part.end_s is None else part.end_s
+        if last_s > end_s + margin_s:
+            longer.append(one.episode.index)
+        times = looked.frame_times
+        is_whole = bool(start_s - margin_s < times[0] and times[-1] < end_s - _ROUNDING_S)
+        path = _linked(dataset, part.file) or os.path.relpath(part.file, folder.resolve())
+        shown.append(_Shown(one, path, start_s, is_whole))
+    return shown, longer
+
+
+def _linked(dataset: Dataset, file: Path) -> str:
+    """The name beside the tables of a video whose own name is a link; empty for any other.
+
+    The file at the end of a link may have a name without an ending, as in Hugging Face's cache, and
+    studies refuse such files. So it gets a second name.
+    """
+    is_link = file.resolve().name != file.name
+    return f"{FILMS}/{file.relative_to(dataset.folder).as_posix()}" if is_link else ""
+
+
+def _problem(one: FramedEpisode, camera: str, frame_times: Seconds, fps: float) -> str:
+    """The reason why a part of a video doesn't show an episode; empty if it does."""
+    part, times = one.episode.videos[camera], one.frames.times
+    margin_s = 0.5 / fps + _ROUNDING_S
+    if part.end_s is not None:
+        stated_s = part.end_s - part.start_s
+        if stated_s < float(times[-1]) + 1 / fps - margin_s:
+            return (
+                f"its part of the video {part.file.name} takes {stated_s:g} s, and its "
+                f"{len(times)} frames take {one.length_s:g} s"
             )
+    wanted = part.start_s + times
+    after = np.clip(np.searchsorted(frame_times, wanted), 0, len(frame_times) - 1)
+    before = np.maximum(after - 1, 0)
+    gaps = np.minimum(np.abs(frame_times[after] - wanted), np.abs(frame_times[before] - wanted))
+    apart_s = float(np.median(np.diff(frame_times))) if len(frame_times) > 1 else 1 / fps
+    missing = np.flatnonzero(gaps > max(margin_s, 0.5 * apart_s + _ROUNDING_S))
+    if not len(missing):
+        return ""
+    return (
+        f"{len(missing)} of its {len(times)} frames are not in the video {part.file.name}, which "
+        f"has frames from 0 to {frame_times[-1]:g} s: the first would be at "
+        f"{wanted[missing[0]]:g} s"
+    )
 
 
-class _Names:
-    """How the tables name videos."""
+def _notes(
+    dataset: Dataset,
+    every: Sequence[FramedEpisode],
+    camera: str,
+    longer: Sequence[int],
+    *,
+    is_all: bool,
+) -> Iterator[str]:
+    if camera in dataset.depth_cameras:
+        yield f"{camera} is a depth map: people see distances, no colours"
+    empty = [one.episode.index for one in every if not one.episode.frames]
+    if empty:
+        yield f"left out, as they have no frames: {len(empty)} episodes: {first_of(empty)}"
+    if longer:
+        yield (
+            f"the videos of {len(longer)} episodes go on after their frames; people see the "
+            f"frames only: {first_of(longer)}"
+        )
+    stated = dataset.info.total_episodes
+    if is_all and stated is not None and stated != len(every):
+        yield f"{INFO} has {stated!r:.20} as total_episodes, and there are {len(every)}"
 
-    def __init__(
-        self, dataset: Dataset, folder: Path, camera: str, episodes: Sequence[Episode]
-    ) -> None:
-        self.dataset, self.camera = dataset.folder.resolve(), camera
-        self._folder = folder.resolve()
-        self._in_file = Counter(episode.videos[camera].file for episode in episodes)
 
-    def video(self, episode: Episode) -> tuple[str, str, float | str, float | str]:
-        """An episode; where it has a file of its own, no part is named."""
-        part = episode.videos[self.camera]
-        is_whole = self._in_file[part.file] == 1 and part.start_s == 0
-        start, end = ("", "") if is_whole else (part.start_s, part.end_s)
-        return self._path(part), episode_name(episode.index), start, end
-
-    def part(
-        self, episode: Episode, number: int, start_s: float, end_s: float
-    ) -> tuple[str, str, float, float]:
-        """A part of an episode."""
-        part = episode.videos[self.camera]
-        begin, end = part.start_s + start_s, min(part.start_s + end_s, part.end_s)
-        name = f"{episode_name(episode.index)}-subtask-{number:02d}"
-        return self._path(part), name, round(begin, 6), round(end, 6)
-
-    def _path(self, part: VideoPart) -> str:
-        return os.path.relpath(part.file.resolve(), self._folder)
+def _episodes(dataset: Dataset, shown: Sequence[_Shown], camera: str) -> Iterator[Sequence[object]]:
+    for one in shown:
+        episode = one.framed.episode
+        part = ("", "") if one.is_whole else (round(one.start_s, 6), round(one.end_s, 6))
+        tasks = "; ".join(episode.tasks)
+        yield (
+            one.path, episode_name(episode.index), *part,
+            episode.index, tasks, camera, str(dataset.folder),
+        )  # fmt: skip
 
 
 def _subtasks(
-    dataset: Dataset, names: _Names, episodes: dict[int, Episode]
+    dataset: Dataset, shown: Sequence[_Shown], notes: list[str]
 ) -> Iterator[Sequence[object]]:
-    for index, rows in persistent_rows(dataset):
-        episode = episodes.get(index)
-        if episode is None:
-            continue
-        last_s = episode.frames / dataset.info.fps
-        subtasks = sorted((r for r in rows if r["style"] == SUBTASK and r["content"]), key=_time)
-        ends = [*(_time(row) for row in subtasks[1:]), last_s][: len(subtasks)]
-        for number, (row, end_s) in enumerate(zip(subtasks, ends, strict=True), start=1):
-            if end_s > _time(row):
-                video = names.part(episode, number, _time(row), end_s)
-                told = (row["content"], index, SUBTASK, _time(row), str(names.dataset))
-                yield (*video, *told)
+    """The rows of the dataset's own subtasks; those with the same beginning have the same part."""
+    by_index = {one.framed.episode.index: one for one in shown}
+    seen: set[int] = set()
+    for file in dict.fromkeys(one.framed.episode.data for one in shown):
+        for index, rows in persistent_rows_of(file):
+            one = by_index.get(index)
+            if one is None or index in seen:
+                continue
+            seen.add(index)
+            first_s, length_s = float(one.framed.frames.times[0]), one.framed.length_s
+            subtasks = []
+            for row in sorted((r for r in rows if r["style"] == SUBTASK), key=_time):
+                since_s = round(_time(row) - first_s, 6)
+                if not 0 <= since_s < length_s or not (row["content"] or "").strip():
+                    text, at = repr(row["content"])[:60], f"at {_time(row):g} s"
+                    why = f"isn't shown: the episode has {length_s:g} s, and it needs a text"
+                    notes.append(f"episode {index}: the subtask {text} {at} {why}")
+                    continue
+                subtasks.append((since_s, row))
+            starts = [*sorted({since_s for since_s, _ in subtasks}), length_s]
+            for number, (since_s, row) in enumerate(subtasks, start=1):
+                end_s = starts[starts.index(since_s) + 1]
+                part = (round(one.start_s + since_s, 6), round(one.start_s + end_s, 6))
+                name = f"{episode_name(index)}-subtask-{number:02d}"
+                of_row = (row["content"], index, SUBTASK, _time(row), str(dataset.folder))
+                yield (one.path, name, *part, *of_row)
 
 
 def _time(row: Row) -> float:

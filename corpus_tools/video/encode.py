@@ -33,7 +33,12 @@ _REC_709_FROM = 720
 
 
 def encode(
-    frames: Iterable[Image], path: Path, *, size: tuple[int, int], fps: int, quality: Quality
+    frames: Iterable[Image],
+    path: Path,
+    *,
+    size: tuple[int, int],
+    fps: int | Fraction,
+    quality: Quality,
 ) -> None:
     """Write frames as H.264 in MP4, at a constant rate.
 
@@ -57,8 +62,9 @@ def encode(
             ) from error
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
-        stream.time_base = Fraction(1, fps)
-        stream.options = {**OPTIONS[quality], "threads": "1", "g": str(_KEY_FRAME_S * fps)}
+        stream.time_base = 1 / Fraction(fps)
+        key_frames = {"g": str(round(_KEY_FRAME_S * fps))}
+        stream.options = {**OPTIONS[quality], "threads": "1", **key_frames}
         stream.codec_context.thread_count = 1
         space = Colorspace.ITU709 if size[1] >= _REC_709_FROM else Colorspace.ITU601
         # One for all frames: each new one starts threads and makes tables.
@@ -71,6 +77,6 @@ def encode(
                 dst_color_range=ColorRange.MPEG,
             )
             frame.pts = k
-            frame.time_base = Fraction(1, fps)
+            frame.time_base = 1 / Fraction(fps)
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))

@@ -88,8 +88,16 @@ def test_people_describe_cut_and_rate_episodes(tmp_path: Path, capsys: pytest.Ca
     plan = [r["content"] for r in found[0] if r["style"] == "plan"]
     assert plan == ["1. reach\n2. take", "1. take"]
     assert [r["content"] for r in found[0] if r["style"] == "memory"] == ["it was near"]
-    wordings = [r["content"] for rows in found.values() for r in rows if r["style"] == "task_aug"]
-    assert sorted(wordings) == sorted(texts.values())
+    wordings = {
+        index: [r["content"] for r in rows if r["style"] == "task_aug"]
+        for index, rows in found.items()
+    }
+    # LeRobot takes the task from these rows, so the dataset's own task is the first of them.
+    assert {index: rows[0] for index, rows in wordings.items()} == {
+        0: "Push the cube.", 1: "Push the cube.", 2: texts[max(d for d in texts if d < 1.1)],
+    }  # fmt: skip
+    every = {row for rows in wordings.values() for row in rows}
+    assert every == {"Push the cube.", *texts.values()}
     # The episode that had no task has what somebody typed for it, the others keep theirs.
     tasks = [episode.tasks for episode in open_dataset(copy).episodes()]
     assert tasks == [
@@ -101,6 +109,9 @@ def test_people_describe_cut_and_rate_episodes(tmp_path: Path, capsys: pytest.Ca
     provenance = [json.loads(line) for line in lines]
     cuts = [row for row in provenance if row["style"] == "subtask" and row["episode_index"] == 0]
     assert {row["answers"] for row in cuts} == {3}
+    assert [(row["start_s"], row["timestamp"]) for row in cuts] == [
+        (0.0, 0.0), (0.3, pytest.approx(0.3)),
+    ]  # fmt: skip
     assert cuts[0]["agreement"] == pytest.approx(0.5)
     assert all(len(row["subject"]) == 12 or row["subject"] for row in provenance)
     verdicts = [
@@ -113,6 +124,34 @@ def test_people_describe_cut_and_rate_episodes(tmp_path: Path, capsys: pytest.Ca
         low, high = verdict["agree_95"]
         assert low == pytest.approx(0.0945, abs=1e-3)  # Wilson, 1 of 2
         assert high == pytest.approx(0.9055, abs=1e-3)
+
+
+def test_marks_that_have_no_frame_of_their_own_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """Two steps near one frame are on two; one after the end is kept where it can be read."""
+    with set_up(study_of(tmp_path)) as app:
+        person = Browser(app, study="robot")
+        for _ in range(3):
+            page = person.lease("subtasks", "robot").json
+            is_first = page["payload"]["duration_s"] > 1.1
+            steps = ((0.0, "reach"), (0.51, "take"), (0.53, "lift"), (1.4, "late"))
+            answer = cut(*steps) if is_first else cut((0.0, "push"))
+            assert person.answer(page["item"], answer).status_code == 200
+    capsys.readouterr()
+    copy = export(tmp_path)
+    notes = capsys.readouterr().err
+    assert "episode 0: subtask 'lift' 0.53 s is written at 0.6 s" in notes
+    assert "episode 0: subtask 'late' isn't written: 1.4 s is outside" in notes
+    rows = dict(persistent_rows(open_dataset(copy)))[0]
+    found = [(r["timestamp"], r["content"]) for r in rows if r["style"] == "subtask"]
+    assert found == [(0.0, "reach"), (0.5, "take"), (pytest.approx(0.6), "lift")]
+    provenance = [
+        json.loads(line) for line in (copy / "meta/people.jsonl").read_text().splitlines()
+    ]
+    assert ("late", 1.4, None) in [
+        (row["content"], row["start_s"], row["timestamp"]) for row in provenance
+    ]
 
 
 def test_a_models_subtasks_get_verdicts(tmp_path: Path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,17 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.exporters.export_registry import export_corpus_to
+from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
+from g3.annotation import Annotation, Command
 from g3.errors import FormatError
+from g3.groundings import Path as GroundedPath
+from g3.groundings import Trajectory
+from g3.sdc.clauses import breadth_first
+from g3.sdc.sdc_notation import parse_brackets
 from tests.lerobot_datasets import HEIGHT, WIDTH, film
 from tests.tiny_corpus import tiny_corpus
 
@@ -103,6 +111,64 @@ def test_what_people_said_is_in_the_language(folder: Path, corpus: Corpus):
         assert rows == found[number]
 
 
+def of_two_steps(*starts: float) -> Corpus:
+    """A corpus of one command with two EVENT clauses, which begin some time after the log does."""
+    small = tiny_corpus(("to_truck",))
+    (context,) = small.contexts.values()
+    command = Command("two", "Go to the truck then wait", "to_truck", "to_truck video")
+    clauses = ["EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the truck)))", "EVENT(r = wait)"]
+    sdcs = parse_brackets("\n".join(clauses), command=command.text)
+    log = context.agent.trajectory
+    truck = next(o for o in context.objects if o.id == "truck")
+    first, second = (
+        (GroundedPath(Trajectory(log.t[:2] + start, log.xyz[:2], log.yaw[:2])),) for start in starts
+    )
+    by_type = {"OBJECT": (truck,), "PATH": first}
+    events = iter((first, second))
+    groundings = [
+        next(events) if sdc.type == "EVENT" else by_type[sdc.type] for sdc in breadth_first(sdcs)
+    ]
+    annotation = Annotation(
+        "two/positive", command, context, sdcs, tuple(groundings), (True,) * len(groundings),
+        "positive",
+    )  # fmt: skip
+    return make_corpus(
+        "two", contexts=[context], commands=[command], annotations=[annotation], source="made up"
+    )
+
+
+@pytest.mark.parametrize(
+    ("starts", "expected"),
+    [
+        ((0.0, 3.0), [(0.0, "Go to the truck"), (3.0, "wait")]),
+        # Without times of their own all begin with the log: they are one subtask.
+        ((0.0, 0.0), [(0.0, "Go to the truck then wait")]),
+        # Those that are nearest to one frame are on two.
+        ((0.51, 0.53), [(0.5, "Go to the truck"), (0.6, "wait")]),
+    ],
+)
+def test_steps_have_frames_of_their_own(
+    starts: tuple[float, float], expected: list[tuple[float, str]], tmp_path: Path
+):
+    export_corpus_to(of_two_steps(*starts), "lerobot", tmp_path / "out")
+    ((_, rows),) = persistent_rows(open_dataset(tmp_path / "out"))
+    found = [(row["timestamp"], row["content"]) for row in rows if row["style"] == "subtask"]
+    assert found == [(pytest.approx(time), text) for time, text in expected]
+    plans = [(row["timestamp"], row["content"]) for row in rows if row["style"] == "plan"]
+    assert [time for time, _ in plans] == [time for time, _ in found]
+    assert plans[0][1] == "\n".join(f"{n}. {text}" for n, (_, text) in enumerate(expected, 1))
+
+
+def test_the_bundled_corpus_has_one_row_of_a_style_at_a_frame(tmp_path: Path):
+    export_corpus_to(open_corpus("warehouse"), "lerobot", tmp_path / "out")
+    dataset = open_dataset(tmp_path / "out")
+    tasks = {episode.index: episode.tasks for episode in dataset.episodes()}
+    for index, rows in persistent_rows(dataset):
+        counts = Counter((r["style"], r["timestamp"]) for r in rows if r["style"] != "task_aug")
+        assert max(counts.values()) == 1
+        assert next(r["content"] for r in rows if r["style"] == "task_aug") == tasks[index][0]
+
+
 def test_what_cannot_be_exported(corpus: Corpus, tmp_path: Path):
     (tmp_path / "films").mkdir()
     with pytest.raises(FormatError, match="there is no video"):
@@ -124,23 +190,23 @@ def test_videos_are_taken_as_they_are(corpus: Corpus, tmp_path: Path):
         assert video.file.samefile(tmp_path / "films" / str(number) / "video.mp4")
         assert episode.frames == 15 + number
         assert (video.start_s, video.end_s) == (0.0, pytest.approx((15 + number) / 10))
+    feature = json.loads((tmp_path / "out/meta/info.json").read_text())["features"]
+    assert feature["observation.images.scene"]["info"]["is_depth_map"] is False
     stats = json.loads((tmp_path / "out/meta/stats.json").read_text())
     colours = np.array(stats["observation.images.scene"]["mean"])
     assert colours.shape == (3, 1, 1)
     assert 0 < colours.max() < 0.3  # dark greys
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")
-def test_lerobot_reads_it(folder: Path, monkeypatch):
-    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
-    reader = pytest.importorskip(
-        "lerobot.datasets.lerobot_dataset", reason="lerobot is not installed (it needs torch)"
-    )
-    if not pytest.importorskip("lerobot").__version__ >= "0.6":
-        pytest.skip("this version of lerobot knows no language columns")
-    dataset = reader.LeRobotDataset("local/dataset", root=folder)
-    assert dataset.num_episodes == 3
-    assert dataset[0]["observation.state"].shape == (4,)
-    assert dataset.meta.has_language_columns
-    assert dataset[0]["language_persistent"] == dict(persistent_rows(open_dataset(folder)))[0]
+def test_a_video_that_is_cut_off_is_not_exported(corpus: Corpus, tmp_path: Path):
+    name = next(iter(corpus.contexts))
+    video = tmp_path / "films/one/video.mp4"
+    film(video, [2 * i for i in range(15)])
+    told = {"id": name, "frames": 16, "fps": 10, "settings": {"size": [WIDTH, HEIGHT]}}
+    (video.parent / "manifest.json").write_text(json.dumps(told))
+    with pytest.raises(FormatError, match="15 frames, and its manifest says 16"):
+        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+    video.write_bytes(video.read_bytes()[:-300])
+    with pytest.raises(FormatError, match=r"video\.mp4"):
+        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+    assert not (tmp_path / "out").exists()

@@ -14,16 +14,19 @@ pytest.importorskip("av", reason="the extra `render` is not installed")
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from corpus_tools.lerobot.episode_frames import checked_episodes
 from corpus_tools.lerobot.episode_reading import data_files, open_dataset
-from corpus_tools.lerobot.language_rows import Language, persistent_rows, plans
+from corpus_tools.lerobot.language_rows import Language, persistent_rows
 from corpus_tools.lerobot.language_writing import EpisodeLanguage, write_language
+from corpus_tools.lerobot.study_input import study_input
 from g3.errors import FormatError
-from tests.lerobot_datasets import LANGUAGE, new_dataset, old_dataset, said
+from tests.lerobot_datasets import LANGUAGE, new_dataset, old_dataset, said, write_lines
+from tests.shared_cases import case
 
 STEPS = (Language("subtask", 0.0, "reach for it"), Language("subtask", 0.32, "take it"))
 PEOPLE = {
     0: EpisodeLanguage(
-        (*STEPS, *plans(STEPS), Language("task_aug", 0.0, "Take the cube.")),
+        (*STEPS, Language("task_aug", 0.0, "Take the cube.")),
         frozenset({"subtask", "plan"}),
         "Take the cube.",
     ),
@@ -99,6 +102,7 @@ def test_language_is_on_exact_frames_of_every_row(tmp_path: Path):
     assert found[0] == [
         said("plan", 0.0, "1. reach for it\n2. take it"),
         said("subtask", 0.0, "reach for it"),
+        said("task_aug", 0.0, "Push the cube."),  # the dataset's own task comes first
         said("task_aug", 0.0, "Take the cube."),
         said("plan", 0.3, "1. take it"),
         said("subtask", 0.3, "take it"),
@@ -164,3 +168,140 @@ def test_the_copy_lies_elsewhere_and_replaces_only_datasets(tmp_path: Path):
     # What people say later is written from the same dataset again.
     write_language(source, tmp_path / "copy", {}, attachments={}, force=True)
     assert dict(persistent_rows(open_dataset(tmp_path / "copy"))) == LANGUAGE
+
+
+def subtasks(folder: Path, episode: int = 0) -> list[tuple[float, str]]:
+    rows = dict(persistent_rows(open_dataset(folder)))[episode]
+    return [(r["timestamp"], r["content"]) for r in rows if r["style"] == "subtask"]
+
+
+def test_steps_on_one_frame_are_kept_apart_and_named(tmp_path: Path):
+    source = open_dataset(new_dataset(tmp_path / "set"))
+    steps = tuple(
+        Language("subtask", start_s, text, {"answer": "a"})
+        for start_s, text in ((0.0, "reach"), (0.51, "take"), (0.53, "lift"), (9.0, "late"))
+    )
+    people = {0: EpisodeLanguage(steps, frozenset({"subtask", "plan"}))}
+    notes = write_language(source, tmp_path / "copy", people, attachments={})
+    assert subtasks(tmp_path / "copy") == [
+        (0.0, "reach"), (0.5, "take"), (pytest.approx(0.6), "lift"),
+    ]  # fmt: skip
+    assert len(notes) == 2
+    assert any("'lift'" in note and "0.53 s" in note for note in notes)
+    assert any("'late'" in note and "outside" in note for note in notes)
+    # What people said is there as they said it, with the frame where it is written.
+    lines = (tmp_path / "copy/meta/people.jsonl").read_text().splitlines()
+    assert [(r["start_s"], r["content"], r["timestamp"]) for r in map(json.loads, lines)] == [
+        (0.0, "reach", 0.0), (0.51, "take", 0.5), (0.53, "lift", pytest.approx(0.6)),
+        (9.0, "late", None),
+    ]  # fmt: skip
+
+
+def test_language_of_episodes_that_are_not_there_is_named(tmp_path: Path):
+    source = open_dataset(new_dataset(tmp_path / "set"))
+    step = Language("subtask", 0.0, "reach", {"answer": "a"})
+    people = {0: EpisodeLanguage((step,)), 77: EpisodeLanguage((step,))}
+    (note,) = write_language(source, tmp_path / "copy", people, attachments={})
+    assert "episode 77" in note
+    lines = (tmp_path / "copy/meta/people.jsonl").read_text().splitlines()
+    rows = [json.loads(line) for line in lines]
+    assert [(row["episode_index"], row["timestamp"]) for row in rows] == [(0, 0.0), (77, None)]
+    with pytest.raises(FormatError, match="no episode 77"):
+        write_language(source, tmp_path / "other", {77: people[77]}, attachments={})
+
+
+def test_earlier_people_stay_in_the_provenance(tmp_path: Path):
+    def asked(source: Path, target: Path, who: str) -> None:
+        said = EpisodeLanguage((Language("task_aug", 0.0, f"Said by {who}.", {"subject": who}),))
+        write_language(open_dataset(source), target, {0: said}, attachments={})
+
+    asked(new_dataset(tmp_path / "set"), tmp_path / "one", "a")
+    asked(tmp_path / "one", tmp_path / "two", "b")
+    lines = (tmp_path / "two/meta/people.jsonl").read_text().splitlines()
+    assert [json.loads(line)["subject"] for line in lines] == ["a", "b"]
+    rows = dict(persistent_rows(open_dataset(tmp_path / "two")))[0]
+    assert [row["content"] for row in rows if row["style"] == "task_aug"] == [
+        "Push the cube.", "Said by a.", "Said by b.",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pa.null(),
+        pa.list_(pa.null()),
+        pa.list_(pa.struct([(n, pa.null()) for n in ("role", "content", "style", "timestamp")])),
+        pa.large_list(pa.null()),
+    ],
+    ids=str,
+)
+def test_a_column_of_nulls_gets_a_type(kind: pa.DataType, tmp_path: Path):
+    """Such are written where a model answered questions only."""
+    source = new_dataset(tmp_path / "set", language=False)
+    (file,) = data_files(open_dataset(source))
+    table = pq.read_table(file)
+    values = [None] * len(table) if pa.types.is_null(kind) else [[]] * len(table)
+    pq.write_table(table.append_column("language_persistent", pa.array(values, kind)), file)
+    write_language(open_dataset(source), tmp_path / "copy", PEOPLE, attachments={})
+    assert subtasks(tmp_path / "copy") == [(0.0, "reach for it"), (pytest.approx(0.3), "take it")]
+    again = open_dataset(tmp_path / "copy")
+    write_language(again, tmp_path / "second", PEOPLE, attachments={})
+    assert subtasks(tmp_path / "second") == subtasks(tmp_path / "copy")
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        pa.array(["text"] * 30),
+        pa.array([[{"role": "user", "content": "no style or time"}]] * 30),
+        pa.array([[said("subtask", 0.0, "x") | {"timestamp": "soon"}]] * 30),
+        pa.array([[said("subtask", 0.0, "x") | {"timestamp": float("nan")}]] * 30),
+    ],
+    ids=["texts", "no times", "times that are texts", "no numbers"],
+)
+def test_language_of_another_form_is_refused_before_anybody_is_asked(
+    column: pa.Array, tmp_path: Path
+):
+    source = new_dataset(tmp_path / "set", language=False)
+    (file,) = data_files(open_dataset(source))
+    pq.write_table(pq.read_table(file).append_column("language_persistent", column), file)
+    with pytest.raises(FormatError, match="language_persistent") as error:
+        study_input(open_dataset(source), tmp_path / "tables")
+    assert file.name in str(error.value)
+
+
+def test_tasks_of_a_dataset_without_any_are_written(tmp_path: Path):
+    for make in (new_dataset, old_dataset):
+        source = make(tmp_path / make.__name__)
+        for name in ("tasks.parquet", "tasks.jsonl"):
+            (source / "meta" / name).unlink(missing_ok=True)
+        for file in source.glob("meta/episodes/*/*.parquet"):
+            pq.write_table(pq.read_table(file).drop_columns(["tasks"]), file)
+        lines = [{"episode_index": n, "length": m} for n, m in enumerate((12, 8, 10))]
+        if make is old_dataset:
+            write_lines(source / "meta/episodes.jsonl", lines)
+        target = tmp_path / f"{make.__name__}-copy"
+        write_language(open_dataset(source), target, PEOPLE, attachments={})
+        tasks = [one.episode.tasks for one in checked_episodes(open_dataset(target))]
+        assert tasks == [("Take the cube.",), (), ("Wait.",)]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["04-lerobot-first/dataset", "05-lerobot-long-video/dataset",
+     "06-lerobot-no-tasks-column/dataset", "07-lerobot-tasks-two-columns/dataset",
+     "08-lerobot-types/float-index", "08-lerobot-types/none-task", "08-lerobot-types/string-task"],
+)  # fmt: skip
+def test_published_layouts_come_out_as_they_went_in(name: str, tmp_path: Path):
+    source = open_dataset(case(name))
+    language = {n: EpisodeLanguage((*STEPS,), task=f"Task {n}.") for n in range(2)}
+    assert write_language(source, tmp_path / "copy", language, attachments={}) == []
+    copy = open_dataset(tmp_path / "copy")
+    before, after = (list(checked_episodes(d)) for d in (source, copy))
+    assert [one.length_s for one in after] == [one.length_s for one in before]
+    for old, new in zip(before, after, strict=True):
+        index = old.episode.index
+        assert new.episode.tasks == (
+            old.episode.tasks or ((f"Task {index}.",) if index < 2 else ())
+        )
+    assert [text for _, text in subtasks(tmp_path / "copy")] == ["reach for it", "take it"]

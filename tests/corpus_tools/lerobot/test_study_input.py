@@ -84,8 +84,8 @@ def test_errors_say_what_to_do(tmp_path: Path, capsys):
             study_input(open_dataset(folder), tmp_path / "out")
     info.write_text(json.dumps(told))
     (folder / f"videos/{CAMERA}/chunk-000/file-000.mp4").unlink()
-    with pytest.raises(FormatError, match="a video is missing"):
+    with pytest.raises(FormatError, match="there is no such file"):
         study_input(open_dataset(folder), tmp_path / "out")
     (folder / "meta/episodes/chunk-000/file-000.parquet").write_bytes(b"PAR1 broken PAR1")
-    with pytest.raises(FormatError, match="metadata can't be read"):
+    with pytest.raises(FormatError, match="the file can't be read"):
         list(open_dataset(folder).episodes())

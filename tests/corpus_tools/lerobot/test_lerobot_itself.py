@@ -1,0 +1,171 @@
+"""LeRobot's own writer, reader and renderer of samples, in an environment of their own.
+
+LeRobot needs torch and other versions of NumPy and PyAV than this program. These tests run where
+``CT_LEROBOT_PYTHON`` names a Python that has it (0.6 or later), such as that of::
+
+    python3.12 -m venv /tmp/lerobot-env
+    /tmp/lerobot-env/bin/pip install 'lerobot[dataset]>=0.6' pytest
+    CT_LEROBOT_PYTHON=/tmp/lerobot-env/bin/python pytest tests/corpus_tools/lerobot
+
+The builds of torch for CPUs are enough. `test_language_rows.py` has LeRobot's rules as tests of
+this program's own, which always run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
+pytest.importorskip("av", reason="the extra `render` is not installed")
+
+from corpus_tools.exporters.export_registry import export_corpus_to
+from corpus_tools.lerobot.episode_frames import checked_episodes
+from corpus_tools.lerobot.episode_reading import open_dataset
+from corpus_tools.lerobot.language_rows import Language
+from corpus_tools.lerobot.language_writing import EpisodeLanguage, write_language
+from corpus_tools.lerobot.study_input import study_input
+from corpus_tools.lerobot.task_tables import tasks_parquet
+from tests.lerobot_datasets import TASKS, image_dataset, new_dataset
+from tests.tiny_corpus import tiny_corpus
+
+PYTHON = os.environ.get("CT_LEROBOT_PYTHON", "")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not PYTHON, reason="CT_LEROBOT_PYTHON names no Python with LeRobot"),
+]
+
+WRITE = """
+import sys
+import numpy as np
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+root, use_videos = sys.argv[1], sys.argv[2] == "videos"
+visual = {"dtype": "video" if use_videos else "image", "shape": (48, 64, 3),
+          "names": ["height", "width", "channels"]}
+features = {"observation.images.top": visual, "observation.images.wrist": visual,
+            "action": {"dtype": "float32", "shape": (2,), "names": None}}
+made = LeRobotDataset.create("local/made", 10, features, root=root, use_videos=use_videos)
+for episode, (length, task) in enumerate([(7, "Push."), (12, "Lift."), (5, "Push.")]):
+    for n in range(length):
+        grey = np.full((48, 64, 3), 40 * episode + 3 * n, np.uint8)
+        made.add_frame({"observation.images.top": grey, "observation.images.wrist": 255 - grey,
+                        "action": np.array([episode, n], np.float32), "task": task})
+    made.save_episode()
+made.finalize()
+"""
+
+READ = """
+import json, sys
+from lerobot.configs.recipe import MessageTurn, TrainingRecipe
+from lerobot.datasets.language_render import render_sample
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+data = LeRobotDataset("local/read", root=sys.argv[1], video_backend="pyav")
+turns = [MessageTurn("user", "${task}", stream="high_level"),
+         MessageTurn("assistant", "${plan}", stream="high_level"),
+         MessageTurn("assistant", "${subtask}", stream="low_level", target=True)]
+recipe = TrainingRecipe(messages=turns)
+rows = []
+for n in range(len(data)):
+    one = data[n]
+    said = render_sample(
+        recipe=recipe, persistent=one.get("language_persistent"), events=one.get("language_events"),
+        t=float(one["timestamp"]), sample_idx=n, dataset_ctx={"task": one["task"]},
+    )
+    texts = [turn["content"] for turn in said["messages"]]
+    rows.append([int(one["episode_index"]), round(float(one["timestamp"]), 6), one["task"], *texts])
+print(json.dumps({"episodes": data.num_episodes, "language": data.meta.has_language_columns,
+                  "depth": data.meta.depth_keys, "rows": rows}))
+"""
+
+
+def lerobot(program: str, *arguments: object) -> str:
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    done = subprocess.run(
+        [PYTHON, "-c", program, *map(str, arguments)],
+        check=False,
+        capture_output=True,
+        text=True,
+        env=environment | {"HF_HUB_OFFLINE": "1", "HF_DATASETS_OFFLINE": "1"},
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
+
+
+def read(folder: Path) -> dict[str, Any]:
+    """What a training on the dataset would see."""
+    found: dict[str, Any] = json.loads(lerobot(READ, folder).splitlines()[-1])
+    return found
+
+
+def test_a_corpus_is_read_and_rendered(tmp_path: Path):
+    export_corpus_to(tiny_corpus(), "lerobot", tmp_path / "out")
+    seen = read(tmp_path / "out")
+    assert (seen["episodes"], seen["language"], seen["depth"]) == (3, True, [])
+    assert all(row[-1] for row in seen["rows"])  # each frame has a subtask
+
+
+def test_steps_of_people_on_one_frame_are_rendered(tmp_path: Path):
+    """The frames' tasks, wordings and subtasks, where two steps were nearest to one frame."""
+    source = open_dataset(new_dataset(tmp_path / "set"))
+    # As LeRobot writes it, by pandas.
+    (tmp_path / "set/meta/tasks.parquet").write_bytes(tasks_parquet(TASKS))
+    steps = tuple(
+        Language("subtask", start_s, text)
+        for start_s, text in ((0.0, "reach"), (0.51, "take"), (0.53, "lift"))
+    )
+    wording = Language("task_aug", 0.0, "Shove it.")
+    said = {
+        0: EpisodeLanguage((*steps, wording), frozenset({"subtask"})),
+        2: EpisodeLanguage((Language("task_aug", 0.0, "Wait."),), task="Wait."),
+    }
+    notes = write_language(source, tmp_path / "copy", said, attachments={})
+    assert any("lift" in note for note in notes)
+    rows = read(tmp_path / "copy")["rows"]
+    first = [row for row in rows if row[0] == 0]
+    assert [row[-1] for row in first] == ["reach"] * 5 + ["take"] + ["lift"] * 6
+    assert {row[3] for row in first} == {"Push the cube.", "Shove it."}
+    assert first[0][4] == "1. reach\n2. take\n3. lift"
+    assert {(row[2], row[3]) for row in rows if row[0] == 2} == {("Wait.", "Wait.")}
+
+
+@pytest.mark.parametrize("kind", ["videos", "images"])
+def test_what_its_writer_makes_goes_in_and_out(kind: str, tmp_path: Path):
+    lerobot(WRITE, tmp_path / "made", kind)
+    dataset = open_dataset(tmp_path / "made")
+    made = study_input(dataset, tmp_path / "tables", scratch=tmp_path / "films")
+    assert made.rows == {"episodes.csv": 3, "tasks.csv": 3}
+    episodes = [one.episode for one in checked_episodes(dataset)]
+    assert [(e.frames, e.tasks) for e in episodes] == [
+        (7, ("Push.",)), (12, ("Lift.",)), (5, ("Push.",)),
+    ]  # fmt: skip
+    if kind == "videos":
+        table = bytes(made.files["episodes.csv"]).decode().splitlines()[1:]
+        parts = [tuple(float(x) for x in line.split(",")[2:4]) for line in table]
+        assert parts == [(0.0, 0.7), (0.7, 1.9), (1.9, 2.4)]
+    said = {
+        1: EpisodeLanguage((Language("subtask", 0.4, "grip"), Language("task_aug", 0.0, "Up.")))
+    }
+    assert write_language(dataset, tmp_path / "copy", said, attachments={}) == []
+    rows = read(tmp_path / "copy")["rows"]
+    assert len(rows) == 24
+    second = [row for row in rows if row[0] == 1]
+    assert [row[-1] for row in second] == [""] * 4 + ["grip"] * 8
+    assert {row[3] for row in second} == {"Lift.", "Up."}
+    assert {row[3] for row in rows if row[0] != 1} == {"Push."}
+
+
+def test_pictures_keep_their_cells(tmp_path: Path):
+    """Version 2 isn't read by LeRobot any more; ours is, and its copy has the pictures."""
+    source = open_dataset(image_dataset(tmp_path / "set"))
+    said = {0: EpisodeLanguage((Language("subtask", 0.0, "reach"),))}
+    write_language(source, tmp_path / "copy", said, attachments={})
+    again = study_input(
+        open_dataset(tmp_path / "copy"), tmp_path / "tables", scratch=tmp_path / "films"
+    )
+    assert again.rows["subtasks.csv"] == 1
