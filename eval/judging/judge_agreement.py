@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
-from eval.statistics.intervals import percentiles
+from corpus_tools.corpus.estimate import Estimate, Reason
+from eval.statistics.estimates import BoolArray, FloatArray, IntArray, percentiles, ratio
 from g3.short_repr import short_repr
 
 Resampled = Callable[[FloatArray], FloatArray]
@@ -49,11 +49,16 @@ def agreement(
     drawn = resampled(tables) if len(tables) else np.zeros((1, 2, 2))
     whole = tables.sum(axis=0)
 
-    def bounded(figure: Callable[[FloatArray], FloatArray]) -> Estimate:
-        return percentiles(float(figure(whole)), figure(drawn), len(tables))
+    def bounded(figure: Callable[[FloatArray], FloatArray], missing: Reason) -> Estimate:
+        missing = missing if len(tables) else "no data"
+        return percentiles(float(figure(whole)), figure(drawn), len(tables), missing)
 
     return Agreement(
-        counts, bounded(cohens_kappa), bounded(_precision), bounded(_recall), bounded(_accuracy)
+        counts,
+        bounded(cohens_kappa, "all alike"),
+        bounded(_precision, "empty class"),
+        bounded(_recall, "empty class"),
+        bounded(_accuracy, "no data"),
     )
 
 
