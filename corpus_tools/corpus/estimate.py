@@ -92,7 +92,7 @@ def named(estimates: Mapping[str, Estimate]) -> dict[str, float | Reason]:
     }
 
 
-def explained(estimates: Iterable[Estimate]) -> list[str]:
-    """A line for each reason that some estimates name, with its meaning."""
-    named = {one.reason for one in estimates}
-    return [f"{name}: {meaning}" for name, meaning in REASONS.items() if name in named]
+def explained(given: Iterable[Estimate | object]) -> list[str]:
+    """A line for each reason that estimates, or fields of records, name, with its meaning."""
+    names = [one.reason if isinstance(one, Estimate) else one for one in given]
+    return [f"{name}: {meaning}" for name, meaning in REASONS.items() if name in names]

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from rich.table import Table
 
-from corpus_tools.corpus.estimate import Estimate, named, part, undefined
+from corpus_tools.corpus.estimate import Estimate, explained, named, part, undefined
 from eval.absence.absence_evidence import AbsenceEvidence
 from eval.tables.formats import document, figure_table, table_text
 from g3.language.similarity.learned_lexicon import likeness_identity
@@ -78,7 +78,12 @@ def render(
         f"Alarms below {least_alike():g}": _table(rows, "shipped"),
         f"Alarms at {FALSE_ALARMS:.0%} false ones": _table(rows, "at_5_percent"),
     }
-    notes = []
+    notes = explained(
+        field
+        for row in rows
+        for which in ("shipped", "at_5_percent")
+        for field in row[which].values()
+    )
     for row in rows:
         nouns = dict.fromkeys(alarm["noun"] for alarm in row["false_alarms"])
         if nouns:

@@ -6,10 +6,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-import numpy as np
 from rich.table import Table
 
-from corpus_tools.corpus.estimate import REASONS, explained, named, part, undefined
+from corpus_tools.corpus.estimate import explained, named, part
 from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
 from eval.parsing.tested_commands import AS_TYPED, TestedCommand
 from eval.tables.formats import cell, document, figure_table, table_text
@@ -54,11 +53,13 @@ def confusion(tested: Sequence[TestedCommand]) -> dict[str, dict[str, int]]:
 
 def errors(tested: Sequence[TestedCommand]) -> list[dict[str, object]]:
     """The commands whose trees are not exact, those that share least first."""
-    # Trees without words on either side have no F, and nothing in common.
-    wrong = [one for one in tested if not one.comparison.exact]
-    wrong.sort(
-        key=lambda one: (np.nan_to_num(one.comparison.typed.f.value), one.annotated.command.id)
-    )
+
+    def order(one: TestedCommand) -> tuple[float, str]:
+        # Trees without words on either side have no F, and nothing in common.
+        found = one.comparison.typed.f
+        return found.value if found.is_known else 0.0, one.annotated.command.id
+
+    wrong = sorted((one for one in tested if not one.comparison.exact), key=order)
     return [
         {
             "command": one.annotated.command.id,
@@ -104,8 +105,8 @@ def render(
         "Letters by annotated (rows) and extracted type and field": _confusion_table(tested),
         f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
     }
-    given = {reason for record in (found, *found["types"].values()) for reason in record.values()}
-    reasons = explained(undefined(name) for name in REASONS if name in given)
+    records = (found, *found["types"].values(), *perturbed.values())
+    reasons = explained(field for record in records for field in record.values())
     notes = (f"exact trees: {_shown(found, 'exact')} of {found['commands']} commands", *reasons)
     return table_text(tables, notes, metadata, terminal=terminal)
 

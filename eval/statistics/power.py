@@ -41,7 +41,7 @@ def plan_interval(
 
     The half width is the wanted distance of the bounds from the share that is expected, of which
     0.5 is the worst case; the correlation is between judgments of a pair, within it. It doesn't
-    matter for one judge of a pair, and may be NaN then. A share of 0 or 1 doesn't vary, so that
+    matter for one judge of a pair, and may be NaN then; below 0 it is taken for 0. A share of 0 or 1 doesn't vary, so that
     nothing follows from it.
     """
     if not 0 < share < 1:
@@ -50,6 +50,7 @@ def plan_interval(
         correlation = 0.0
     if np.isnan(correlation):
         return "no overlap"
+    correlation = max(correlation, 0.0)
     z = float(special.ndtri((1 + LEVEL) / 2))
     effect = design_effect(judges, correlation)
     variance = share * (1 - share) * effect / judges

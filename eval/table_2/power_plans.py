@@ -8,7 +8,7 @@ from math import ceil
 
 import numpy as np
 
-from corpus_tools.corpus.estimate import REASONS, Estimate, explained, undefined
+from corpus_tools.corpus.estimate import Estimate, explained, undefined
 from eval.statistics.intervals import intraclass_correlation
 from eval.statistics.power import (
     POWER,
@@ -46,7 +46,7 @@ def assumptions(judgments: Sequence[Judgment] | None) -> tuple[Estimate, Estimat
     """Share and correlation within pairs of judgments of commands with their own videos.
 
     Without a corpus's judgments they are those of the AAAI-11 corpus; of judgments that don't show
-    them there is a reason. A correlation below 0 is taken for 0.
+    them there is a reason.
     """
     if judgments is None:
         return Estimate(SHARE), Estimate(CORRELATION)
@@ -55,8 +55,6 @@ def assumptions(judgments: Sequence[Judgment] | None) -> tuple[Estimate, Estimat
     if not len(mine):
         return undefined("no data"), undefined("no data")
     correlation = intraclass_correlation(mine.agrees, mine.pair)
-    if correlation.is_known:
-        correlation = Estimate(max(0.0, correlation.value))
     return Estimate(float(mine.agrees.mean())), correlation
 
 
@@ -105,8 +103,7 @@ def render(
         f"Pairs to find {DIFFERENCE:.1f}",
     )  # fmt: skip
     cells = [_cells(record) for record in records]
-    given = {record["reason"] for record in records}
-    reasons = explained(undefined(name) for name in REASONS if name in given)
+    reasons = explained(record["reason"] for record in records)
     if form == "latex":
         return tabular(headings, cells, comments=[*comments(metadata), *reasons])
     table = figure_table(headings, cells, words=0)

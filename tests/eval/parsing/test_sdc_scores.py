@@ -96,5 +96,5 @@ def test_nothing_on_either_side():
 
 def test_figures_of_counts():
     counts = Counts(3, 4, 6) + Counts(0, 1, 0)
-    assert (counts.precision, counts.recall) == (3 / 5, 1 / 2)
+    assert (counts.precision.value, counts.recall.value) == (3 / 5, 1 / 2)
     assert counts.f.value == 2 * 3 / 11

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,12 @@ def test_what_is_assumed():
     ]
     share, correlation = assumptions(judgments)
     assert (share.value, correlation.value) == pytest.approx((0.5, 0.5))
+    # They differ in each pair, as those of independent people hardly would: 0 is the least.
+    opposed = [j for j in judgments if j.command == "c"]
+    opposed += [replace(j, command="d") for j in opposed]
+    share, correlation = assumptions(opposed)
+    assert correlation.value < 0
+    assert {row["design_effect"] for row in plans(0.03, share, correlation, seed=0)} == {1.0}
     # Each once: nothing shows how alike they are, but one judge of a pair can be planned.
     share, correlation = assumptions(judgments[::2])
     assert (share.value, correlation.reason) == (pytest.approx(2 / 3), "no overlap")
