@@ -41,8 +41,8 @@ def plan_interval(
 
     The half width is the wanted distance of the bounds from the share that is expected, of which
     0.5 is the worst case; the correlation is between judgments of a pair, within it. It doesn't
-    matter for one judge of a pair, and may be NaN then; below 0 it is taken for 0. A share of 0 or 1 doesn't vary, so that
-    nothing follows from it.
+    matter for one judge of a pair, and may be NaN then; below 0 it is taken for 0. A share of 0 or
+    1 doesn't vary, so that nothing follows from it.
     """
     if not 0 < share < 1:
         return "no data" if np.isnan(share) else "all alike"
