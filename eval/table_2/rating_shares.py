@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Literal
 
@@ -137,6 +137,8 @@ def table_2(
     ratings = ratings_of(mine)
     rng = np.random.default_rng(seed)
     together = dawid_skene(ratings.pair, ratings.rater, ratings.agrees.astype(np.int64), 2)
+    if not all(j.subject for j in mine):
+        together = replace(together, reason="unknown people")
     rows = tuple(
         _row(
             name, ratings.only(of), together, rng=rng, draws=draws, models=models, executor=executor
@@ -191,13 +193,18 @@ def _row(
     executor: Executor | None,
 ) -> Row:
     agrees, n = ratings.agrees, len(ratings)
+    by_people = together.reason != "unknown people"
+    nobody = Estimate(float(agrees.mean()), reason="unknown people")
     pairs, videos, raters = (
         len(np.unique(index)) for index in (ratings.pair, ratings.video, ratings.rater)
     )
+    mixed = None
+    if models:
+        mixed = crossed(agrees, ratings.video, ratings.rater) if by_people else nobody
     return Row(
         configuration,
         bootstrap(agrees, ratings.video, rng=rng, draws=draws, executor=executor),
-        two_way(agrees, ratings.video, ratings.rater),
+        two_way(agrees, ratings.video, ratings.rater) if by_people else nobody,
         wilson(int(agrees.sum()), n),
         clopper_pearson(int(agrees.sum()), n),
         n,
@@ -208,5 +215,5 @@ def _row(
         together.share(np.unique(ratings.pair), 1),
         len(np.unique(ratings.shown)),
         gee(agrees, ratings.video) if models else None,
-        crossed(agrees, ratings.video, ratings.rater) if models else None,
+        mixed,
     )

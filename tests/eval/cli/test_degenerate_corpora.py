@@ -195,6 +195,12 @@ def test_one_scenario_is_refused_by_name(tmp_path, capsys):
         assert "no examples to train on" in capsys.readouterr().err
 
 
+def test_people_who_are_not_named_are_no_single_person(folders, output):
+    document = strict(output("--table", "2", "--corpus", folders / "nobody is named", "--json"))
+    for row in document["rows"]:
+        assert row["two_way"]["reason"] == row["weighed_reason"] == "unknown people"
+
+
 def test_twelve_judgments(output):
     """A study of two people who rated six pairs each."""
     folder = case("16-eval-degenerate") / "tiny-corpus"
