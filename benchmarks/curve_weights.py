@@ -60,9 +60,9 @@ def main() -> None:
         told = [replace(o, probability=float(p)) for o, p in zip(own, chance, strict=True)]
         right = _right(own)
         brier = float(np.square(chance - right).mean())
-        error, by_chance = reliability(told)[0], _by_chance(told)
+        error, by_chance = reliability(told)[0].value, _by_chance(told)
         p = float(np.mean(by_chance >= error))
-        found = (error, by_chance.mean(), p, brier, risk_coverage(told))
+        found = (error, by_chance.mean(), p, brier, risk_coverage(told).value)
         figures = (right.mean(), chance.mean(), *found)
         print(f"| {name} | {len(own)} | {' | '.join(f'{f:.3f}' for f in figures)} |")
     print(f"weights: {np.round(fitted([plans[name] for name in options.names]), 2).tolist()}")
@@ -104,7 +104,9 @@ def _by_chance(plans: list[Outcome]) -> FloatArray:
     """Expected calibration errors of drawn outcomes if the probabilities were right."""
     rng = np.random.default_rng(0)
     drawn = [
-        reliability([replace(o, correct=bool(rng.random() < o.probability)) for o in plans])[0]
+        reliability([replace(o, correct=bool(rng.random() < o.probability)) for o in plans])[
+            0
+        ].value
         for _ in range(DRAWS)
     ]
     return np.array(drawn)

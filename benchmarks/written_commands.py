@@ -217,7 +217,9 @@ def main() -> None:
                 print(*(f"  {o.scenario} {o.text!r}" for o in wrong), sep="\n")
             found = bootstrap(right, yards, rng=np.random.default_rng(0))
             stated = float(np.mean([outcome.probability for outcome in done]))
-            curve = f"  stated {stated:.2f}, error {reliability(done)[0]:.2f}" if stated else ""
+            curve = (
+                f"  stated {stated:.2f}, error {reliability(done)[0].value:.2f}" if stated else ""
+            )
             print(
                 f"{name:7} {how:13} {right.sum():4} of {len(right)}  "
                 f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f}){curve}",

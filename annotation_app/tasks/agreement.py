@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from annotation_app.store.models import Record, TaskName
+from corpus_tools.corpus.estimate import Estimate, Reason
 from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorff_alpha
 from g3.sdc.clauses import CHILD_FIELDS, SDC, all_words
 
@@ -38,12 +39,14 @@ class Measured:
 
     measure: str
     value: float | None
-    """None where too little has been answered twice, or everybody says the same all the time."""
+    """None where there is none; the reason says why."""
     units: int
     """What was answered by two people or more: commands, clauses, pairs."""
     task: TaskName = ""
     answers: str = "all"
     """Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says."""
+    reason: Reason = ""
+    """Why there is no value, by its name in `corpus_tools.corpus.estimate`; empty if there is."""
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
@@ -75,9 +78,13 @@ def measured(
     """Krippendorff's α and Fleiss' κ of what people chose for each unit."""
     rated = [unit for unit in units if len(unit) > 1]
     for level in levels:
-        value = krippendorff_alpha(rated, level)
-        yield Measured(f"Krippendorff's α, {level}", value, len(rated))
-    yield Measured("Fleiss' κ", fleiss_kappa(rated), len(rated))
+        yield _figure(f"Krippendorff's α, {level}", krippendorff_alpha(rated, level), len(rated))
+    yield _figure("Fleiss' κ", fleiss_kappa(rated), len(rated))
+
+
+def _figure(measure: str, found: Estimate, units: int) -> Measured:
+    value = found.value if found.is_known else None
+    return Measured(measure, value, units, reason=found.reason)
 
 
 def by_clause(

@@ -41,6 +41,7 @@ from annotation_app.tasks.task_record import (
     TaskWords,
 )
 from annotation_app.tasks.tree_differences import MarkedClause, disputed_parts, marked
+from corpus_tools.corpus.estimate import Reason
 from g3.errors import SDCError
 from g3.sdc.clauses import SDC, SDC_TYPES, all_words, breadth_first
 from g3.sdc.sdc_drawing import to_svg
@@ -162,7 +163,8 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterator[Measured]:
     trees = [[from_json(body["sdcs"]) for body in bodies] for bodies in items]
     for measure in get_args(Measure):
         value, pairs = mean_pairwise(trees, measure) or (None, 0)
-        yield Measured(f"{measure} F, mean over pairs", value, pairs)
+        reason: Reason = "" if pairs else "no overlap"
+        yield Measured(f"{measure} F, mean over pairs", value, pairs, reason=reason)
 
 
 def _became_of(provenance: Record | None) -> str:

@@ -9,10 +9,12 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate, undefined
+
 Level: TypeAlias = Literal["nominal", "ordinal", "interval"]
 
 
-def krippendorff_alpha(units: Iterable[Sequence[Any]], level: Level = "nominal") -> float | None:
+def krippendorff_alpha(units: Iterable[Sequence[Any]], level: Level = "nominal") -> Estimate:
     """Krippendorff's α, for any number of ratings of each unit.
 
     K. Krippendorff, "Computing Krippendorff's Alpha-Reliability", 2011, section E: one minus
@@ -28,13 +30,14 @@ def krippendorff_alpha(units: Iterable[Sequence[Any]], level: Level = "nominal")
 
     Returns
     -------
-    float or None
-        1 for perfect agreement, 0 for chance. None without variation, where it is undefined.
+    Estimate
+        1 for perfect agreement, 0 for chance, without an interval. It is undefined where no unit
+        has two ratings, and where all ratings are the same.
     """
     paired = Counter(tuple(unit) for unit in units if len(unit) > 1)
     totals = _totals(paired)
     if len(totals) < 2:
-        return None
+        return undefined("all alike" if totals else "no overlap")
     differences: Callable[[Counter[Any]], float] = _unlike
     if level != "nominal":
         scale = _ranks(totals) if level == "ordinal" else {value: value for value in totals}
@@ -43,10 +46,10 @@ def krippendorff_alpha(units: Iterable[Sequence[Any]], level: Level = "nominal")
     observed = sum(
         count * differences(Counter(unit)) / (len(unit) - 1) for unit, count in paired.items()
     )
-    return 1.0 - (totals.total() - 1) * observed / differences(totals)
+    return Estimate(1.0 - (totals.total() - 1) * observed / differences(totals))
 
 
-def fleiss_kappa(units: Iterable[Sequence[Hashable]]) -> float | None:
+def fleiss_kappa(units: Iterable[Sequence[Hashable]]) -> Estimate:
     """Fleiss' κ (Psychological Bulletin 76, 1971), for units with equally many ratings.
 
     Parameters
@@ -56,20 +59,24 @@ def fleiss_kappa(units: Iterable[Sequence[Hashable]]) -> float | None:
 
     Returns
     -------
-    float or None
-        None if units have different numbers of ratings, or there is no variation.
+    Estimate
+        Without an interval. It is undefined where units have different numbers of ratings or fewer
+        than two, and where all ratings are the same.
     """
     rated = Counter(tuple(unit) for unit in units)
     sizes = {len(unit) for unit in rated}
-    if len(sizes) != 1 or (n := sizes.pop()) < 2:
-        return None
+    if max(sizes, default=0) < 2:
+        return undefined("no overlap")
+    if len(sizes) > 1:
+        return undefined("unequal numbers")
+    n = sizes.pop()
     totals = _totals(rated)
     if len(totals) < 2:
-        return None
+        return undefined("all alike")
     unlike = sum(count * _unlike(Counter(unit)) for unit, count in rated.items())
     observed = 1.0 - unlike / rated.total() / (n * (n - 1))
     chance = sum(count**2 for count in totals.values()) / totals.total() ** 2
-    return (observed - chance) / (1.0 - chance)
+    return Estimate((observed - chance) / (1.0 - chance))
 
 
 def _totals(units: Counter[tuple[Any, ...]]) -> Counter[Any]:

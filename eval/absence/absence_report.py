@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from rich.table import Table
 
+from corpus_tools.corpus.estimate import Estimate, explained, named, part, undefined
 from eval.absence.absence_evidence import AbsenceEvidence
 from eval.tables.formats import document, figure_table, table_text
 from g3.language.similarity.learned_lexicon import likeness_identity
@@ -25,22 +26,26 @@ def figures(evidence: AbsenceEvidence, threshold: float | None = None) -> dict[s
     wrongly for at most `FALSE_ALARMS` of the commands.
     """
     own = np.array(evidence.own)
-    known = _largest(own) if threshold is None else threshold
+    known = Estimate(threshold) if threshold is not None else _largest(own)
     shares = {
-        name: float(np.mean(np.array(values) < known)) if values else float("nan")
+        name: part(int((np.array(values) < known.value).sum()), len(values), "no data")
+        if known.is_known
+        else known
         for name, values in (
             ("false_alarms", evidence.own),
             ("seen_removed", evidence.removed),
             ("seen_any_noun", evidence.any_noun),
         )
     }
-    return {"threshold": known, **shares}
+    return named({"threshold": known, **shares})
 
 
-def _largest(own: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+def _largest(own: np.ndarray[Any, np.dtype[np.float64]]) -> Estimate:
+    if not len(own):
+        return undefined("no data")
     steps = np.unique(own[own <= 1])
     allowed = [float(step) for step in steps if np.mean(own < step) <= FALSE_ALARMS]
-    return max(allowed, default=0.0)
+    return Estimate(max(allowed, default=0.0))
 
 
 def render(
@@ -73,7 +78,12 @@ def render(
         f"Alarms below {least_alike():g}": _table(rows, "shipped"),
         f"Alarms at {FALSE_ALARMS:.0%} false ones": _table(rows, "at_5_percent"),
     }
-    notes = []
+    notes = explained(
+        field
+        for row in rows
+        for which in ("shipped", "at_5_percent")
+        for field in row[which].values()
+    )
     for row in rows:
         nouns = dict.fromkeys(alarm["noun"] for alarm in row["false_alarms"])
         if nouns:
@@ -82,13 +92,16 @@ def render(
 
 
 def _table(rows: Sequence[Mapping[str, Any]], which: str) -> Table:
+    def shown(row: Mapping[str, Any], name: str) -> str:
+        return row[which][f"{name}_reason"] or f"{row[which][name]:.3f}"
+
     cells = (
         (
             f"{row['corpus']} ({row['commands']})",
-            f"{row[which]['threshold']:.3f}",
-            f"{row[which]['false_alarms']:.3f}",
-            f"{row[which]['seen_removed']:.3f} of {row['removals']}",
-            f"{row[which]['seen_any_noun']:.3f}",
+            shown(row, "threshold"),
+            shown(row, "false_alarms"),
+            f"{shown(row, 'seen_removed')} of {row['removals']}",
+            shown(row, "seen_any_noun"),
         )
         for row in rows
     )

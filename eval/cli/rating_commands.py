@@ -160,12 +160,17 @@ def power(*, half_width: float, corpus: str, seed: int, form: Format, out: Path 
     from corpus_tools.importers.authored.bundled import open_corpus
     from eval.table_2.power_plans import assumptions, plans, render
 
-    share, correlation = assumptions(open_corpus(corpus).judgments if corpus else ())
+    share, correlation = assumptions(open_corpus(corpus).judgments if corpus else None)
     metadata = {
         "corpus": corpus or "none",
         "wanted_half_width": half_width,
-        "share": round(share, 3),
-        "correlation": round(correlation, 3),
+        "share": round(share.value, 3),
+        "correlation": round(correlation.value, 3),
+        **{
+            f"{name}_reason": one.reason
+            for name, one in (("share", share), ("correlation", correlation))
+            if one.reason
+        },
         "seed": seed,
     }
     rows = plans(half_width, share, correlation, seed)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
-from eval.statistics.intervals import percentiles
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
+from eval.statistics.estimates import BoolArray, FloatArray, IntArray, percentiles, ratio
 from g3.short_repr import short_repr
 
 Resampled = Callable[[FloatArray], FloatArray]
@@ -23,7 +23,8 @@ class Agreement:
     counts: dict[str, int]
     """Pairs by what people and the judge say."""
     kappa: Estimate
-    """Cohen's κ."""
+    """Cohen's κ; undefined where one side says the same of everything, for it is 0 then whatever
+    the other says."""
     precision: Estimate
     """The part of what the judge calls right that people accept."""
     recall: Estimate
@@ -49,11 +50,18 @@ def agreement(
     drawn = resampled(tables) if len(tables) else np.zeros((1, 2, 2))
     whole = tables.sum(axis=0)
 
-    def bounded(figure: Callable[[FloatArray], FloatArray]) -> Estimate:
-        return percentiles(float(figure(whole)), figure(drawn), len(tables))
+    def bounded(figure: Callable[[FloatArray], FloatArray], missing: Reason) -> Estimate:
+        missing = missing if len(tables) else "no data"
+        return percentiles(float(figure(whole)), figure(drawn), len(tables), missing)
 
+    vary = whole.any(axis=0).all() and whole.any(axis=1).all()
+    kappa = bounded(cohens_kappa, "all alike")
     return Agreement(
-        counts, bounded(cohens_kappa), bounded(_precision), bounded(_recall), bounded(_accuracy)
+        counts,
+        kappa if vary or not len(tables) else undefined("all alike"),
+        bounded(_precision, "empty class"),
+        bounded(_recall, "empty class"),
+        bounded(_accuracy, "no data"),
     )
 
 

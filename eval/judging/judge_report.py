@@ -9,10 +9,20 @@ from typing import Literal
 
 from rich.table import Table
 
+from corpus_tools.corpus.estimate import Estimate, explained
 from eval.judging.judge_agreement import Agreement
 from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, JudgedPair, Validity
-from eval.statistics.estimates import Estimate
-from eval.tables.formats import cell, document, figure_table, interval, table_text
+from eval.tables.formats import (
+    cell,
+    document,
+    figure,
+    figure_table,
+    interval,
+    left_out,
+    stated,
+    table_text,
+    value,
+)
 
 WANTED_KAPPA = 0.4
 """Landis and Koch (Biometrics 33, 1977) call agreement above this moderate."""
@@ -21,6 +31,8 @@ GROUPS = {
     "chosen_on": "rules chosen on them",
     "others": "other scenarios",
 }
+NAMED = ("kappa", "precision", "recall", "accuracy")
+"""An agreement's figures."""
 COUNTS = ("both yes", "people yes", "judge yes", "both no", "n")
 OWN_SAYS_LITTLE = (
     "pairs with a command's own video say little: the judge says yes to these by construction, for "
@@ -78,12 +90,15 @@ def notes(validity: Validity) -> list[str]:
     found = [f"{title}: {_near(validity, v)}" for v, title in validity.titles.items()]
     found += [
         OWN_SAYS_LITTLE,
-        f"all pairs together, {VERDICTS[ENDS]}: kappa {_interval(validity.together.kappa)}, same "
-        f"verdict {_interval(validity.together.accuracy)}, AUC of people's mean ratings "
-        f"{_interval(validity.auc)}",
+        f"all pairs together, {VERDICTS[ENDS]}: kappa {stated(validity.together.kappa)}, same "
+        f"verdict {stated(validity.together.accuracy)}, AUC of people's mean ratings "
+        f"{stated(validity.auc)}",
         "95%: percentile intervals with whole videos resampled; precision: of what the judge calls "
         "right, the part that people accept; recall: of what they accept, the part it calls right",
     ]
+    estimates = _estimates(validity)
+    found += explained(estimates.values())
+    found += left_out(estimates, "the")
     if validity.left_out:
         found.append(f"{validity.left_out} pairs are left out: a video has no log in the corpus")
     if _unannotated(validity):
@@ -119,12 +134,29 @@ def _near(validity: Validity, verdict: str) -> str:
         return "no pair with another video"
     where = " of scenarios that its rules weren't chosen on" if name == "others" else ""
     reached = "reaches" if found.kappa.value >= WANTED_KAPPA else "misses"
+    compared = f", which {reached} {WANTED_KAPPA}" if found.kappa.is_known else ""
     both, yes = found.counts["people_yes_judge_yes"], found.counts["people_yes_judge_no"]
     return (
-        f"kappa {_interval(found.kappa)}, which {reached} {WANTED_KAPPA}, on {found.n} near misses"
+        f"kappa {stated(found.kappa)}{compared}, on {found.n} near misses"
         f"{where}; people accept {both + yes}, and the verdict {both} of these and "
         f"{found.counts['people_no_judge_yes']} others"
     )
+
+
+def _estimates(validity: Validity) -> dict[str, Estimate]:
+    """All figures by what they are of."""
+    agreements = {
+        f"{title}, {GROUPS[name]} near misses": found
+        for verdict, title in validity.titles.items()
+        for name, found in validity.near_misses[verdict].items()
+    }
+    agreements[f"all pairs, {VERDICTS[ENDS]}"] = validity.together
+    figures = {
+        f"{name} of {of}": getattr(found, name)
+        for of, found in agreements.items()
+        for name in NAMED
+    }
+    return {**figures, "AUC": validity.auc}
 
 
 def _unannotated(validity: Validity) -> int:
@@ -132,8 +164,7 @@ def _unannotated(validity: Validity) -> int:
 
 
 def _figures(found: Agreement) -> dict[str, object]:
-    named = ("kappa", "precision", "recall", "accuracy")
-    figures = {name: getattr(found, name)._asdict() for name in named}
+    figures = {name: getattr(found, name)._asdict() for name in NAMED}
     return {**figures, "counts": found.counts, "n": found.n}
 
 
@@ -143,8 +174,11 @@ def _near_misses(validity: Validity) -> Table:
     for verdict, groups in validity.near_misses.items():
         for name, found in groups.items():
             kappa = found.kappa
-            figures = (f"{e.value:.2f}" for e in (found.precision, found.recall))
-            shown = (f"{kappa.value:.2f}", interval(kappa.low, kappa.high), *figures)
+            shown = (
+                figure(kappa.value),
+                interval(kappa),
+                *map(value, (found.precision, found.recall)),
+            )
             table.add_row(validity.titles[verdict], GROUPS[name], *shown, *_counts(found))
     return table
 
@@ -185,7 +219,3 @@ def _reasons(pair: JudgedPair) -> list[str]:
 
 def _yes(said: bool) -> str:
     return "yes" if said else "no"
-
-
-def _interval(estimate: Estimate) -> str:
-    return f"{estimate.value:.2f} ({interval(estimate.low, estimate.high)})"

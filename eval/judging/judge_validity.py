@@ -16,14 +16,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.runtime.parallel import Executor
 from eval.judging.deeds import logged, replayed
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import Agreement, Resampled, agreement
 from eval.judging.judge_registry import JudgedPlan, PlanJudge
 from eval.judging.words_judge import judge_by_words
-from eval.statistics.estimates import BoolArray, Estimate, FloatArray, IntArray, ratio
-from eval.statistics.intervals import percentiles
+from eval.statistics.estimates import BoolArray, FloatArray, IntArray, percentiles, ratio
 from eval.statistics.ratings import AGREES, check_judgments, codes, of_study, shown_pair
 from eval.statistics.resampling import resampled_sums
 from g3.annotation import RATINGS, Annotation, Judgment

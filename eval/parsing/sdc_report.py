@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from rich.table import Table
 
+from corpus_tools.corpus.estimate import explained, named, part
 from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
 from eval.parsing.tested_commands import AS_TYPED, TestedCommand
 from eval.tables.formats import cell, document, figure_table, table_text
@@ -26,13 +27,15 @@ def figures(tested: Sequence[TestedCommand]) -> dict[str, Any]:
     by_type = {type_: sum((c.by_type[type_] for c in comparisons), Counts()) for type_ in SDC_TYPES}
     found: dict[str, Any] = {}
     for name, counts in (("typed", typed), ("untyped", untyped), ("segmentation", segments)):
-        found |= {f"{name}_{figure}": getattr(counts, figure) for figure in FIGURES}
+        found |= named({f"{name}_{figure}": getattr(counts, figure) for figure in FIGURES})
+    exact = part(sum(c.exact for c in comparisons), len(comparisons), "no data")
     return found | {
-        "exact": sum(c.exact for c in comparisons) / len(comparisons),
+        **named({"exact": exact}),
         "commands": len(comparisons),
         "constituents": typed.gold,
         "types": {
-            type_: {figure: getattr(counts, figure) for figure in FIGURES} | {"n": counts.gold}
+            type_: named({figure: getattr(counts, figure) for figure in FIGURES})
+            | {"n": counts.gold}
             for type_, counts in by_type.items()
         },
     }
@@ -50,13 +53,18 @@ def confusion(tested: Sequence[TestedCommand]) -> dict[str, dict[str, int]]:
 
 def errors(tested: Sequence[TestedCommand]) -> list[dict[str, object]]:
     """The commands whose trees are not exact, those that share least first."""
-    wrong = [one for one in tested if not one.comparison.exact]
-    wrong.sort(key=lambda one: (one.comparison.typed.f, one.annotated.command.id))
+
+    def order(one: TestedCommand) -> tuple[float, str]:
+        # Trees without words on either side have no F, and nothing in common.
+        found = one.comparison.typed.f
+        return found.value if found.is_known else 0.0, one.annotated.command.id
+
+    wrong = sorted((one for one in tested if not one.comparison.exact), key=order)
     return [
         {
             "command": one.annotated.command.id,
             "text": one.annotated.command.text,
-            "typed_f": one.comparison.typed.f,
+            **named({"typed_f": one.comparison.typed.f}),
             "gold": format_brackets(one.annotated.sdcs),
             "predicted": format_brackets(one.parse.sdcs),
         }
@@ -97,19 +105,25 @@ def render(
         "Letters by annotated (rows) and extracted type and field": _confusion_table(tested),
         f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
     }
-    notes = (f"exact trees: {found['exact']:.3f} of {found['commands']} commands",)
+    records = (found, *found["types"].values(), *perturbed.values())
+    reasons = explained(field for record in records for field in record.values())
+    notes = (f"exact trees: {_shown(found, 'exact')} of {found['commands']} commands", *reasons)
     return table_text(tables, notes, metadata, terminal=terminal)
 
 
 def _figures_table(found: Mapping[str, Any]) -> Table:
     table = figure_table(("", "Precision", "Recall", "F-score"))
     for name in ("typed", "untyped", "segmentation"):
-        values = (found[f"{name}_{figure}"] for figure in FIGURES)
-        table.add_row(name.capitalize(), *(f"{value:.3f}" for value in values))
+        cells = (_shown(found, f"{name}_{figure}") for figure in FIGURES)
+        table.add_row(name.capitalize(), *cells)
     for type_, of_type in found["types"].items():
-        values = (of_type[figure] for figure in FIGURES)
-        table.add_row(type_, *(f"{value:.3f}" for value in values))
+        table.add_row(type_, *(_shown(of_type, figure) for figure in FIGURES))
     return table
+
+
+def _shown(found: Mapping[str, Any], name: str) -> str:
+    """A figure of a record, or why there is none."""
+    return str(found[f"{name}_reason"]) or f"{found[name]:.3f}"
 
 
 def _perturbed_table(
@@ -117,7 +131,7 @@ def _perturbed_table(
 ) -> Table:
     names = ("typed_f", "untyped_f", "segmentation_f", "exact")
     rows = (
-        (kind, *(f"{own[name]:.3f}" for name in names))
+        (kind, *(_shown(own, name) for name in names))
         for kind, own in {"as typed": found, **perturbed}.items()
     )
     return figure_table(("", *(name.removesuffix("_f").capitalize() for name in names)), rows)

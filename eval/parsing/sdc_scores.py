@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
+from corpus_tools.corpus.estimate import Estimate, part
 from g3.sdc.clauses import SDC, SDC_TYPES, Span, all_words, breadth_first
 from g3.short_repr import short_repr
 
@@ -38,20 +39,19 @@ class Counts:
         )
 
     @property
-    def precision(self) -> float:
-        """Fraction of the predicted that is right; NaN where nothing is predicted."""
-        return self.same / self.predicted if self.predicted else float("nan")
+    def precision(self) -> Estimate:
+        """Fraction of the predicted that is right; undefined where nothing is predicted."""
+        return part(self.same, self.predicted)
 
     @property
-    def recall(self) -> float:
-        """Fraction of the annotated that is found; NaN where nothing is annotated."""
-        return self.same / self.gold if self.gold else float("nan")
+    def recall(self) -> Estimate:
+        """Fraction of the annotated that is found; undefined where nothing is annotated."""
+        return part(self.same, self.gold)
 
     @property
-    def f(self) -> float:
-        """Harmonic mean of the two; NaN where there is nothing on either side."""
-        both = self.predicted + self.gold
-        return 2 * self.same / both if both else float("nan")
+    def f(self) -> Estimate:
+        """Harmonic mean of the two; undefined where there is nothing on either side."""
+        return part(2 * self.same, self.predicted + self.gold)
 
 
 @short_repr

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate, Reason
 from eval.judging.judge_agreement import cohens_kappa, confusion
 from eval.plan_study.rating_sample import RIGHT, DistinctPlan, Sample, kind_of
 from eval.plan_study.study_plans import CONFIGURATIONS
-from eval.statistics.estimates import Estimate, FloatArray, ratio
-from eval.statistics.intervals import percentiles
+from eval.statistics.estimates import FloatArray, percentiles, ratio
 from eval.statistics.ratings import codes
 from eval.statistics.resampling import resampled_sums
 
@@ -103,13 +103,18 @@ def agreements(
         rng = np.random.default_rng(seed)
         drawn = figures(resampled_sums(counts, rng=rng, draws=draws))
         bounded = {
-            figure: percentiles(float(values[i]), drawn[:, i], len(counts))
-            if np.isfinite(values[i])
-            else Estimate(np.nan, np.nan, np.nan)
+            figure: percentiles(float(values[i]), drawn[:, i], len(counts), _missing(figure, raw))
             for i, figure in enumerate(FIGURES)
         }
         rows.append(PlanAgreement(name, len(own), len(rated), raw, bounded))
     return rows
+
+
+def _missing(figure: str, rated: Mapping[str, int]) -> Reason:
+    """Why a figure is undefined, if it is."""
+    if not sum(rated.values()):
+        return "no data"
+    return "all alike" if figure == "kappa" else "empty class"
 
 
 def tells_of_all(plans: Sequence[DistinctPlan], sample: Sample) -> bool:

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from eval.plan_study.plan_validity import FIGURES, figures
 from eval.plan_study.rating_sample import KINDS, RIGHT, WRONG, DistinctPlan, Sample
 from eval.plan_study.study_pairs import ANSWERS
 from eval.plan_study.study_plans import CONFIGURATIONS
-from eval.statistics.estimates import percentile_bounds
+from eval.statistics.estimates import FEWEST_CLUSTERS, FloatArray, percentiles
+from eval.statistics.power import own_shares
 from eval.statistics.ratings import codes
 
 ASSUMED = {WRONG: 0.15, RIGHT: 0.85}
@@ -48,7 +50,9 @@ class Planned:
     minutes: float
     """That one person takes for all pairs."""
     half_widths: Mapping[str, float]
-    """Expected of the figures' 95 % intervals; NaN where there will be no figure."""
+    """Expected of the figures' 95 % intervals; NaN where there will be none."""
+    unknown: Mapping[str, Reason]
+    """Why there will be none, by figure."""
 
     @property
     def total(self) -> int:
@@ -68,6 +72,7 @@ def planned(
     """What is planned for a sample, with how many have no plan or one that physics stopped."""
     chosen = [p for p in plans if p.run in sample.chance]
     whole = float(sum(seconds)) + ANSWER_S * len(chosen)
+    widths = half_widths(plans, sample, np.random.default_rng(seed))
     return Planned(
         _by_kind(plans),
         without,
@@ -78,7 +83,8 @@ def planned(
         ANSWERS,
         whole / max(len(chosen), 1),
         whole / 60,
-        half_widths(plans, sample, np.random.default_rng(seed)),
+        {name: width.value for name, width in widths.items()},
+        {name: width.reason for name, width in widths.items() if width.reason},
     )
 
 
@@ -90,8 +96,8 @@ def half_widths(
     shares: Mapping[str, float] = ASSUMED,
     correlation: float = CORRELATION,
     studies: int = STUDIES,
-) -> dict[str, float]:
-    """Half widths that the figures' 95 % intervals have in simulated studies.
+) -> dict[str, Estimate]:
+    """Half widths that the figures' 95 % intervals have in simulated studies, without intervals.
 
     As :func:`eval.statistics.power.simulated_half_width` does for a share. Each scenario's own
     shares are drawn from beta distributions with the wanted correlation, the majority of each
@@ -102,22 +108,27 @@ def half_widths(
     """
     chosen = [p for p in plans if p.run in sample.chance]
     if not chosen:
-        return dict.fromkeys(FIGURES, np.nan)
+        return dict.fromkeys(FIGURES, undefined("no data"))
     said = np.array([KINDS.index(p.kind) for p in chosen])
     place = codes([p.record.scenario for p in chosen])
     weight = 1 / np.array([sample.chance[p.run] for p in chosen])
     share = np.array([shares[kind] for kind in KINDS])
-    own = np.broadcast_to(share, (studies, place.max() + 1, len(KINDS)))
-    if correlation > 0:
-        size = 1 / correlation - 1
-        own = rng.beta(share * size, (1 - share) * size, size=own.shape)
+    own = own_shares(share, correlation, (studies, int(place.max()) + 1, len(KINDS)), rng)
     people = rng.random((studies, len(chosen))) < own[:, place, said]
     of_kind = weight[:, None] * (said[:, None] == np.arange(len(KINDS)))
     yes = people @ of_kind
     there = [_by_kind(plans)[kind] for kind in KINDS]
     counts = np.stack([of_kind.sum(axis=0) - yes, yes, np.broadcast_to(there, yes.shape)], axis=-2)
-    low, high = percentile_bounds(figures(counts))
-    return {name: float(half) for name, half in zip(FIGURES, (high - low) / 2, strict=True)}
+    return {
+        name: _half_width(drawn) for name, drawn in zip(FIGURES, figures(counts).T, strict=True)
+    }
+
+
+def _half_width(drawn: FloatArray) -> Estimate:
+    defined = drawn[np.isfinite(drawn)]
+    middle = float(np.median(defined)) if len(defined) else np.nan
+    found = percentiles(middle, drawn, FEWEST_CLUSTERS)
+    return found._replace(value=(found.high - found.low) / 2, low=np.nan, high=np.nan)
 
 
 def _by_kind(plans: Sequence[DistinctPlan]) -> dict[str, int]:

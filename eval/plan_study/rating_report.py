@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Literal
 
 from rich.table import Table
 
+from corpus_tools.corpus.estimate import Estimate, explained
 from eval.plan_study.plan_validity import PlanAgreement
 from eval.plan_study.rating_power import ANSWER_S, ASSUMED, Planned
 from eval.plan_study.rating_sample import KINDS, RIGHT, WRONG, DistinctPlan
 from eval.plan_study.rating_set import Rated
 from eval.plan_study.study_pairs import INSTANCE
-from eval.statistics.estimates import Estimate
 from eval.tables.formats import document, figure, figure_table, interval, table_text
 
 SHOWN = ("kappa", "precision", "recall", "precision_of_wrong", "people_right")
@@ -45,9 +44,7 @@ def lines_planned(planned: Planned) -> list[str]:
         f"{name}: " + ", ".join(f"{counts[kind]} {kind}" for kind in KINDS)
         for name, counts in planned.configurations.items()
     )
-    widths = ", ".join(
-        f"{HEADINGS[name].lower()} {_half(planned.half_widths[name])}" for name in SHOWN
-    )
+    widths = ", ".join(f"{HEADINGS[name].lower()} {_half(planned, name)}" for name in SHOWN)
     return [
         f"plans by the automatic judge: {there}; {planned.without} commands without a plan",
         f"pairs to rate: {planned.total} ({drawn}), of {planned.scenarios} scenarios, "
@@ -101,7 +98,10 @@ def _notes(rated: Rated) -> list[str]:
     )
     if len(rated.people) < planned.total:
         found.append("the pairs without ratings are taken to be like those that have them")
-    return [*found, *NOTES]
+    estimates = [
+        one for rows in rated.agreements.values() for row in rows for one in row.figures.values()
+    ]
+    return [*found, *NOTES, *explained(estimates)]
 
 
 def _figures(rows: Sequence[PlanAgreement]) -> Table:
@@ -121,11 +121,12 @@ def _counts(rows: Sequence[PlanAgreement]) -> Table:
 
 
 def _shown(estimate: Estimate) -> tuple[str, str]:
-    return figure(estimate.value), interval(estimate.low, estimate.high)
+    return figure(estimate.value), interval(estimate)
 
 
-def _half(width: float) -> str:
-    return "unknown" if math.isnan(width) else f"{width:.2f}"
+def _half(planned: Planned, name: str) -> str:
+    reason = planned.unknown.get(name)
+    return f"unknown ({reason})" if reason else f"{planned.half_widths[name]:.2f}"
 
 
 def _records(rows: Sequence[PlanAgreement]) -> list[dict[str, object]]:

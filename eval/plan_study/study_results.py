@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate
 from eval.plan_study.study_pairs import Pair
 from eval.plan_study.study_plans import CONFIGURATIONS, PlanRecord, top
 from eval.statistics.comparison import Comparison
-from eval.statistics.estimates import Estimate
 from eval.statistics.intervals import bootstrap, two_way
 from eval.statistics.raters import majorities
 from eval.statistics.ratings import agrees, codes, shown_pair

@@ -32,7 +32,7 @@ from eval.table_3.baselines import BASELINES, missing
 from eval.table_3.following import judged, plan_by_grounder, task_of
 from eval.table_3.grounder_registry import grounder_named
 from eval.table_3.judged_commands import judged_commands
-from eval.table_3.outcomes import JudgedRow
+from eval.table_3.outcomes import JudgedRow, estimates_of
 from eval.table_3.plan_report import PAPER
 from eval.tables.comparison_report import NOTE, TITLE, comparison_table
 from eval.tables.comparison_report import records as comparison_records
@@ -208,8 +208,8 @@ def _people(rows: Sequence[RatedRow]) -> Table:
         table.add_row(
             row.configuration if row.configuration in PAPER else f"known {row.configuration}",
             f"{row.share.value:.2f}",
-            interval(row.share.low, row.share.high),
-            interval(row.two_way.low, row.two_way.high),
+            interval(row.share),
+            interval(row.two_way),
             f"{row.majority:.2f}",
             "" if paper is None else f"{paper:.2f}",
             str(row.judgments),
@@ -222,10 +222,8 @@ def _automatic(rows: Sequence[JudgedRow]) -> Table:
     headings = ("Ends where the log ends", "95%", "Does what the words say", "95%", "n")
     table = figure_table(("Configuration", *headings))
     for row in rows:
-        bounds = interval(row["low"], row["high"])
-        around = interval(row["by_words_low"], row["by_words_high"])
-        shown, words = figure(row["precision"]), figure(row["by_words"])
-        table.add_row(row["configuration"], shown, bounds, words, around, str(row["n"]))
+        cells = (cell for one in estimates_of(row) for cell in (figure(one.value), interval(one)))
+        table.add_row(row["configuration"], *cells, str(row["n"]))
     return table
 
 
@@ -236,7 +234,8 @@ def _flat(row: RatedRow) -> dict[str, object]:
         "precision": row.share.value,
         "low": row.share.low,
         "high": row.share.high,
-        "two_way": {"low": row.two_way.low, "high": row.two_way.high},
+        "reason": row.share.reason,
+        "two_way": {name: getattr(row.two_way, name) for name in ("low", "high", "reason")},
         "majority": row.majority,
         "n": row.judgments,
         "rated": row.rated,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from corpus_tools.corpus.estimate import Estimate
 from eval.report.reliability import Bin
-from eval.statistics.estimates import Estimate
 from eval.tables.plot_style import BLUE, FAINT, GREEN, GREY, GROUND, INK, NARROW, ORANGE, Plot
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from corpus_tools.corpus.estimate import Estimate
 from eval.judging.judge_registry import AUTOMATIC
 from eval.report.reliability import Bin
 from eval.statistics.estimates import FEWEST_CLUSTERS
@@ -32,14 +33,17 @@ class PlanRow(msgspec.Struct, frozen=True):
     low: float | None
     high: float | None
     n: int
+    reason: str = ""
     judge: str = "automatic"
     by_words: float | None = None
     by_words_low: float | None = None
     by_words_high: float | None = None
+    by_words_reason: str = ""
     subset: str = WHOLE
     theme: float | None = None
     theme_low: float | None = None
     theme_high: float | None = None
+    theme_reason: str = ""
     chance: float | None = None
     refusals: float | None = None
     note: str = ""
@@ -68,6 +72,7 @@ class Compared(msgspec.Struct, frozen=True):
     p: float
     adjusted_p: float
     effect: float
+    reason: str = ""
     subset: str = WHOLE
     verdict: str = "precision"
 
@@ -214,7 +219,6 @@ def _with_interval(plans: outcomes.Bin) -> Bin:
     """A bin with Wilson's interval; without, where there are too few plans."""
     stated, correct, n = plans["stated"], plans["correct"], plans["n"]
     share = wilson(round(correct * n), n)
-    nan = float("nan")
-    return Bin(
-        stated, correct, *((share.low, share.high) if n >= FEWEST_CLUSTERS else (nan, nan)), n
-    )
+    if n < FEWEST_CLUSTERS:
+        share = Estimate(share.value, reason="few clusters")
+    return Bin(stated, correct, share.low, share.high, n, share.reason)

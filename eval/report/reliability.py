@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from eval.statistics.intervals import bootstrap
 from eval.statistics.ratings import codes
 from eval.table_1.correspondence import Predictions
@@ -24,8 +25,9 @@ class Bin:
     """The part of them that is right."""
     low: float
     high: float
-    """Its 95% interval with whole commands resampled; NaN if unknown."""
+    """Its 95% interval with whole commands resampled; NaN where the reason says why."""
     n: int
+    reason: Reason = ""
 
 
 def bins(predictions: Predictions, *, seed: int, draws: int) -> tuple[Bin, ...]:
@@ -38,11 +40,16 @@ def bins(predictions: Predictions, *, seed: int, draws: int) -> tuple[Bin, ...]:
         commands = codes(predictions.command[own].tolist())
         share = bootstrap(predictions.label[own], commands, rng=rng, draws=draws)
         stated = float(predictions.probability[own].mean())
-        found.append(Bin(stated, share.value, share.low, share.high, int(own.sum())))
+        found.append(Bin(stated, *share[:3], int(own.sum()), share.reason))
     return tuple(found)
 
 
-def calibration_error(found: Sequence[Bin]) -> float:
-    """Expected calibration error: the mean gap between what is stated and what is true."""
+def calibration_error(found: Sequence[Bin]) -> Estimate:
+    """Expected calibration error: the mean gap between what is stated and what is true.
+
+    It has no interval.
+    """
     n = sum(b.n for b in found)
-    return sum(b.n * abs(b.stated - b.true) for b in found) / n if n else float("nan")
+    if not n:
+        return undefined("no data")
+    return Estimate(sum(b.n * abs(b.stated - b.true) for b in found) / n)

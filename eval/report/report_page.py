@@ -11,6 +11,7 @@ from html import escape
 from importlib.resources import files
 from importlib.util import find_spec
 
+from corpus_tools.corpus.estimate import Estimate
 from eval.judging.judge_agreement import Agreement
 from eval.judging.judge_report import GROUPS, notes
 from eval.judging.judge_validity import VERDICTS, Validity
@@ -18,7 +19,7 @@ from eval.report.charts import Line, differences, intervals, reliability
 from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans
 from eval.report.reliability import calibration_error
 from eval.report.report_contents import Contents
-from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, Estimate, beside
+from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, beside
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
 from eval.table_1.learning_curve import curve_plot
 from eval.table_2.rating_shares import Results
@@ -29,7 +30,7 @@ from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
 from eval.tables import plot_style
 from eval.tables.comparison_report import shown_p
-from eval.tables.formats import interval
+from eval.tables.formats import estimate_of, interval
 from eval.tables.plot_style import NARROW, WIDE, Plot
 from g3.errors import CorpusError
 
@@ -95,7 +96,7 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
         titles=TITLES,
         measures=MEASURES,
         wrong_plans=WRONG_PLANS,
-        calibration=calibration_error(contents.reliability),
+        calibration=calibration_error(contents.reliability).value,
         table_2_notes=table_2_notes(contents.table_2) if contents.table_2 else [],
         validity_notes=notes(contents.validity) if contents.validity else [],
         agreements=_agreements(contents.validity),
@@ -178,9 +179,11 @@ def _of_table_2(results: Results) -> list[Line]:
 def _of_table_3(rows: Sequence[PlanRow], plans: Plans) -> list[Line]:
     lines = []
     for row in rows:
-        figures = {MEASURES["precision"]: _estimate(row.precision, row.low, row.high)}
+        figures = {MEASURES["precision"]: estimate_of(row.precision, row.low, row.high, row.reason)}
         if any(one.theme is not None for one in rows):
-            figures[MEASURES["theme"]] = _estimate(row.theme, row.theme_low, row.theme_high)
+            figures[MEASURES["theme"]] = estimate_of(
+                row.theme, row.theme_low, row.theme_high, row.theme_reason
+            )
         is_baseline = row.configuration in ALONE
         lines.append(Line(name_of(row), figures, paper_figure(row, plans), is_baseline))
     return lines
@@ -201,12 +204,8 @@ def _of_comparisons(compared: Sequence[Compared]) -> list[Line]:
     pairs: dict[str, dict[str, Estimate]] = {}
     for c in compared:
         found = pairs.setdefault(f"{c.one} − {c.other}", {})
-        found[MEASURES[c.verdict]] = _estimate(c.difference, c.low, c.high)
+        found[MEASURES[c.verdict]] = estimate_of(c.difference, c.low, c.high, c.reason)
     return [Line(name, figures) for name, figures in pairs.items()]
-
-
-def _estimate(value: float | None, low: float | None, high: float | None) -> Estimate:
-    return Estimate(*(math.nan if one is None else one for one in (value, low, high)))
 
 
 def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
@@ -244,10 +243,12 @@ def _signed(value: float) -> str:
     return f"{value:+.2f}".replace("-", "−")
 
 
-def _to(low: float | None, high: float | None, digits: int = 2) -> str:
-    shown = interval(low, high, f"{{:.{digits}f}}–{{:.{digits}f}}")
+def _to(low: float | None, high: float | None, digits: int = 2, reason: str = "") -> str:
+    shown = interval(estimate_of(0.0, low, high, reason), f"{{:.{digits}f}}–{{:.{digits}f}}")
     return "–" if shown == "-" else shown.replace("-", "−")
 
 
-def _signed_to(low: float | None, high: float | None) -> str:
-    return "–" if low is None or high is None else f"{_signed(low)} to {_signed(high)}"
+def _signed_to(low: float | None, high: float | None, reason: str = "") -> str:
+    if low is None or high is None:
+        return reason or "–"
+    return f"{_signed(low)} to {_signed(high)}"

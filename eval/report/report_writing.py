@@ -28,7 +28,7 @@ from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
 from eval.tables.comparison_report import COLUMNS as COMPARISON_COLUMNS
 from eval.tables.comparison_report import shown_p
-from eval.tables.formats import delimited, document
+from eval.tables.formats import delimited, document, estimate_of
 from eval.tables.latex import RULE, estimate, tabular, text
 from eval.tables.plot_style import Plot
 
@@ -62,7 +62,7 @@ def _files(contents: Contents, plots: Mapping[str, Plot]) -> dict[str, str]:
     }
     if contents.curve:
         points = [asdict(p) for p in contents.curve]
-        columns = ("type", "sdcs", "error", "low", "high")
+        columns = ("type", "sdcs", "error", "low", "high", "reason")
         found["learning-curve.csv"] = delimited(points, {}, columns=columns)
     if contents.table_2:
         ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
@@ -138,16 +138,13 @@ def _rows_latex(title: str, rows: Sequence[PlanRow], plans: Plans) -> str:
     for i, row in enumerate(rows):
         if i and row.configuration not in ALONE and rows[i - 1].configuration in ALONE:
             cells.append(RULE)
-        right = estimate(_figure(row.precision), row.low, row.high)
-        load = estimate(_figure(row.theme), row.theme_low, row.theme_high)
-        paper = [estimate(_figure(paper_figure(row, plans)), None, None)] if has_paper else []
+        right = estimate(estimate_of(row.precision, row.low, row.high, row.reason))
+        load = estimate(estimate_of(row.theme, row.theme_low, row.theme_high, row.theme_reason))
+        printed = paper_figure(row, plans)
+        paper = [estimate(estimate_of(printed, None, None))] if has_paper else []
         cells.append((text(name_of(row)), right, load, *paper, str(row.n)))
     headings = ("Configuration", "Right", "Right load", *(["Paper"] if has_paper else []), "$n$")
     return tabular(headings, cells, comments=[title])
-
-
-def _figure(value: float | None) -> float:
-    return float("nan") if value is None else value
 
 
 def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
@@ -155,7 +152,7 @@ def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
         (
             f"{text(c.one)} $-$ {text(c.other)}",
             MEASURES[c.verdict],
-            estimate(c.difference, c.low, c.high, "${:+.2f}$"),
+            estimate(estimate_of(c.difference, c.low, c.high, c.reason), "${:+.2f}$"),
             f"${shown_p(c.adjusted_p)}$",
             f"${c.effect:+.2f}$",
             str(c.n),

@@ -10,8 +10,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from eval.statistics.estimates import Estimate, FloatArray, IntArray
-from eval.statistics.intervals import percentiles
+from corpus_tools.corpus.estimate import Estimate
+from eval.statistics.estimates import (
+    ALIKE,
+    FEWEST_CLUSTERS,
+    FloatArray,
+    IntArray,
+    percentiles,
+)
 from eval.statistics.resampling import resampled_sums
 from g3.short_repr import short_repr
 
@@ -43,11 +49,12 @@ def compare_all(
     draws: int = 10_000,
     including: Collection[str] = (),
 ) -> list[Comparison]:
-    """Compare each two configurations on the commands that both have; none are left out.
+    """Compare each two configurations on the commands that both have.
 
     `shares` are by configuration, the part of each command's judgments that agree, shape
     (commands,); NaN where it has none. `cluster` is each command's cluster, such as its video,
-    shape (commands,). Pairs that have none of those to be `including` are left out.
+    shape (commands,). Pairs that have none of those to be `including` are left out, and those
+    without a command in common.
     """
     found = []
     for one, other in combinations(shares, 2):
@@ -81,15 +88,30 @@ def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:
     """Two-sided p of no difference, for matched pairs in clusters.
 
     N. A. Obuchowski, Statistics in Medicine 17 (1998): the square of the sum over that of the
-    clusters' squared sums, which is McNemar's test where each pair is a cluster.
+    clusters' squared sums, which is McNemar's test where each pair is a cluster. Its distribution
+    is approximate. Where fewer than :data:`~eval.statistics.estimates.FEWEST_CLUSTERS` clusters
+    differ, the sum is compared with those that all changes of the clusters' signs give instead,
+    which is exact. Where none differs, p is 1.
 
     `differences` are those of each matched pair, shape (n,): −1, 0 or 1 for yes and no, or
     differences of shares.
     """
     sums = np.bincount(cluster, weights=differences)
-    squares = float((sums**2).sum())
-    if squares == 0:
+    sums = sums[np.abs(sums) > ALIKE]
+    if len(sums) == 0:
         return 1.0
+    if len(sums) < FEWEST_CLUSTERS:
+        from scipy.stats import permutation_test  # noqa: PLC0415 - heavy
+
+        # SciPy wants two observations; one of zero changes nothing.
+        exact = permutation_test(
+            (np.append(sums, 0.0),),
+            np.sum,
+            permutation_type="samples",
+            n_resamples=2**FEWEST_CLUSTERS,
+        )
+        return float(exact.pvalue)
+    squares = float((sums**2).sum())
     return float(special.chdtrc(1, float(sums.sum()) ** 2 / squares))
 
 
@@ -105,4 +127,5 @@ def holm(p: npt.ArrayLike) -> FloatArray:
 
 def cohens_h(one: float, other: float) -> float:
     """The difference of two shares on the scale of arcs (J. Cohen, 1988, chapter 6)."""
-    return float(2 * np.arcsin(np.sqrt(one)) - 2 * np.arcsin(np.sqrt(other)))
+    first, second = np.arcsin(np.sqrt(np.clip([one, other], 0, 1)))
+    return float(2 * first - 2 * second)

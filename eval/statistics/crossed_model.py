@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from scipy import special
 
-from eval.statistics.estimates import LEVEL, BoolArray, Estimate, IntArray
+from corpus_tools.corpus.estimate import Estimate, undefined
+from eval.statistics.estimates import LEVEL, BoolArray, IntArray, bounded
+from eval.statistics.model_fits import Fit, fitted
 
 
 def crossed(agrees: BoolArray, *clusters: IntArray) -> Estimate:
@@ -28,19 +28,23 @@ def crossed(agrees: BoolArray, *clusters: IntArray) -> Estimate:
     Returns
     -------
     Estimate
-        Without bounds where all agree or none does, some kind has fewer than two clusters, or the
-        fit doesn't converge.
+        Without bounds where all agree or none does, or some kind has fewer than two clusters; the
+        share is that of the judgments then.
     """
     from statsmodels.regression.mixed_linear_model import (  # noqa: PLC0415 - an extra, and heavy
         MixedLM,
         VCSpec,
     )
 
-    share = float(agrees.mean()) if len(agrees) else np.nan
+    if len(agrees) == 0:
+        return undefined("no data")
+    share = float(agrees.mean())
     members = [np.unique(kind, return_inverse=True)[1] for kind in clusters]
     sizes = [int(kind.max(initial=-1)) + 1 for kind in members]
-    if min(sizes) < 2 or share in (0.0, 1.0):
-        return Estimate(share, np.nan, np.nan)
+    if min(sizes) < 2:
+        return Estimate(share, reason="one cluster")
+    if share in (0.0, 1.0):
+        return Estimate(share, reason="all alike")
     names = [f"kind {number}" for number in range(len(members))]
     columns = [[[str(member) for member in range(size)]] for size in sizes]
     designs = [[np.eye(size)[kind]] for kind, size in zip(members, sizes, strict=True)]
@@ -51,13 +55,18 @@ def crossed(agrees: BoolArray, *clusters: IntArray) -> Estimate:
         exog_vc=VCSpec(names, columns, designs),
         exog_re=None,
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of deviations at zero, which is an answer
+
+    def fit() -> Fit:
         # Methods with gradients, which are the default, stop early here.
-        fitted = model.fit(reml=True, method=["powell", "nm"])
-    value, error = float(fitted.fe_params[0]), float(fitted.bse_fe[0])
-    if not (fitted.converged and 0 < value < 1):
-        return Estimate(value, np.nan, np.nan)
+        result = model.fit(reml=True, method=["powell", "nm"])
+        return Fit(result.fe_params, result.bse_fe, bool(result.converged))
+
+    found = fitted(fit)
+    if isinstance(found, str):
+        return undefined(found)
+    value, error = float(found.parameters[0]), float(found.errors[0])
+    if not 0 < value < 1:
+        return undefined("no convergence")
     half = special.stdtrit(min(sizes) - 1, (1 + LEVEL) / 2) * error / (value * (1 - value))
     low, high = special.expit(special.logit(value) + half * np.array([-1, 1]))
-    return Estimate(value, float(low), float(high))
+    return bounded(value, float(low), float(high))

@@ -7,17 +7,20 @@ they are not independent: the intervals here resample whole clusters.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from corpus_tools.runtime.parallel import Executor
 from eval.statistics.resampling import resampled_sums
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
+EstimateArray: TypeAlias = npt.NDArray[np.object_]
+"""Of elements that are estimates."""
 
 CELLS = ("tp", "fp", "fn", "tn")
 """Order of the last axis of every array of counts."""
@@ -31,14 +34,6 @@ FEWEST_BESIDE = FEWEST_CLUSTERS
 """The paper's figures aren't shown beside ours of fewer: these can't be compared."""
 ALIKE = 1e-12
 """Figures that differ by less are the same but for rounding."""
-
-
-class Estimate(NamedTuple):
-    """A figure and the bounds of its interval; NaN where it is undefined."""
-
-    value: float
-    low: float
-    high: float
 
 
 def beside(paper: float | None, n: int) -> float | None:
@@ -130,17 +125,15 @@ def cluster_bootstrap(
     rng: np.random.Generator,
     draws: int = 2000,
     executor: Executor | None = None,
-) -> tuple[FloatArray, FloatArray]:
-    """Percentile intervals of a statistic of summed counts, resampling clusters.
+) -> EstimateArray:
+    """Figures of summed counts with percentile intervals, resampling clusters.
 
     Groups are resampled together. Clusters without an example of a group stay in the pool, as
     commands without a PLACE are part of the population of commands.
 
-    Draws in which a figure is undefined are left out of its interval. A figure that fewer than
-    :data:`FEWEST_CLUSTERS` say anything about has no interval: its bounds are NaN. Resampling
-    few clusters can't show how clusters differ. Nor has a figure that is the same in all clusters
-    (:func:`percentile_bounds`). With under 30 clusters or so percentile intervals are still
-    somewhat too narrow.
+    A figure that fewer than :data:`FEWEST_CLUSTERS` say anything about has no interval. Resampling
+    few clusters can't show how clusters differ. With under 30 clusters or so percentile intervals
+    are still somewhat too narrow. :func:`percentiles` says which others have none.
 
     Parameters
     ----------
@@ -155,41 +148,72 @@ def cluster_bootstrap(
 
     Returns
     -------
-    low, high : ndarray
-        Bounds, each of shape (..., m).
+    ndarray
+        Estimates, shape (..., m).
 
     References
     ----------
     Field and Welsh (2007), Bootstrapping clustered data, J. R. Stat. Soc. B 69.
     """
-    clusters = len(counts)
+    values = statistic(counts.sum(axis=0).astype(np.float64))
     informative = (~np.isnan(statistic(counts.astype(np.float64)))).sum(axis=0)
-    if clusters == 0:
-        nothing = np.full(informative.shape, np.nan)
-        return nothing, nothing.copy()
+    drawn = np.zeros((draws, values.size))
+    if len(counts):
+        sums = resampled_sums(counts, rng=rng, draws=draws, executor=executor)
+        drawn = statistic(sums).reshape(draws, -1)
+    result = np.empty(values.size, dtype=np.object_)
+    for i, clusters in enumerate(informative.ravel()):
+        result[i] = percentiles(float(values.flat[i]), drawn[:, i], int(clusters))
+    return result.reshape(values.shape)
 
-    values = statistic(resampled_sums(counts, rng=rng, draws=draws, executor=executor))
 
-    return percentile_bounds(np.where(informative < FEWEST_CLUSTERS, np.nan, values))
-
-
-def percentile_bounds(drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bounds that leave a part of resampled figures inside.
+def percentiles(
+    value: float, drawn: FloatArray, clusters: int, missing: Reason = "empty class"
+) -> Estimate:
+    """A figure with the bounds of a percentile interval.
 
     Where both bounds would be the same there are none. Clusters that don't differ are no evidence
     that others won't, and an interval of no width would say that the figure is known exactly.
 
+    Resamples in which the figure is undefined are left out and counted. There is no interval where
+    more of them are undefined than an interval leaves outside, nor where all but so few are on one
+    side of the figure.
+
     Parameters
     ----------
+    value
+        The figure; NaN where it is undefined.
     drawn
-        Figures, one draw after the other, shape (draws, ...); NaN where a draw has none.
-
-    Returns
-    -------
-    low, high : ndarray
-        Shape (...); NaN where there are none.
+        The same of each resample, shape (draws,).
+    clusters
+        How many clusters were resampled; of fewer than :data:`FEWEST_CLUSTERS` there is no
+        interval.
+    missing
+        Why the figure is undefined, where it is.
     """
-    known = np.where(np.isnan(drawn).all(axis=0), 0.0, drawn)
-    low, high = np.nanquantile(known, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
-    alike = high - low < ALIKE
-    return np.where(alike, np.nan, low), np.where(alike, np.nan, high)
+    if not np.isfinite(value):
+        return undefined(missing)
+    if clusters < FEWEST_CLUSTERS:
+        return Estimate(value, reason="few clusters")
+    defined = drawn[np.isfinite(drawn)]
+    left_out = len(drawn) - len(defined)
+    if len(defined) < LEVEL * len(drawn):
+        return Estimate(value, reason="poor resamples", left_out=left_out)
+    bounds = np.quantile(defined, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+    low, high = (float(bound) for bound in bounds)
+    if not low - ALIKE <= value <= high + ALIKE:
+        return Estimate(value, reason="poor resamples", left_out=left_out)
+    return bounded(value, low, high, left_out)
+
+
+def bounded(value: float, low: float, high: float, left_out: int = 0) -> Estimate:
+    """An estimate with an interval, or with the reason why it isn't one.
+
+    Bounds that aren't numbers come of matrices that are nearly singular.
+    """
+    if not np.isfinite([value, low, high]).all():
+        return undefined("singular")
+    if high - low < ALIKE:
+        return Estimate(value, reason="all alike", left_out=left_out)
+    # Rounding may put a bound beside the value.
+    return Estimate(value, min(low, value), max(high, value), left_out=left_out)

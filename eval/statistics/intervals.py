@@ -12,16 +12,17 @@ from typing import Literal
 import numpy as np
 from scipy import special
 
+from corpus_tools.corpus.estimate import Estimate, undefined
 from corpus_tools.runtime.parallel import Executor
 from eval.statistics.estimates import (
-    FEWEST_CLUSTERS,
     LEVEL,
     BoolArray,
-    Estimate,
     FloatArray,
     IntArray,
-    percentile_bounds,
+    bounded,
+    percentiles,
 )
+from eval.statistics.model_fits import Fit, fitted
 from eval.statistics.resampling import resampled_sums
 
 DRAWS = 10_000
@@ -41,9 +42,9 @@ def _independent(agreeing: int, n: int, method: Literal["wilson", "exact"]) -> E
     from scipy.stats import binomtest  # noqa: PLC0415 - heavy
 
     if n == 0:
-        return Estimate(np.nan, np.nan, np.nan)
+        return undefined("no data")
     found = binomtest(agreeing, n).proportion_ci(LEVEL, method)
-    return Estimate(agreeing / n, float(found.low), float(found.high))
+    return bounded(agreeing / n, float(found.low), float(found.high))
 
 
 def bootstrap(
@@ -64,7 +65,7 @@ def bootstrap(
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
     if len(agrees) == 0:
-        return Estimate(np.nan, np.nan, np.nan)
+        return undefined("no data")
     _, index = np.unique(cluster, return_inverse=True)
     counted = np.stack([np.bincount(index, weights=agrees), np.bincount(index)], axis=1)
     sums, counts = resampled_sums(counted, rng=rng, draws=draws, executor=executor).T
@@ -77,7 +78,8 @@ def two_way(agrees: BoolArray | FloatArray, first: IntArray, second: IntArray) -
     A. C. Cameron, J. B. Gelbach and D. L. Miller (J. Bus. Econ. Stat. 29, 2011): the variance
     between clusters of the one kind and of the other, less that between clusters of both. On the
     logit scale, with Student's quantile for as many clusters as there are of the rarer kind. Where
-    all agree or none does, it is Wilson's interval for as many clusters.
+    all agree or none does, it is Wilson's interval for as many clusters. With one cluster of a
+    kind, such as one rater, there is no interval: others of that kind can't be spoken for.
 
     Parameters
     ----------
@@ -87,22 +89,22 @@ def two_way(agrees: BoolArray | FloatArray, first: IntArray, second: IntArray) -
         Its clusters, shape (n,).
     """
     if len(agrees) == 0:
-        return Estimate(np.nan, np.nan, np.nan)
+        return undefined("no data")
     share = float(agrees.mean())
     kinds = [np.unique(kind, return_inverse=True)[1] for kind in (first, second)]
     kinds.append(np.unique(kinds[0] * len(agrees) + kinds[1], return_inverse=True)[1])
-    count = min((int(kind.max()) + 1 for kind in kinds[:2] if kind.max()), default=1)
+    count = min(int(kind.max()) + 1 for kind in kinds[:2])
+    if count < 2:
+        return Estimate(share, reason="one cluster")
     if share in (0.0, 1.0):
         return wilson(round(share * count), count)
-    if count < 2:
-        return Estimate(share, np.nan, np.nan)
     deviations = agrees.astype(np.float64) - share
     one, other, both = (_between(deviations, kind) for kind in kinds)
     # The difference may be too small by chance.
     variance = max(one + other - both, one, other) / len(agrees) ** 2
     half = special.stdtrit(count - 1, (1 + LEVEL) / 2) * np.sqrt(variance) / (share * (1 - share))
     low, high = special.expit(special.logit(share) + half * np.array([-1, 1]))
-    return Estimate(share, float(low), float(high))
+    return bounded(share, float(low), float(high))
 
 
 def _between(deviations: FloatArray, cluster: IntArray) -> float:
@@ -121,10 +123,14 @@ def gee(agrees: BoolArray, cluster: IntArray) -> Estimate:
     """
     import statsmodels.api as sm  # noqa: PLC0415 - an extra, and heavy
 
+    if len(agrees) == 0:
+        return undefined("no data")
     clusters = len(np.unique(cluster))
-    share = float(agrees.mean()) if len(agrees) else np.nan
-    if clusters < 2 or share in (0.0, 1.0):
-        return Estimate(share, np.nan, np.nan)
+    share = float(agrees.mean())
+    if clusters < 2:
+        return Estimate(share, reason="one cluster")
+    if share in (0.0, 1.0):
+        return Estimate(share, reason="all alike")
     model = sm.GEE(
         agrees.astype(np.float64),
         np.ones((len(agrees), 1)),
@@ -132,41 +138,38 @@ def gee(agrees: BoolArray, cluster: IntArray) -> Estimate:
         family=sm.families.Binomial(),
         cov_struct=sm.cov_struct.Exchangeable(),
     )
-    fitted = model.fit(cov_type="bias_reduced")
-    logit, error = float(fitted.params[0]), float(fitted.bse[0])
+
+    def fit() -> Fit:
+        result = model.fit(cov_type="bias_reduced")
+        return Fit(result.params, result.bse, bool(result.converged))
+
+    found = fitted(fit)
+    if isinstance(found, str):
+        return undefined(found)
+    logit, error = float(found.parameters[0]), float(found.errors[0])
     half = float(special.stdtrit(clusters - 1, (1 + LEVEL) / 2)) * error
-    value, low, high = (1 / (1 + np.exp(-x)) for x in (logit, logit - half, logit + half))
-    return Estimate(float(value), float(low), float(high))
+    value, low, high = special.expit([logit, logit - half, logit + half])
+    return bounded(float(value), float(low), float(high))
 
 
-def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> float:
-    """How alike judgments in a cluster are: the analysis-of-variance estimate.
+def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> Estimate:
+    """How alike judgments in a cluster are: the analysis-of-variance estimate, without bounds.
 
     M. S. Ridout, C. G. B. Demétrio and D. Firth, Biometrics 55 (1999), equation 3.
     """
     _, index = np.unique(cluster, return_inverse=True)
     sizes, sums = np.bincount(index), np.bincount(index, weights=agrees)
     n, k = len(agrees), len(sizes)
-    if not 1 < k < n:
-        return np.nan
+    if n == 0:
+        return undefined("no data")
+    if k == n:
+        return undefined("no overlap")
+    if k == 1:
+        return undefined("one cluster")
+    if np.ptp(np.asarray(agrees, dtype=np.float64)) == 0:
+        return undefined("all alike")
     within = float((sums - sums**2 / sizes).sum()) / (n - k)
     between = float((sums**2 / sizes).sum() - sums.sum() ** 2 / n) / (k - 1)
     typical = (n - float((sizes**2).sum()) / n) / (k - 1)
     total = between + (typical - 1) * within
-    return (between - within) / total if total else np.nan
-
-
-def percentiles(value: float, drawn: FloatArray, clusters: int) -> Estimate:
-    """A figure with the bounds of a percentile interval; NaN where it has none.
-
-    Parameters
-    ----------
-    drawn
-        The same of each resample.
-    clusters
-        How many clusters were resampled; of fewer than `FEWEST_CLUSTERS` there is no interval.
-    """
-    if clusters < FEWEST_CLUSTERS:
-        return Estimate(value, np.nan, np.nan)
-    low, high = percentile_bounds(drawn)
-    return Estimate(value, float(low), float(high))
+    return Estimate(min((between - within) / total, 1.0)) if total > 0 else undefined("all alike")

@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, special
+import numpy.typing as npt
+from scipy import special
 
-from eval.statistics.estimates import LEVEL
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
+from eval.statistics.estimates import LEVEL, FloatArray
 
 POWER = 0.8
+LEAST_CORRELATION = 1e-9
+"""A smaller one is none, and one so near to 1 is 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +34,23 @@ def design_effect(judges: int, correlation: float) -> float:
     return 1.0 + (judges - 1) * correlation
 
 
-def plan_interval(half_width: float, *, share: float, judges: int, correlation: float) -> Plan:
-    """How many pairs an interval of a share needs to be so narrow.
+def plan_interval(
+    half_width: float, *, share: float, judges: int, correlation: float
+) -> Plan | Reason:
+    """How many pairs an interval of a share needs to be so narrow, or why none can be planned.
 
     The half width is the wanted distance of the bounds from the share that is expected, of which
-    0.5 is the worst case; the correlation is between judgments of a pair, within it.
+    0.5 is the worst case; the correlation is between judgments of a pair, within it. It doesn't
+    matter for one judge of a pair, and may be NaN then; below 0 it is taken for 0. A share of 0 or
+    1 doesn't vary, so that nothing follows from it.
     """
+    if not 0 < share < 1:
+        return "no data" if np.isnan(share) else "all alike"
+    if judges == 1:
+        correlation = 0.0
+    if np.isnan(correlation):
+        return "no overlap"
+    correlation = max(correlation, 0.0)
     z = float(special.ndtri((1 + LEVEL) / 2))
     effect = design_effect(judges, correlation)
     variance = share * (1 - share) * effect / judges
@@ -51,18 +66,26 @@ def power_of_difference(n: float, one: float, other: float) -> float:
     The normal approximation with a pooled variance under no difference (J. L. Fleiss, B. Levin
     and M. C. Paik, Statistical Methods for Rates and Proportions, 2003, section 4.2).
     """
-    z = float(special.ndtri((1 + LEVEL) / 2))
-    middle = (one + other) / 2
-    under_none = np.sqrt(2 * middle * (1 - middle))
-    spread = np.sqrt(one * (1 - one) + other * (1 - other))
-    return float(special.ndtr((np.sqrt(n) * abs(one - other) - z * under_none) / spread))
+    z, under_none, spread = _deviations(one, other)
+    beyond = np.sqrt(n) * abs(one - other) - z * under_none
+    # Shares of 0 and 1 don't vary: their difference is found, or there is none.
+    return float(special.ndtr(beyond / spread)) if spread else float(beyond > 0)
 
 
 def judgments_for_difference(one: float, other: float, power: float = POWER) -> float:
     """How many independent judgments of each find two shares different so often."""
     if one == other:
         raise ValueError("the shares are the same: nothing can be found")
-    return float(optimize.brentq(lambda n: power_of_difference(n, one, other) - power, 1e-6, 1e9))
+    z, under_none, spread = _deviations(one, other)
+    return ((z * under_none + float(special.ndtri(power)) * spread) / (one - other)) ** 2
+
+
+def _deviations(one: float, other: float) -> tuple[float, float, float]:
+    """The normal quantile, and the difference's deviation for one judgment: under none, and so."""
+    middle = (one + other) / 2
+    under_none = float(np.sqrt(2 * middle * (1 - middle)))
+    spread = float(np.sqrt(one * (1 - one) + other * (1 - other)))
+    return float(special.ndtri((1 + LEVEL) / 2)), under_none, spread
 
 
 def simulated_half_width(
@@ -72,17 +95,33 @@ def simulated_half_width(
     correlation: float,
     rng: np.random.Generator,
     studies: int = 2000,
-) -> float:
-    """The half width that a plan gives in simulated studies.
+) -> Estimate:
+    """The half width that a plan gives in simulated studies, without an interval.
 
     Each pair's own share is drawn from a beta distribution with the wanted correlation, its
     judgments from that. The half width is that of the middle 95 % of the studies' shares.
     """
-    if correlation <= 0:
-        own = np.full((studies, plan.pairs), share)
-    else:
-        size = 1 / correlation - 1
-        own = rng.beta(share * size, (1 - share) * size, size=(studies, plan.pairs))
+    if not 0 < share < 1:
+        return undefined("all alike")
+    own = own_shares(share, correlation, (studies, plan.pairs), rng)
     shares = rng.binomial(plan.judges, own).mean(axis=1) / plan.judges
     low, high = np.quantile(shares, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
-    return float(high - low) / 2
+    return Estimate(float(high - low) / 2)
+
+
+def own_shares(
+    share: npt.ArrayLike, correlation: float, shape: tuple[int, ...], rng: np.random.Generator
+) -> FloatArray:
+    """Shares of clusters, drawn from beta distributions with the wanted correlation within them.
+
+    The shares that are expected broadcast to the shape. With a correlation of 0 each cluster has
+    them; with one of 1 all in a cluster say the same.
+    """
+    expected = np.broadcast_to(np.asarray(share, dtype=np.float64), shape)
+    if not correlation > LEAST_CORRELATION:
+        return expected
+    size = 1 / correlation - 1
+    if size < LEAST_CORRELATION:
+        return (rng.random(shape) < expected).astype(np.float64)
+    inside = np.clip(expected, LEAST_CORRELATION, 1 - LEAST_CORRELATION)
+    return rng.beta(inside * size, (1 - inside) * size)

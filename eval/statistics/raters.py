@@ -6,11 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from eval.statistics.estimates import BoolArray, FloatArray, IntArray
 from g3.short_repr import short_repr
 
 TOLERANCE = 1e-8
 MOST_STEPS = 2000
+FEWEST_RATERS = 3
+"""Of fewer the answers can't show how each errs."""
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -35,6 +38,14 @@ class DawidSkene:
     """How probable each class is for each item, shape (items, classes)."""
     log_likelihood: FloatArray
     """After each step, which never decreases."""
+    reason: Reason = ""
+    """Why the model says nothing of raters' errors, where it doesn't."""
+
+    def share(self, of: IntArray, is_class: int) -> Estimate:
+        """The part of some items that are probably of a class, without an interval."""
+        if self.reason or len(of) == 0:
+            return undefined(self.reason or "no data")
+        return Estimate(float((self.posterior[of, is_class] > 0.5).mean()))
 
 
 def dawid_skene(
@@ -47,9 +58,17 @@ def dawid_skene(
 
     Of each answer there are an item, a rater and the class that was given: numbers from 0 without
     gaps, shape (n,). There are so many classes, or the greatest that was given plus one.
+
+    With fewer than three raters, or where nothing was judged twice, errors can't be told from true
+    classes: the posteriors are the shares of answers then, and `reason` says so.
     """
-    items, raters = int(item.max()) + 1, int(rater.max()) + 1
-    k = classes or int(given.max()) + 1
+    items, raters = int(item.max(initial=-1)) + 1, int(rater.max(initial=-1)) + 1
+    k = classes or int(given.max(initial=-1)) + 1
+    if items == 0:
+        none = np.zeros((0, k))
+        return DawidSkene(
+            np.full(k, np.nan), np.zeros((0, k, k)), none, np.zeros(0), reason="no data"
+        )
     # An answer adds the column of its rater and class to the sums of its item.
     column = rater * k + given
     counts = np.zeros((items, raters * k))
@@ -57,6 +76,7 @@ def dawid_skene(
     posterior = counts.reshape(items, raters, k).sum(axis=1)
     posterior /= posterior.sum(axis=1, keepdims=True)
     trace: list[float] = []
+    reason: Reason
     while True:
         prevalence = posterior.mean(axis=0)
         answers = (posterior.T @ counts).reshape(k, raters, k)
@@ -69,8 +89,17 @@ def dawid_skene(
         total = top + np.log(np.exp(joint - top).sum(axis=1, keepdims=True))
         posterior = np.exp(joint - total)
         trace.append(float(total.sum()))
-        if len(trace) > 1 and abs(trace[-1] - trace[-2]) < TOLERANCE * abs(trace[-1]):
+        if len(trace) > 1 and abs(trace[-1] - trace[-2]) <= TOLERANCE * abs(trace[-1]):
+            reason = _unidentified(item, rater)
             break
         if len(trace) == MOST_STEPS:
+            reason = "no convergence"
             break
-    return DawidSkene(prevalence, answers.transpose(1, 0, 2), posterior, np.array(trace))
+    return DawidSkene(prevalence, answers.transpose(1, 0, 2), posterior, np.array(trace), reason)
+
+
+def _unidentified(item: IntArray, rater: IntArray) -> Reason:
+    pairs = np.unique(np.column_stack([item, rater]), axis=0)
+    if np.bincount(pairs[:, 0]).max() < 2:
+        return "no overlap"
+    return "few raters" if len(np.unique(rater)) < FEWEST_RATERS else ""

@@ -14,11 +14,12 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.runtime.parallel import Executor
 from eval.statistics.estimates import (
     FIGURES,
     BoolArray,
-    Estimate,
+    EstimateArray,
     FloatArray,
     IntArray,
     cluster_bootstrap,
@@ -128,7 +129,8 @@ class Row:
     type
         An SDC type, or ``overall``.
     precision, recall, f, accuracy
-        Each with its 95% interval; NaN where undefined (:func:`eval.statistics.estimates.figures`).
+        Each with its 95% interval; NaN with the reason where undefined
+        (:func:`eval.statistics.estimates.figures`).
     n, positives
         Numbers of examples and of those labelled true.
     commands, scenarios
@@ -179,10 +181,8 @@ def table_rows(
         Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
     counts = _counts_by_cluster(predictions, threshold, cluster)
-    values = figures(counts.sum(axis=0))
     rng = np.random.default_rng(seed)
-    low, high = cluster_bootstrap(counts, figures, rng=rng, draws=draws, executor=executor)
-    estimates = np.stack([values, low, high], axis=-1)
+    estimates = cluster_bootstrap(counts, figures, rng=rng, draws=draws, executor=executor)
     return tuple(_row(predictions, kind, estimates[index]) for index, kind in enumerate(ROW_TYPES))
 
 
@@ -203,17 +203,13 @@ def _counts_by_cluster(predictions: Predictions, threshold: float, cluster: Clus
     return np.concatenate([by_type, by_type.sum(axis=1, keepdims=True)], axis=1)
 
 
-def _row(predictions: Predictions, kind: RowType, estimates: FloatArray) -> Row:
+def _row(predictions: Predictions, kind: RowType, estimates: EstimateArray) -> Row:
     chosen = np.ones(len(predictions), bool) if kind == "overall" else predictions.type == kind
-    figure = {
-        name: Estimate(*(float(v) for v in estimate))
-        for name, estimate in zip(FIGURES, estimates, strict=True)
-    }
     return Row(
         type=kind,
         n=int(chosen.sum()),
         positives=int(predictions.label[chosen].sum()),
         commands=len(np.unique(predictions.command[chosen])),
         scenarios=len(np.unique(predictions.scenario[chosen])),
-        **figure,
+        **dict(zip(FIGURES, estimates, strict=True)),
     )

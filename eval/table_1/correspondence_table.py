@@ -7,7 +7,8 @@ from types import MappingProxyType
 
 from rich.table import Table
 
-from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, FIGURES, Estimate, beside
+from corpus_tools.corpus.estimate import Estimate, explained
+from eval.statistics.estimates import FEWEST_BESIDE, FIGURES, beside
 from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
 from eval.table_1.given_predictions import OURS, ComparedType
 from eval.tables.comparison_report import comparison_table, records
@@ -20,6 +21,7 @@ from eval.tables.formats import (
     figure,
     figure_table,
     interval,
+    left_out,
     table_text,
 )
 from eval.tables.latex import RULE, estimate, tabular
@@ -30,13 +32,14 @@ COLUMNS = (
     "type",
     *FIGURES,
     *COUNTS,
-    *(f"{name}_{bound}" for name in FIGURES for bound in ("low", "high")),
+    *(f"{name}_{part}" for name in FIGURES for part in ("low", "high", "reason", "left_out")),
     *(f"paper_{name}" for name in FIGURES),
 )
 """Columns of the CSV; with several models their name comes first."""
 COMPARED = (
     "compared on the same examples: p is of no difference, by McNemar's test for pairs in "
-    "clusters, which are scenarios, with Holm's correction in each list; h is Cohen's effect size"
+    "clusters, which are scenarios, exact where fewer than 10 of these differ, with Holm's "
+    "correction in each list; h is Cohen's effect size"
 )
 
 
@@ -91,7 +94,8 @@ def _figures(row: Row) -> dict[str, object]:
     record |= {name: one.value for name, one in estimates.items()}
     record |= {name: getattr(row, name) for name in COUNTS}
     for name, one in estimates.items():
-        record |= {f"{name}_low": one.low, f"{name}_high": one.high}
+        record |= {f"{name}_{part}": value for part, value in one._asdict().items()}
+        del record[f"{name}_value"]
     return record
 
 
@@ -135,11 +139,22 @@ def _text(
     tables |= {f"Accuracy compared, {c.type}": comparison_table(c.comparisons) for c in compared}
     notes = [
         "95%: percentile interval of a bootstrap over clusters of examples",
-        f"-: no interval, for there are fewer than {FEWEST_CLUSTERS} clusters, or all are alike",
+        *explained(_estimates(models).values()),
+        *left_out(_estimates(models), metadata.get("draws", "the")),
         f"paper: {PAPER_SOURCE}, on its own corpus; none where n < {FEWEST_BESIDE}",
         *([COMPARED] if compared else []),
     ]
     return table_text(tables, notes, metadata, terminal=terminal)
+
+
+def _estimates(models: Mapping[str, Sequence[Row]]) -> dict[str, Estimate]:
+    """All figures by what they are of."""
+    return {
+        f"{model} {name} of {row.type}".strip(): getattr(row, name)
+        for model, rows in models.items()
+        for row in rows
+        for name in FIGURES
+    }
 
 
 def _table(rows: Sequence[Row], *, terminal: bool) -> Table:
@@ -150,7 +165,7 @@ def _table(rows: Sequence[Row], *, terminal: bool) -> Table:
         name = row.type.capitalize() if row.type == "overall" else row.type
         counts = (str(row.n), str(row.positives), str(row.commands))
         table.add_row(name, *(figure(e.value) for e in estimates), *counts, style="bold")
-        table.add_row("  95%", *(interval(e.low, e.high, between) for e in estimates))
+        table.add_row("  95%", *(interval(e, between) for e in estimates))
         paper = map(figure, _paper(row).values())
         table.add_row("  paper", *paper, style="dim", end_section=True)
     return table
@@ -165,9 +180,10 @@ def _latex(rows: Sequence[Row], metadata: Mapping[str, object], model: str) -> s
             cells.append(RULE)
         name = row.type.capitalize() if row.type == "overall" else row.type
         cells += [
-            (name, *(estimate(*one) for one in estimates), str(row.n)),
+            (name, *map(estimate, estimates), str(row.n)),
             (r"\quad paper$^\dagger$", *paper, ""),
         ]
     about = [*comments(metadata), f"Rows marked with a dagger: {PAPER_SOURCE}."]
     about += [f"Model: {model}."] if model else []
+    about += explained(_estimates({model: rows}).values())
     return tabular(("SDC type", *HEADINGS, "$n$"), cells, comments=about)

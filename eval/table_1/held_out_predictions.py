@@ -174,6 +174,7 @@ def learning_curve(
             error=float(errors[:, step, row].mean()),
             low=float(errors[:, step, row].min()),
             high=float(errors[:, step, row].max()),
+            reason="empty class" if np.isnan(errors[:, step, row]).any() else "",
         )
         for row, kind in enumerate(kinds)
         for step in range(len(sizes))

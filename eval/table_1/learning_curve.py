@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Reason
 from eval.table_1.correspondence import ROW_TYPES, RowType
 from eval.tables.formats import delimited, metadata_text
 from eval.tables.plot_style import (
@@ -68,6 +69,8 @@ class CurvePoint:
         Mean fraction of test examples whose φ is predicted wrongly.
     low, high
         Bounds of its interval; NaN if there is none.
+    reason
+        Why there is no error; empty if there is.
     """
 
     type: RowType
@@ -75,6 +78,7 @@ class CurvePoint:
     error: float
     low: float
     high: float
+    reason: Reason = ""
 
 
 def write_csv(

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Literal
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.corpus.rater_agreement import krippendorff_alpha
 from corpus_tools.runtime.parallel import Executor
 from eval.statistics.crossed_model import crossed
-from eval.statistics.estimates import BoolArray, Estimate
+from eval.statistics.estimates import BoolArray
 from eval.statistics.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
-from eval.statistics.ordinal import CumulativeLink, cliffs_delta, cumulative_link
-from eval.statistics.raters import dawid_skene, majorities
+from eval.statistics.ordinal import CumulativeLink, cliffs_delta, cumulative_link, no_link
+from eval.statistics.raters import DawidSkene, dawid_skene, majorities
 from eval.statistics.ratings import Ratings, of_study, ratings_of, repeated
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
@@ -47,7 +48,7 @@ class Row:
         The part of the pairs of which more than half of the judgments agree.
     weighed
         The part of the pairs that show the command, by Dawid and Skene's model of raters who
-        err each in their own way.
+        err each in their own way; without an interval.
     model
         By generalised estimating equations, with videos as clusters; None unless asked for.
     crossed
@@ -64,7 +65,7 @@ class Row:
     videos: int
     raters: int
     majority: float
-    weighed: float
+    weighed: Estimate
     shown: int
     model: Estimate | None = None
     crossed: Estimate | None = None
@@ -82,19 +83,19 @@ class Results:
     repeats
         How many judgments are by somebody who had judged the same pair before; they count.
     alpha
-        Krippendorff's α of the five points, over all pairs.
+        Krippendorff's α of the five points, over all pairs; without an interval.
     delta
-        Cliff's δ between the ratings of the two configurations.
+        Cliff's δ between the ratings of the two configurations; without an interval.
     link
         The cumulative-link model of the ratings; None unless asked for.
     """
 
     rows: tuple[Row, ...]
     study: str
-    left_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    repeats: int = 0
-    alpha: float | None = None
-    delta: float = float("nan")
+    left_out: Mapping[str, Mapping[str, float]]
+    repeats: int
+    alpha: Estimate
+    delta: Estimate
     link: CumulativeLink | None = None
 
 
@@ -136,9 +137,12 @@ def table_2(
     ratings = ratings_of(mine)
     rng = np.random.default_rng(seed)
     together = dawid_skene(ratings.pair, ratings.rater, ratings.agrees.astype(np.int64), 2)
-    shows = together.posterior[:, 1] > 0.5
+    if not all(j.subject for j in mine):
+        together = replace(together, reason="unknown people")
     rows = tuple(
-        _row(name, ratings.only(of), shows, rng=rng, draws=draws, models=models, executor=executor)
+        _row(
+            name, ratings.only(of), together, rng=rng, draws=draws, models=models, executor=executor
+        )
         for name, of in _configurations(ratings)
         if of.any()
     )
@@ -147,19 +151,22 @@ def table_2(
         for other, n in sorted(others.items())
     }
     shown = [ratings.rating[of] for _, of in _configurations(ratings)]
-    has_both = all(len(found) for found in shown)
     link = None
-    several = all(len(np.unique(of)) > 1 for of in (ratings.rating, ratings.video))
-    if models and has_both and several:
+    if models:
         predictor = ratings.original[:, None].astype(np.float64)
-        link = cumulative_link(ratings.rating, predictor, ratings.video)
+        has_both = all(len(found) for found in shown)
+        link = (
+            cumulative_link(ratings.rating, predictor, ratings.video)
+            if has_both
+            else no_link("empty class")
+        )
     return Results(
         rows,
         mine[0].study,
         left_out,
         repeated(mine),
         krippendorff_alpha(ratings.units(), "ordinal"),
-        cliffs_delta(*shown) if has_both else float("nan"),
+        cliffs_delta(*shown),
         link,
     )
 
@@ -178,7 +185,7 @@ def _shares(judgments: Sequence[Judgment]) -> dict[str, float]:
 def _row(
     configuration: Configuration,
     ratings: Ratings,
-    shows: BoolArray,
+    together: DawidSkene,
     *,
     rng: np.random.Generator,
     draws: int,
@@ -186,13 +193,18 @@ def _row(
     executor: Executor | None,
 ) -> Row:
     agrees, n = ratings.agrees, len(ratings)
+    by_people = together.reason != "unknown people"
+    nobody = Estimate(float(agrees.mean()), reason="unknown people")
     pairs, videos, raters = (
         len(np.unique(index)) for index in (ratings.pair, ratings.video, ratings.rater)
     )
+    mixed = None
+    if models:
+        mixed = crossed(agrees, ratings.video, ratings.rater) if by_people else nobody
     return Row(
         configuration,
         bootstrap(agrees, ratings.video, rng=rng, draws=draws, executor=executor),
-        two_way(agrees, ratings.video, ratings.rater),
+        two_way(agrees, ratings.video, ratings.rater) if by_people else nobody,
         wilson(int(agrees.sum()), n),
         clopper_pearson(int(agrees.sum()), n),
         n,
@@ -200,8 +212,8 @@ def _row(
         videos,
         raters,
         float(majorities(agrees, ratings.pair).mean()),
-        float(shows[np.unique(ratings.pair)].mean()),
+        together.share(np.unique(ratings.pair), 1),
         len(np.unique(ratings.shown)),
         gee(agrees, ratings.video) if models else None,
-        crossed(agrees, ratings.video, ratings.rater) if models else None,
+        mixed,
     )

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
+from corpus_tools.corpus.estimate import Estimate, explained, named
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
-from eval.statistics.estimates import FEWEST_BESIDE, Estimate, beside
+from eval.statistics.estimates import FEWEST_BESIDE, beside
 from eval.table_2.rating_shares import Configuration, Results, Row
 from eval.tables.formats import (
     Format,
     comments,
     delimited,
     document,
+    figure,
     figure_table,
     interval,
+    stated,
     table_text,
+    value,
 )
 from eval.tables.latex import estimate, tabular
 
@@ -24,11 +26,13 @@ PAPER: dict[Configuration, float] = {"original": 0.91, "random": 0.11}
 PAPER_SOURCE = "Tellex et al. (AAAI 2011), Table 2"
 BOUNDS = "{:.3f} to {:.3f}"
 MODELS = ("GEE", "Crossed model")
-COUNTS = ("n", "pairs", "videos", "raters", "majority", "weighed")
+COUNTS = ("n", "pairs", "videos", "raters", "majority")
+BOUNDED = ("low", "high", "reason")
 COLUMNS = (
-    "configuration", "precision", "low", "high", *COUNTS, "wilson_low", "wilson_high", "exact_low",
-    "exact_high", "two_way_low", "two_way_high", "shown", "gee", "gee_low",
-    "gee_high", "crossed", "crossed_low", "crossed_high", "paper",
+    "configuration", "precision", *BOUNDED, *COUNTS, "weighed", "weighed_reason",
+    *(f"{of}_{part}" for of in ("wilson", "exact", "two_way") for part in BOUNDED),
+    "shown", "gee", *(f"gee_{part}" for part in BOUNDED),
+    "crossed", *(f"crossed_{part}" for part in BOUNDED), "paper",
 )  # fmt: skip
 
 
@@ -44,7 +48,9 @@ def render(
     if form == "json":
         return document(_content(results), about)
     if form == "csv":
-        return delimited([_flat(row) for row in results.rows], about, columns=COLUMNS)
+        both = _of_both(results)
+        rows = [{**_flat(row), **both} for row in results.rows]
+        return delimited(rows, about, columns=(*COLUMNS, *both))
     if form == "latex":
         return _latex(results, about)
     return _table(results, about, terminal=terminal)
@@ -78,17 +84,17 @@ def notes(results: Results) -> list[str]:
             "GEE: estimating equations with videos as clusters; crossed model: linear, with random "
             "effects of videos and of raters"
         )
-    if results.alpha is not None:
-        found.append(f"Krippendorff's alpha of the five points: {results.alpha:.3f}")
-    if not np.isnan(results.delta):
-        found.append(f"Cliff's delta between the configurations: {results.delta:.3f}")
+    found += [
+        f"Krippendorff's alpha of the five points: {stated(results.alpha, '{:.3f}')}",
+        f"Cliff's delta between the configurations: {stated(results.delta, '{:.3f}')}",
+    ]
     if results.link is not None:
         odds = results.link.odds_ratio()
         found.append(
             "odds of a higher rating with the original video, against the random one: "
-            f"{odds.value:.0f} times ({odds.low:.0f} to {odds.high:.0f}; cumulative link, "
-            "errors robust to videos)"
+            f"{stated(odds, '{:.3g}')}, as a ratio (cumulative link, errors robust to videos)"
         )
+    found += explained(_estimates(results))
     if results.repeats:
         found.append(
             f"{results.repeats} judgments count that are by somebody who had judged the pair before"
@@ -99,8 +105,19 @@ def notes(results: Results) -> list[str]:
     return found
 
 
-def _bounds(estimate: Estimate) -> dict[str, float]:
-    return {"low": estimate.low, "high": estimate.high}
+def _estimates(results: Results) -> list[Estimate]:
+    """All figures of the table and its notes."""
+    found: list[Estimate | None] = [results.alpha, results.delta]
+    for row in results.rows:
+        found += [row.share, row.two_way, row.wilson, row.exact, row.weighed]
+        found += [row.model, row.crossed]
+    if results.link is not None:
+        found.append(results.link.odds_ratio())
+    return [one for one in found if one is not None]
+
+
+def _bounds(one: Estimate) -> dict[str, object]:
+    return {part: getattr(one, part) for part in BOUNDED}
 
 
 def _content(results: Results) -> dict[str, object]:
@@ -110,21 +127,21 @@ def _content(results: Results) -> dict[str, object]:
             "precision": row.share.value,
             **_bounds(row.share),
             **{name: getattr(row, name) for name in COUNTS},
+            **named({"weighed": row.weighed}),
             "two_way": _bounds(row.two_way),
             "wilson": _bounds(row.wilson),
             "clopper_pearson": _bounds(row.exact),
             "shown": row.shown,
-            "gee": None if row.model is None else row.model._asdict(),
-            "crossed": None if row.crossed is None else row.crossed._asdict(),
+            "gee": row.model,
+            "crossed": row.crossed,
             "paper": paper_figure(row),
         }
         for row in results.rows
     ]
     return {
         "rows": rows,
-        "alpha": results.alpha,
-        "cliffs_delta": results.delta,
-        "odds_ratio": None if results.link is None else results.link.odds_ratio()._asdict(),
+        **named({"alpha": results.alpha, "cliffs_delta": results.delta}),
+        "odds_ratio": None if results.link is None else results.link.odds_ratio(),
         "repeats": results.repeats,
         "left_out": results.left_out,
         "notes": notes(results),
@@ -136,15 +153,27 @@ def _flat(row: Row) -> dict[str, object]:
         "configuration": row.configuration,
         "precision": row.share.value,
         **_bounds(row.share),
+        **named({"weighed": row.weighed}),
         "paper": paper_figure(row),
     }
     found |= {name: getattr(row, name) for name in (*COUNTS, "shown")}
     for name in ("wilson", "exact", "two_way"):
-        for bound, value in _bounds(getattr(row, name)).items():
-            found[f"{name}_{bound}"] = value
-    for name, one in (("gee", row.model), ("crossed", row.crossed)):
-        columns = (name, f"{name}_low", f"{name}_high")
-        found |= dict(zip(columns, one or (None,) * 3, strict=True))
+        found |= {f"{name}_{part}": one for part, one in _bounds(getattr(row, name)).items()}
+    for name, model in (("gee", row.model), ("crossed", row.crossed)):
+        columns = (name, *(f"{name}_{part}" for part in BOUNDED))
+        found |= dict(zip(columns, model[:4] if model else (None,) * 4, strict=True))
+    return found
+
+
+def _of_both(results: Results) -> dict[str, object]:
+    """Figures of both configurations together, which CSV repeats in each row."""
+    odds = None if results.link is None else results.link.odds_ratio()
+    found: dict[str, object] = {
+        **named({"alpha": results.alpha, "cliffs_delta": results.delta}),
+    }
+    if odds is not None:
+        found |= {"odds_ratio": odds.value}
+        found |= {f"odds_ratio_{part}": one for part, one in _bounds(odds).items()}
     return found
 
 
@@ -159,13 +188,13 @@ def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) 
         table.add_row(
             row.configuration,
             f"{row.share.value:.3f}",
-            *(interval(*e[1:], BOUNDS) for e in (row.share, row.two_way, row.wilson)),
+            *(interval(e, BOUNDS) for e in (row.share, row.two_way, row.wilson)),
             f"{row.majority:.2f}",
-            f"{row.weighed:.2f}",
-            "-" if (paper := paper_figure(row)) is None else f"{paper:.2f}",
+            value(row.weighed),
+            figure(paper_figure(row)),
             str(row.n),
             str(row.pairs),
-            *(f"{e[0]:.3f} ({interval(*e[1:], BOUNDS)})" for e in (row.model, row.crossed) if e),
+            *(stated(e, "{:.3f}") for e in (row.model, row.crossed) if e),
         )
     title = f"{judged_by(results.study).capitalize()} who agree that the video shows the command"
     return table_text({title: table}, notes(results), metadata, terminal=terminal)
@@ -175,11 +204,11 @@ def _latex(results: Results, metadata: Mapping[str, object]) -> str:
     cells = [
         (
             row.configuration,
-            estimate(*row.share, "{:.3f}"),
+            estimate(row.share, "{:.3f}"),
             f"{row.majority:.2f}",
-            "-" if (paper := paper_figure(row)) is None else f"{paper:.2f}",
+            figure(paper_figure(row)),
             str(row.n),
-            *(estimate(*one, "{:.3f}") for one in (row.model, row.crossed) if one),
+            *(estimate(one, "{:.3f}") for one in (row.model, row.crossed) if one),
         )
         for row in results.rows
     ]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypedDict
 
 import numpy as np
 
-from eval.statistics.estimates import Estimate
+from corpus_tools.corpus.estimate import Estimate, Reason, part, undefined
 from eval.statistics.intervals import bootstrap
 from eval.statistics.ratings import codes
 from g3.short_repr import short_repr
@@ -62,7 +61,7 @@ class Outcome:
 
 
 class JudgedRow(TypedDict):
-    """A configuration's part of right plans; the bounds are NaN where it has no interval.
+    """A configuration's part of right plans; the bounds are NaN where the reason says why.
 
     ``precision`` is of plans that end where the log ends, ``by_words`` of those that do what the
     words say.
@@ -73,10 +72,22 @@ class JudgedRow(TypedDict):
     precision: float
     low: float
     high: float
+    reason: Reason
     by_words: float
     by_words_low: float
     by_words_high: float
+    by_words_reason: Reason
     n: int
+
+
+def estimates_of(row: JudgedRow) -> tuple[Estimate, Estimate]:
+    """A row's two figures."""
+    return (
+        Estimate(row["precision"], row["low"], row["high"], row["reason"]),
+        Estimate(
+            row["by_words"], row["by_words_low"], row["by_words_high"], row["by_words_reason"]
+        ),
+    )
 
 
 class Bin(TypedDict):
@@ -102,8 +113,6 @@ def judged_row(
     """
 
     def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:
-        if not said:
-            return Estimate(math.nan, math.nan, math.nan)
         right, rng = np.array(said, dtype=np.bool_), np.random.default_rng(seed)
         return bootstrap(right, codes(where), rng=rng, draws=draws)
 
@@ -116,21 +125,31 @@ def judged_row(
         "precision": share.value,
         "low": share.low,
         "high": share.high,
+        "reason": share.reason,
         "by_words": words.value,
         "by_words_low": words.low,
         "by_words_high": words.high,
+        "by_words_reason": words.reason,
         "n": len(correct),
     }
 
 
-def grounding_accuracy(outcomes: Sequence[Outcome]) -> float:
-    """Share of the annotated OBJECTs that are grounded as annotated in the best plan."""
+def grounding_accuracy(outcomes: Sequence[Outcome]) -> Estimate:
+    """Share of the annotated OBJECTs that are grounded as annotated in the best plan.
+
+    It has no interval.
+    """
     total = sum(o.objects for o in outcomes)
-    return sum(o.objects_right for o in outcomes) / max(total, 1)
+    return part(sum(o.objects_right for o in outcomes), total, "no data")
 
 
-def reliability(outcomes: Sequence[Outcome]) -> tuple[float, list[Bin]]:
-    """Expected calibration error of the plans' probabilities, and the reliability diagram."""
+def reliability(outcomes: Sequence[Outcome]) -> tuple[Estimate, list[Bin]]:
+    """Expected calibration error of the plans' probabilities, and the reliability diagram.
+
+    The error has no interval.
+    """
+    if not outcomes:
+        return undefined("no data"), []
     given = np.array([o.probability for o in outcomes])
     correct = np.array([o.correct for o in outcomes], dtype=float)
     place = np.minimum((given * BINS).astype(int), BINS - 1)
@@ -141,15 +160,17 @@ def reliability(outcomes: Sequence[Outcome]) -> tuple[float, list[Bin]]:
         stated, true = float(given[own].mean()), float(correct[own].mean())
         error += float(own.mean()) * abs(stated - true)
         rows.append({"stated": stated, "correct": true, "n": int(own.sum())})
-    return error, rows
+    return Estimate(error), rows
 
 
-def risk_coverage(outcomes: Sequence[Outcome]) -> float:
+def risk_coverage(outcomes: Sequence[Outcome]) -> Estimate:
     """Area under the risk–coverage curve: the part of the k most probable that is wrong.
 
     It is the mean over all k, 0 at best; if probabilities tell nothing, about the part of all that
-    is wrong.
+    is wrong. It has no interval.
     """
+    if not outcomes:
+        return undefined("no data")
     order = sorted(outcomes, key=lambda o: (-o.probability, o.command))
     wrong = np.array([not o.correct for o in order], dtype=float)
-    return float((np.cumsum(wrong) / np.arange(1, len(wrong) + 1)).mean())
+    return Estimate(float((np.cumsum(wrong) / np.arange(1, len(wrong) + 1)).mean()))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.estimate import Estimate, explained, named
 from eval.judging.judge_registry import AUTOMATIC
 from eval.judging.judge_report import in_a_line, with_validity
 from eval.judging.judge_validity import known_validity
@@ -23,14 +24,14 @@ from eval.table_3.plan_rows import (
     VERDICTS,
     Compared,
     Row,
-    columns,
     comparisons,
+    estimates_of,
     followed,
     rows,
 )
 from eval.tables import latex
 from eval.tables.comparison_report import lines, records
-from eval.tables.formats import Format, comments, delimited, document, figure, interval
+from eval.tables.formats import Format, comments, delimited, document, figure, interval, stated
 from g3.errors import CorpusError
 
 PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.47}
@@ -56,7 +57,8 @@ NOTES = (
 )
 COMPARISON = (
     "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
-    "clusters, which are worlds, with Holm's correction in each list; h is Cohen's effect size"
+    "clusters, which are worlds, exact where fewer than 10 of these differ, with Holm's correction "
+    "in each list; h is Cohen's effect size"
 )
 NOT_VALIDATED = (
     "How well verdicts by outcomes agree with people isn't known: nobody has judged these videos."
@@ -112,7 +114,9 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
             "",
         )
     ]
-    return "\n".join([*_lines(found, result), *NOTES, "", *shown, COMPARISON, "", *_more(result)])
+    estimates = (one for row in found for verdict in VERDICTS for one in estimates_of(row, verdict))
+    notes = [*NOTES, *(f"{line}." for line in explained(estimates)), ""]
+    return "\n".join([*_lines(found, result), *notes, *shown, COMPARISON, "", *_more(result)])
 
 
 def with_judge(
@@ -149,7 +153,8 @@ def with_judge(
 
 def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compared]) -> str:
     gold = result.outcomes.get("gold", ())
-    error, diagram = reliability(gold) if gold else (float("nan"), [])
+    error, diagram = reliability(gold)
+    grounded = grounding_accuracy(gold)
     told = {
         name: own
         for name, own in result.outcomes.items()
@@ -157,10 +162,9 @@ def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compare
     }
     content: dict[str, object] = {
         "rows": found,
-        "object_grounding_top1": grounding_accuracy(gold) if gold else float("nan"),
-        "expected_calibration_error": error,
+        **named({"object_grounding_top1": grounded, "expected_calibration_error": error}),
         "reliability": diagram,
-        "risk_coverage": {name: risk_coverage(own) for name, own in told.items()},
+        "risk_coverage": {name: risk_coverage(own).value for name, own in told.items()},
         "comparisons": [
             {"subset": c.subset, "verdict": c.verdict, **record}
             for c in compared
@@ -273,12 +277,9 @@ def _perturbed_lines(own: Sequence[Row], found: Sequence[Row]) -> Iterator[str]:
 
 
 def _verdict_cells(row: Row, verdict: str) -> str:
-    value, low, high, two_way_low, two_way_high = (row[name] for name in columns(verdict).values())
+    share, crossed = estimates_of(row, verdict)
     form = "[{:.2f}, {:.2f}]"
-    return (
-        f"{figure(value):>11}{interval(low, high, form):>15}"
-        f"{interval(two_way_low, two_way_high, form):>15}"
-    )
+    return f"{figure(share.value):>11}{interval(share, form):>15}{interval(crossed, form):>15}"
 
 
 def _latex(found: Sequence[Row], result: EndToEnd) -> str:
@@ -289,8 +290,8 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
         cells = [
             (
                 latex.text(str(row["configuration"])),
-                *(_estimate(row, verdict) for verdict in VERDICTS),
-                latex.estimate(row["chance"], None, None),
+                *(latex.estimate(estimates_of(row, verdict)[0]) for verdict in VERDICTS),
+                latex.estimate(Estimate(row["chance"])),
                 str(row["refusals"]),
                 str(row["n"]),
             )
@@ -298,22 +299,19 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
         ]
         about = [*comments(result.metadata), f"Table 3, judge {own[0]['judge']}: {TITLES[subset]}."]
         about += [f"{row['configuration']} {row['note']}" for row in own if row["note"]]
+        about += explained(estimates_of(row, verdict)[0] for row in own for verdict in VERDICTS)
         tables.append(latex.tabular(headings, cells, comments=about))
     return "\n\n".join(tables)
-
-
-def _estimate(row: Row, verdict: str) -> str:
-    value, low, high, *_ = (row[name] for name in columns(verdict).values())
-    return latex.estimate(value, low, high)
 
 
 def _more(result: EndToEnd) -> list[str]:
     told: dict[str, Any] = {name: result.outcomes.get(name, ()) for name in MODELS}
     told = {name: own for name, own in told.items() if own}
-    errors = [f"{reliability(own)[0]:.3f} ({name})" for name, own in told.items()]
-    areas = [f"{risk_coverage(own):.3f} ({name})" for name, own in told.items()]
+    errors = [f"{stated(reliability(own)[0], '{:.3f}')} ({name})" for name, own in told.items()]
+    areas = [f"{stated(risk_coverage(own), '{:.3f}')} ({name})" for name, own in told.items()]
     gold = result.outcomes.get("gold", ())
-    grounded = [f"OBJECTs grounded as annotated: {grounding_accuracy(gold):.2f}"] if gold else []
+    accuracy = stated(grounding_accuracy(gold))
+    grounded = [f"OBJECTs grounded as annotated: {accuracy}"] if gold else []
     return [
         *grounded,
         f"expected calibration error of the plans' probabilities: {', '.join(errors)}",

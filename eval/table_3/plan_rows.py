@@ -9,8 +9,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from corpus_tools.corpus.estimate import Estimate
 from eval.statistics.comparison import Comparison
-from eval.statistics.estimates import Estimate, FloatArray
+from eval.statistics.estimates import FloatArray
 from eval.statistics.intervals import bootstrap, two_way
 from eval.statistics.ratings import codes
 from eval.table_3.baselines import BASELINES
@@ -73,13 +74,20 @@ VERDICTS: Mapping[str, Callable[[Outcome], float]] = {
 COMPARED = ("precision", "theme")
 """By which of them configurations are compared."""
 WHOLE = "precision"
+PARTS = ("low", "high", "reason", "two_way_low", "two_way_high", "two_way_reason")
+"""Of a verdict's columns, besides its share."""
 
 
 def columns(verdict: str) -> dict[str, str]:
     """Names of a verdict's columns, by what they hold."""
     own = "" if verdict == WHOLE else f"{verdict}_"
-    bounds = ("low", "high", "two_way_low", "two_way_high")
-    return {"value": verdict, **{bound: f"{own}{bound}" for bound in bounds}}
+    return {"value": verdict, **{part: f"{own}{part}" for part in PARTS}}
+
+
+def estimates_of(row: Mapping[str, Any], verdict: str) -> tuple[Estimate, Estimate]:
+    """A row's share by a verdict, with worlds resampled, and for other worlds and other people."""
+    value, *parts = (row[name] for name in columns(verdict).values())
+    return Estimate(value, *parts[:3]), Estimate(value, *parts[3:])
 
 
 COLUMNS = (
@@ -159,7 +167,7 @@ def _row(own: Sequence[Followed], facts: Mapping[str, Facts], *, draws: int, see
         worlds = [own[i].scenario for i in judged]
         people = [known[i].person for i in judged]
         share, crossed = _intervals(values, worlds, people, draws=draws, seed=seed)
-        estimates = (share.value, share.low, share.high, crossed.low, crossed.high)
+        estimates = (*share[:4], *crossed[1:4])
         row |= dict(zip(columns(verdict).values(), estimates, strict=True))
     chances = [k.chance for k in known if not np.isnan(k.chance)]
     row["chance"] = float(np.mean(chances)) if chances else float("nan")
@@ -172,13 +180,10 @@ def _intervals(
     values: FloatArray, worlds: Sequence[str], people: Sequence[str], *, draws: int, seed: int
 ) -> tuple[Estimate, Estimate]:
     """With worlds resampled, and for other worlds and other people; no bounds if none are known."""
-    nan = float("nan")
-    if not len(values):
-        return Estimate(nan, nan, nan), Estimate(nan, nan, nan)
     rng = np.random.default_rng(seed)
     share = bootstrap(values, codes(worlds), rng=rng, draws=draws)
     if not all(people):
-        return share, Estimate(share.value, nan, nan)
+        return share, Estimate(share.value, reason=share.reason or "unknown people")
     return share, two_way(values, codes(worlds), codes(people))
 
 

@@ -15,9 +15,12 @@ from eval.tables.formats import figure_table, interval, table_text
 TITLE = "configurations compared on the commands that both have"
 NOTE = (
     "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
-    "clusters, which are scenarios, with Holm's correction; h is Cohen's effect size"
+    "clusters, which are scenarios, exact where fewer than 10 of these differ, with Holm's "
+    "correction; h is Cohen's effect size"
 )
-COLUMNS = ("one", "other", "n", "difference", "low", "high", "p", "adjusted_p", "effect")
+COLUMNS = (
+    "one", "other", "n", "difference", "low", "high", "reason", "p", "adjusted_p", "effect",
+)  # fmt: skip
 
 
 def compare_commands(
@@ -45,7 +48,7 @@ def compare_commands(
 
 def records(found: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
     """Comparisons by name, for JSON and CSV."""
-    values = ((c.one, c.other, c.n, *c.difference, c.p, c.adjusted_p, c.effect) for c in found)
+    values = ((c.one, c.other, c.n, *c.difference[:4], c.p, c.adjusted_p, c.effect) for c in found)
     return [dict(zip(COLUMNS, row, strict=True)) for row in values]
 
 
@@ -55,7 +58,7 @@ def comparison_table(found: Sequence[Comparison]) -> Table:
         (
             f"{c.one} - {c.other}",
             f"{c.difference.value:+.2f}",
-            interval(c.difference.low, c.difference.high, "{:+.2f} to {:+.2f}"),
+            interval(c.difference, "{:+.2f} to {:+.2f}"),
             shown_p(c.adjusted_p),
             f"{c.effect:+.2f}",
             str(c.n),

@@ -19,12 +19,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from corpus_tools.corpus.estimate import REASONS, Estimate, Reason
+
 Format = Literal["text", "json", "csv", "latex"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 
 def plain(value: object) -> object:
     """Turn a value into what JSON can hold: NaN and infinities into None, arrays into lists."""
+    if isinstance(value, Estimate):
+        return plain(value._asdict())
     if isinstance(value, (np.generic, np.ndarray)):
         return plain(value.tolist())
     if isinstance(value, float):
@@ -87,7 +91,9 @@ def delimited(
 ) -> str:
     """CSV of the columns of records, metadata repeated beside; None and NaN are empty fields."""
     _refuse_clashes(metadata, columns)
-    constant = {key: _one_line(value) for key, value in metadata.items()}
+    constant = {
+        key: "" if plain(value) is None else _one_line(value) for key, value in metadata.items()
+    }
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*columns, *constant])
@@ -152,8 +158,38 @@ def figure(value: float | None) -> str:
     return "-" if value is None or math.isnan(value) else f"{value:.2f}"
 
 
-def interval(low: float | None, high: float | None, form: str = "{:.2f} to {:.2f}") -> str:
-    """The bounds of an interval, or a dash where there is none."""
-    if low is None or high is None or math.isnan(low):
-        return "-"
-    return form.format(low, high)
+def interval(one: Estimate, form: str = "{:.2f} to {:.2f}") -> str:
+    """The bounds of an estimate's interval, or why there is none; a dash where none is given."""
+    return form.format(one.low, one.high) if one.has_interval else one.reason or "-"
+
+
+def value(one: Estimate, form: str = "{:.2f}") -> str:
+    """The figure alone, or why there is none."""
+    return form.format(one.value) if one.is_known else one.reason or "-"
+
+
+def stated(one: Estimate, form: str = "{:.2f}", between: str = " to ") -> str:
+    """A figure with its interval, or why there is none, for a sentence."""
+    if not one.is_known:
+        return f"none ({one.reason})"
+    shown = form.format(one.value)
+    around = interval(one, f"{form}{between}{form}")
+    return f"{shown} ({around})" if one.has_interval or one.reason else shown
+
+
+def estimate_of(
+    value: float | None, low: float | None, high: float | None, reason: object = ""
+) -> Estimate:
+    """An estimate from a record, in which None is no figure."""
+    named: Reason = next((name for name in REASONS if name == reason), "")
+    one, *bounds = (math.nan if number is None else number for number in (value, low, high))
+    return Estimate(one, bounds[0], bounds[1], named)
+
+
+def left_out(estimates: Mapping[str, Estimate], draws: object) -> list[str]:
+    """A line for each figure of which resamples are left out; the names say what it is of."""
+    return [
+        f"{name}: {one.left_out} of {draws} resamples have no such figure and are left out"
+        for name, one in estimates.items()
+        if one.left_out
+    ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isnan
+
+from corpus_tools.corpus.estimate import Estimate
 
 NEEDS = r"% Needs \usepackage{booktabs}."
 RULE: tuple[str, ...] = ()
@@ -39,14 +40,16 @@ def text(words: str) -> str:
     return words.translate(_ESCAPED)
 
 
-def estimate(value: float, low: float | None, high: float | None, form: str = "{:.2f}") -> str:
-    """A figure with its interval in small print, which may be missing; so may the figure."""
-    if isnan(value):
-        return "--"
-    shown = form.format(value)
-    if low is None or high is None or isnan(low):
+def estimate(one: Estimate, form: str = "{:.2f}") -> str:
+    """A figure with its interval in small print, or why either is missing."""
+    shown = form.format(one.value) if one.is_known else "--"
+    if one.has_interval:
+        around = f"[{form.format(one.low)}, {form.format(one.high)}]"
+    elif one.reason:
+        around = f"({one.reason})"
+    else:
         return shown
-    return rf"{shown} {{\scriptsize [{form.format(low)}, {form.format(high)}]}}"
+    return rf"{shown} {{\scriptsize {around}}}"
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -44,48 +44,50 @@ complete = st.integers(2, 4).flatmap(
     ("level", "published"), [("nominal", 0.743), ("ordinal", 0.815), ("interval", 0.849)]
 )
 def test_alpha_of_krippendorffs_example(level: str, published: float) -> None:
-    assert krippendorff_alpha(UNITS, level) == pytest.approx(published, abs=5e-4)  # type: ignore[arg-type]
+    assert krippendorff_alpha(UNITS, level).value == pytest.approx(published, abs=5e-4)  # type: ignore[arg-type]
 
 
 def test_alpha_of_two_observers() -> None:
     """Krippendorff (2011), section A: 1 − 19 · 4 / (14 · 6), for four disagreements in ten."""
     pairs = list(zip("0100000010", "1110010000", strict=True))
-    assert krippendorff_alpha(pairs) == pytest.approx(0.095, abs=5e-4)
+    assert krippendorff_alpha(pairs).value == pytest.approx(0.095, abs=5e-4)
 
 
 def test_kappa_of_fleiss_example() -> None:
     units = [
         [diagnosis for diagnosis, n in enumerate(row) for _ in range(int(n))] for row in DIAGNOSES
     ]
-    assert fleiss_kappa(units) == pytest.approx(0.430, abs=5e-4)
+    assert fleiss_kappa(units).value == pytest.approx(0.430, abs=5e-4)
 
 
 def test_kappa_of_the_worked_example() -> None:
-    assert fleiss_kappa(RATED) == pytest.approx(0.210, abs=5e-4)
+    assert fleiss_kappa(RATED).value == pytest.approx(0.210, abs=5e-4)
 
 
 @given(complete)
 def test_alpha_is_kappa_corrected_for_small_samples(units: list[list[int]]) -> None:
     """With equally many ratings, 1 − α = (1 − κ)(n − 1)/n for n ratings in all."""
     alpha, kappa = krippendorff_alpha(units), fleiss_kappa(units)
-    assert (alpha is None) == (kappa is None)
-    if alpha is not None and kappa is not None:
+    assert alpha.reason == kappa.reason
+    if alpha.is_known:
         n = sum(map(len, units))
-        assert 1 - alpha == pytest.approx((1 - kappa) * (n - 1) / n)
+        assert 1 - alpha.value == pytest.approx((1 - kappa.value) * (n - 1) / n)
 
 
 @given(complete, st.sampled_from(["nominal", "ordinal", "interval"]))
 def test_alpha_does_not_depend_on_who_rated(units: list[list[int]], level: str) -> None:
     alpha = krippendorff_alpha(units, level)  # type: ignore[arg-type]
     turned = krippendorff_alpha([unit[::-1] for unit in units[::-1]], level)  # type: ignore[arg-type]
-    assert alpha == (None if turned is None else pytest.approx(turned))
-    assert alpha is None or alpha <= 1 + 1e-9
+    assert alpha.reason == turned.reason
+    assert not alpha.is_known or alpha.value == pytest.approx(turned.value)
+    assert not alpha.is_known or alpha.value <= 1 + 1e-9
 
 
 def test_perfect_and_undefined() -> None:
-    assert krippendorff_alpha([[1, 1], [2, 2, 2]]) == 1.0
-    assert krippendorff_alpha([[1, 1], [1, 1]]) is None
-    assert krippendorff_alpha([[1], [2]]) is None
-    assert krippendorff_alpha([]) is None
-    assert fleiss_kappa([[1, 1], [2, 2, 2]]) is None
-    assert fleiss_kappa([]) is None
+    assert krippendorff_alpha([[1, 1], [2, 2, 2]]).value == 1.0
+    assert krippendorff_alpha([[1, 1], [1, 1]]).reason == "all alike"
+    assert krippendorff_alpha([[1], [2]]).reason == "no overlap"
+    assert krippendorff_alpha([]).reason == "no overlap"
+    assert fleiss_kappa([[1, 1], [1, 1]]).reason == "all alike"
+    assert fleiss_kappa([[1, 1], [2, 2, 2]]).reason == "unequal numbers"
+    assert fleiss_kappa([[1], [2]]).reason == fleiss_kappa([]).reason == "no overlap"

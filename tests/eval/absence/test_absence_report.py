@@ -2,13 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.absence.absence_evidence import PRESENT, AbsenceEvidence, any_nouns, without
-from eval.absence.absence_report import figures
+from eval.absence.absence_report import figures, render
 from eval.cli.eval_commands import evaluate
 from tests.eval.yard import yards
 
@@ -24,12 +25,19 @@ def test_a_world_without_labels_keeps_its_robot():
 def test_figures_are_shares_below_a_threshold():
     evidence = AbsenceEvidence("c", (1.0, 0.2, PRESENT, 1.0), (0.1, 0.3, 1.0), (0.0, 0.5), ())
     found = figures(evidence, 0.25)
-    assert found == {
-        "threshold": 0.25,
-        "false_alarms": 0.25,
-        "seen_removed": pytest.approx(1 / 3),
-        "seen_any_noun": 0.5,
-    }
+    assert found["threshold"] == found["false_alarms"] == 0.25
+    assert found["seen_removed"] == pytest.approx(1 / 3)
+    assert found["seen_any_noun"] == 0.5
+    assert {found[name] for name in found if name.endswith("_reason")} == {""}
+
+
+def test_without_commands_there_are_no_shares():
+    nothing = AbsenceEvidence("c", (), (), (), ())
+    assert figures(nothing, 0.25)["false_alarms_reason"] == "no data"
+    assert figures(nothing)["threshold_reason"] == "no data"
+    assert np.isnan(figures(nothing)["threshold"])
+    assert "nan" not in render([nothing], "text", {})
+    json.loads(render([nothing], "json", {}), parse_constant=pytest.fail)
 
 
 def test_the_threshold_for_a_share_of_false_alarms_is_the_largest():

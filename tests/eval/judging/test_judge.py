@@ -75,18 +75,18 @@ def outcome(probability, correct):
 def test_perfectly_stated_probabilities_have_no_calibration_error():
     outcomes = [outcome(0.75, i < 3) for i in range(4)] + [outcome(0.25, i < 1) for i in range(4)]
     error, diagram = reliability(outcomes)
-    assert error == pytest.approx(0.0)
+    assert error.value == pytest.approx(0.0)
     assert [row["n"] for row in diagram] == [4, 4]
 
 
 def test_certain_and_wrong_has_the_largest_error():
-    assert reliability([outcome(1.0, False)] * 3)[0] == pytest.approx(1.0)
+    assert reliability([outcome(1.0, False)] * 3)[0].value == pytest.approx(1.0)
 
 
 def test_risk_is_that_of_the_most_probable():
     # Of the one most probable none is wrong, of two a half, of three a third.
     given = [outcome(0.1, True), outcome(0.9, True), outcome(0.5, False)]
-    assert risk_coverage(given) == pytest.approx((0 + 1 / 2 + 1 / 3) / 3)
+    assert risk_coverage(given).value == pytest.approx((0 + 1 / 2 + 1 / 3) / 3)
 
 
 def test_intervals_hold_the_mean_and_follow_the_seed():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from eval.parsing.sdc_scores import Counts, compare
 from g3.sdc.sdc_notation import parse_brackets
 
@@ -84,19 +82,19 @@ def test_punctuation_and_the_cut_of_words_do_not_count():
 def test_nothing_extracted():
     found = compare((), trees(GOLD), TEXT)
     assert found.typed == Counts(0, 0, 5)
-    assert math.isnan(found.typed.precision)
-    assert (found.typed.recall, found.typed.f) == (0, 0)
+    assert found.typed.precision.reason == "empty class"
+    assert (found.typed.recall.value, found.typed.f.value) == (0, 0)
     assert not found.exact
     assert found.confusion == {("EVENT.r", "-"): 7, ("OBJECT.f", "-"): 17, ("PLACE.r", "-"): 2}
 
 
 def test_nothing_on_either_side():
     found = compare((), (), "")
-    assert math.isnan(found.typed.f)
+    assert found.typed.f.reason == "empty class"
     assert found.exact
 
 
 def test_figures_of_counts():
     counts = Counts(3, 4, 6) + Counts(0, 1, 0)
-    assert (counts.precision, counts.recall) == (3 / 5, 1 / 2)
-    assert counts.f == 2 * 3 / 11
+    assert (counts.precision.value, counts.recall.value) == (3 / 5, 1 / 2)
+    assert counts.f.value == 2 * 3 / 11

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from sklearn import metrics
 
-from eval.statistics.estimates import cluster_bootstrap, confusion, figures
+from eval.statistics.estimates import cluster_bootstrap, confusion, figures, percentiles
 
 tables = arrays(np.int64, (3, 4), elements=st.integers(0, 50))
 per_cluster = arrays(
@@ -18,7 +18,15 @@ per_cluster = arrays(
 
 
 def bootstrap(counts, seed=0, **options):
-    return cluster_bootstrap(counts, figures, rng=np.random.default_rng(seed), **options)
+    """The lows and highs of all figures."""
+    return bounds(cluster_bootstrap(counts, figures, rng=np.random.default_rng(seed), **options))
+
+
+def bounds(estimates):
+    return tuple(
+        np.array([getattr(one, name) for one in estimates.ravel()]).reshape(estimates.shape)
+        for name in ("low", "high")
+    )
 
 
 def test_figures_worked_by_hand():
@@ -131,6 +139,20 @@ def test_a_figure_that_few_clusters_inform_has_no_interval():
     assert not np.isnan(low[1:]).any()
 
 
+def test_resamples_without_a_figure_are_left_out_and_counted():
+    rng = np.random.default_rng(0)
+    drawn = np.where(rng.random(1000) < 0.02, np.nan, rng.normal(0.5, 0.1, 1000))
+    found = percentiles(0.5, drawn, 40)
+    assert found.left_out == np.isnan(drawn).sum() > 0
+    assert found.low < 0.5 < found.high
+    many = percentiles(0.5, np.where(rng.random(1000) < 0.35, np.nan, 0.4), 40)
+    assert (many.value, many.reason) == (0.5, "poor resamples")
+    assert many.left_out > 300
+    beside = percentiles(0.9, drawn, 40)
+    assert (beside.value, beside.reason) == (0.9, "poor resamples")
+    assert percentiles(np.nan, drawn, 40).reason == "empty class"
+
+
 def test_the_seed_decides():
     counts = np.random.default_rng(3).integers(0, 6, (40, 4))
     np.testing.assert_array_equal(bootstrap(counts, 1), bootstrap(counts, 1))
@@ -158,10 +180,11 @@ def test_coverage_is_near_nominal_and_better_than_ignoring_clusters():
     simulations, clustered, naive = 300, 0, 0
     for number in range(simulations):
         counts = simulated_accuracies(rng, clusters=60, per_cluster=rng.integers(2, 12, 60))
-        low, high = cluster_bootstrap(counts, figures, rng=rng, draws=400)
+        low, high = bounds(cluster_bootstrap(counts, figures, rng=rng, draws=400))
         clustered += low[3] <= 0.8 <= high[3]
         if number % 5 == 0:
-            low, high = cluster_bootstrap(as_if_independent(counts), figures, rng=rng, draws=400)
+            naive_counts = as_if_independent(counts)
+            low, high = bounds(cluster_bootstrap(naive_counts, figures, rng=rng, draws=400))
             naive += low[3] <= 0.8 <= high[3]
     # 3 standard errors of 300 simulations are 0.038; small-sample bias takes a little more.
     assert 0.90 <= clustered / simulations <= 0.985

@@ -27,8 +27,8 @@ from eval.statistics.intervals import (
     ],
 )
 def test_published_intervals(agreeing, n, score, exact):
-    assert wilson(agreeing, n) == pytest.approx((agreeing / n, *score), abs=5e-5)
-    assert clopper_pearson(agreeing, n) == pytest.approx((agreeing / n, *exact), abs=5e-5)
+    assert wilson(agreeing, n)[:3] == pytest.approx((agreeing / n, *score), abs=5e-5)
+    assert clopper_pearson(agreeing, n)[:3] == pytest.approx((agreeing / n, *exact), abs=5e-5)
 
 
 @given(st.integers(1, 200).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
@@ -54,10 +54,10 @@ def test_whole_clusters_are_resampled():
     agrees, video, _ = study(np.random.default_rng(3))
     found = bootstrap(agrees, video, rng=np.random.default_rng(0), draws=500)
     counts = np.stack([np.bincount(video, agrees), np.bincount(video)], axis=1).astype(np.int64)
-    low, high = cluster_bootstrap(
+    (same,) = cluster_bootstrap(
         counts, lambda c: c[..., :1] / c[..., 1:], rng=np.random.default_rng(0), draws=500
     )
-    assert found == pytest.approx((agrees.mean(), low[0], high[0]))
+    assert found[:3] == pytest.approx(same[:3])
 
 
 def test_two_ways_by_hand():
@@ -68,14 +68,20 @@ def test_two_ways_by_hand():
     found = two_way(agrees, np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]))
     half = 12.7062047 * np.sqrt((1 + 1 - 1) / 16) / (0.75 * 0.25)
     bounds = [1 / (1 + np.exp(-(np.log(3) + sign * half))) for sign in (-1, 1)]
-    assert found == pytest.approx((0.75, *bounds))
+    assert found[:3] == pytest.approx((0.75, *bounds))
 
 
-def test_two_ways_with_one_rater_are_one_way():
+def test_two_ways_that_are_the_same_are_one_way():
     agrees, video, _ = study(np.random.default_rng(3))
-    both = two_way(agrees, video, np.zeros_like(video))
-    assert both == pytest.approx(two_way(agrees, video, video))
-    assert both == pytest.approx(bootstrap(agrees, video, rng=np.random.default_rng(0)), abs=0.01)
+    one = bootstrap(agrees, video, rng=np.random.default_rng(0))
+    assert two_way(agrees, video, video)[:3] == pytest.approx(one[:3], abs=0.01)
+
+
+def test_one_rater_says_nothing_of_others():
+    agrees, video, _ = study(np.random.default_rng(3))
+    found = two_way(agrees, video, np.zeros_like(video))
+    assert (found.value, found.reason) == (agrees.mean(), "one cluster")
+    assert not found.has_interval
 
 
 def test_two_ways_without_variation():
@@ -135,7 +141,7 @@ def test_estimating_equations_by_hand():
     error = np.sqrt(((means - share) ** 2).sum()) / 3 / (share * (1 - share))
     logit, t = np.log(share / (1 - share)), 3.182446  # Student's, 3 degrees of freedom
     bounds = [1 / (1 + np.exp(-(logit + sign * t * error))) for sign in (-1, 1)]
-    assert gee(agrees, cluster) == pytest.approx((share, *bounds), abs=1e-4)
+    assert gee(agrees, cluster)[:3] == pytest.approx((share, *bounds), abs=1e-4)
 
 
 def test_no_model_without_variation():
@@ -147,5 +153,7 @@ def test_correlation_by_hand():
     # Sums 2, 0 and 1 of two each: mean squares 1/2 between and 1/6 within.
     agrees = np.array([1, 1, 0, 0, 1, 0], dtype=bool)
     cluster = np.array([4, 4, 7, 7, 9, 9])
-    assert intraclass_correlation(agrees, cluster) == pytest.approx(0.5)
-    assert np.isnan(intraclass_correlation(agrees, np.arange(6)))
+    assert intraclass_correlation(agrees, cluster).value == pytest.approx(0.5)
+    assert intraclass_correlation(agrees, np.arange(6)).reason == "no overlap"
+    # All that is in a cluster is the same.
+    assert intraclass_correlation(agrees[:4], np.array([1, 1, 2, 2])).value == 1.0

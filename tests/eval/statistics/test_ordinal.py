@@ -61,6 +61,39 @@ def test_clusters_widen_the_bounds():
 
 def test_delta_by_hand():
     # Of 3 × 2 pairs four are above, one is below and one is equal.
-    assert cliffs_delta(np.array([3, 4, 5]), np.array([2, 4])) == pytest.approx(3 / 6)
-    assert cliffs_delta(np.array([5, 5]), np.array([1])) == 1.0
-    assert cliffs_delta(np.array([2, 3]), np.array([3, 2])) == 0.0
+    assert cliffs_delta(np.array([3, 4, 5]), np.array([2, 4])).value == pytest.approx(3 / 6)
+    assert cliffs_delta(np.array([5, 5]), np.array([1])).value == 1.0
+    assert cliffs_delta(np.array([2, 3]), np.array([3, 2])).value == 0.0
+    assert cliffs_delta(np.array([3, 3]), np.array([3])).value == 0.0
+    assert cliffs_delta(np.array([], dtype=int), np.array([3])).reason == "empty class"
+
+
+@pytest.mark.parametrize(
+    ("with_it", "without", "reason"),
+    [
+        ([4, 5, 5], [1, 1, 2], "separated"),  # none of the one are as low as some of the other
+        ([3, 4, 5], [1, 2, 3], "separated"),  # both have threes, which nobody goes beyond
+        ([5, 5, 5], [1, 3, 5], "separated"),  # the one always says five
+        ([3, 3, 3], [1, 3, 5], ""),  # nobody of the one says anything else, but the others do both
+        ([2, 4, 5], [1, 3, 4], ""),
+        ([3, 3, 3], [3, 3, 3], "all alike"),
+    ],
+)
+def test_separation_by_hand(with_it, without, reason):
+    rating = np.array([*with_it, *without])
+    predictor = np.repeat([1.0, 0.0], [len(with_it), len(without)])[:, None]
+    found = cumulative_link(rating, predictor)
+    assert found.coefficients[0].reason == reason
+    assert found.odds_ratio().reason == reason
+    assert found.odds_ratio().is_known == (not reason)
+
+
+def test_separation_by_several_predictors():
+    """Neither divides the ratings alone, but their sum does."""
+    x = np.array([[0.0, 1.0], [1.0, 0.0], [2.0, 1.0], [1.0, 2.0], [0.0, 3.0], [3.0, 0.0]])
+    rating = np.where(x.sum(axis=1) > 2, 4, 1)
+    assert cumulative_link(rating, x).coefficients[1].reason == "separated"
+    rating[2] = 1
+    assert cumulative_link(rating, x[:, :1]).coefficients[0].reason == ""
+    twice = np.column_stack([x[:, 0], 2 * x[:, 0]])
+    assert cumulative_link(rating, twice).coefficients[0].reason == "singular"

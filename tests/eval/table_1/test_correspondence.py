@@ -70,7 +70,8 @@ def test_rows_worked_by_hand():
 
 def test_a_type_without_examples_has_no_figures():
     path = table_rows(HAND)[ROW_TYPES.index("PATH")]
-    assert all(math.isnan(v) for name in FIGURES for v in getattr(path, name))
+    assert {getattr(path, name).reason for name in FIGURES} == {"empty class"}
+    assert not any(getattr(path, name).is_known for name in FIGURES)
 
 
 def test_a_type_in_one_command_has_figures_without_intervals():

@@ -36,7 +36,7 @@ def test_csv_is_ordered_and_records_metadata(tmp_path):
 
 def test_csv_of_no_points_has_its_header(tmp_path):
     write_csv([], tmp_path / "curve.csv")
-    assert (tmp_path / "curve.csv").read_text() == "type,sdcs,error,low,high\n"
+    assert (tmp_path / "curve.csv").read_text() == "type,sdcs,error,low,high,reason\n"
 
 
 @pytest.mark.parametrize(

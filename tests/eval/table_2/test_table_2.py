@@ -65,10 +65,10 @@ def test_intervals_hold_the_share_and_repeat():
         for interval in (row.share, row.two_way, row.wilson, row.exact):
             assert interval.low <= interval.value <= interval.high
     assert render(made(rows), "json", {}) == render(results, "json", {})
-    assert results.delta > 0.5
+    assert results.delta.value > 0.5
     original, random = results.rows
-    assert original.weighed > random.weighed + 0.4
-    assert results.alpha is not None
+    assert original.weighed.value > random.weighed.value + 0.4
+    assert results.alpha.is_known
 
 
 def test_the_largest_study_counts():
@@ -132,7 +132,8 @@ def test_one_configuration_alone():
     rows = [j for j in judgments() if j.command_video == j.shown_video]
     results = made(rows, models=True)
     assert [row.configuration for row in results.rows] == ["original"]
-    assert results.link is None
+    assert results.link is not None
+    assert results.link.odds_ratio().reason == results.delta.reason == "empty class"
     assert "random" not in render(results, "csv", {})
 
 
@@ -140,8 +141,9 @@ def test_a_single_cluster_has_no_models():
     rows = [replace(j, command_video="v0") for j in judgments() if j.command_video == "v0"]
     results = made(rows, models=True)
     assert len(results.rows) == 2
-    assert results.link is None
-    assert all(np.isnan(row.model.low) for row in results.rows if row.model is not None)
+    assert results.link is not None
+    assert results.link.odds_ratio().reason == "one cluster"
+    assert {row.model.reason for row in results.rows if row.model is not None} == {"one cluster"}
 
 
 def test_units_are_pairs():

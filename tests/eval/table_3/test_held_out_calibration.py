@@ -24,7 +24,7 @@ def outcomes(scenarios, per_scenario=60, seed=0):
 
 def test_what_tells_right_from_wrong_in_other_scenarios_counts():
     found = calibrated(outcomes(5))
-    assert reliability(found)[0] < 0.1
+    assert reliability(found)[0].value < 0.1
     sure = [o for o in found if o.probability > 0.8]
     assert np.mean([o.correct for o in sure]) > 0.75
 

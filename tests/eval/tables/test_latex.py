@@ -2,15 +2,19 @@
 
 from pathlib import Path
 
+from corpus_tools.corpus.estimate import Estimate, undefined
 from eval.tables.formats import comments
 from eval.tables.latex import RULE, estimate, tabular, text
 
 
 def test_estimates():
-    assert estimate(0.5, 0.25, 0.75) == r"0.50 {\scriptsize [0.25, 0.75]}"
-    assert estimate(-0.5, -0.75, 0.1, "${:+.1f}$") == r"$-0.5$ {\scriptsize [$-0.8$, $+0.1$]}"
-    assert estimate(0.5, None, None) == estimate(0.5, float("nan"), float("nan")) == "0.50"
-    assert estimate(float("nan"), float("nan"), float("nan")) == "--"
+    assert estimate(Estimate(0.5, 0.25, 0.75)) == r"0.50 {\scriptsize [0.25, 0.75]}"
+    signed = estimate(Estimate(-0.5, -0.75, 0.1), "${:+.1f}$")
+    assert signed == r"$-0.5$ {\scriptsize [$-0.8$, $+0.1$]}"
+    assert estimate(Estimate(0.5)) == "0.50"
+    assert estimate(Estimate(0.5, reason="all alike")) == r"0.50 {\scriptsize (all alike)}"
+    assert estimate(undefined("separated")) == r"-- {\scriptsize (separated)}"
+    assert estimate(Estimate(float("nan"))) == "--"
 
 
 def test_a_table():
