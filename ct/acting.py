@@ -203,7 +203,8 @@ def render(
     Raises
     ------
     CorpusError
-        If there is no plan, a step of it fails (the video shows how), or something is missing.
+        If there is no plan, it can't be carried out, a step of it fails (the video shows how), or
+        something is missing.
     """
     from corpus_tools.video.drawing.gl import choose_back_end
 
@@ -250,6 +251,10 @@ def _film(result: Result, out: Path, settings: Settings) -> Path:
 
     if result.plan is None or result.start is None:
         raise CorpusError("there is no plan to film", where=result.note)
+    if out.suffix.lower() != ".mp4":
+        raise CorpusError("a video's name ends in .mp4", where=str(out), fix=f"give {out}.mp4")
+    if result.plan.why_not:
+        raise CorpusError(f"the plan can't be carried out: {result.plan.why_not}")
     start = result.start
     done = perform(start, result.plan.actions)
     film(done.recording, out, settings, site=start.site)
