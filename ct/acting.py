@@ -89,8 +89,9 @@ def follow(
     Returns
     -------
     Result
-        The plans, best first, or why there is none. A notebook draws the scene, what the clauses
-        are grounded in, and the ways of the plan.
+        The plans, best first, or why there is none. Plans that the simulated robot can't carry
+        out say so (`why_not`). A notebook draws the scene, what the clauses are grounded in, and
+        the ways of the plan.
 
     Raises
     ------
@@ -102,6 +103,7 @@ def follow(
     >>> result = ct.follow("Pick up the boxes", "dock_pick_up_tires")
     >>> result.plan.probability
     """
+    from corpus_tools.following.plan_execution import checked
     from g3.inference.grounder import Grounder
 
     said, own = _of_entry(command)
@@ -111,7 +113,7 @@ def follow(
             "there is no world to follow the command in", fix="give a context or a scenario"
         )
     grounder = model if isinstance(model, Grounder) else _grounder(model)
-    return grounder.follow(
+    result = grounder.follow(
         said,
         _state(place),
         top=top,
@@ -120,6 +122,7 @@ def follow(
         answers=answers,
         insist=insist,
     )
+    return checked(result)
 
 
 def _of_entry(command: Said) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
@@ -200,7 +203,8 @@ def render(
     Raises
     ------
     CorpusError
-        If there is no plan, a step of it fails (the video shows how), or something is missing.
+        If there is no plan, it can't be carried out, a step of it fails (the video shows how), or
+        something is missing.
     """
     from corpus_tools.video.drawing.gl import choose_back_end
 
@@ -241,16 +245,18 @@ def _scenario_video(name: str, out: Path, settings: Settings, *, force: bool) ->
 
 
 def _film(result: Result, out: Path, settings: Settings) -> Path:
-    from corpus_tools.following.bundled_grounder import to_script
+    from corpus_tools.following.plan_execution import perform
     from corpus_tools.logs.log_writing import write_log
     from corpus_tools.video.films import film
-    from corpus_tools.world.physics.execute import execute
 
     if result.plan is None or result.start is None:
         raise CorpusError("there is no plan to film", where=result.note)
+    if out.suffix.lower() != ".mp4":
+        raise CorpusError("a video's name ends in .mp4", where=str(out), fix=f"give {out}.mp4")
+    if result.plan.why_not:
+        raise CorpusError(f"the plan can't be carried out: {result.plan.why_not}")
     start = result.start
-    told = to_script(start, result.plan.actions)
-    done = execute(start.context, told.script, places=told.places, forks_m=start.forks_m)
+    done = perform(start, result.plan.actions)
     film(done.recording, out, settings, site=start.site)
     write_log(done.recording, out.with_suffix(".mcap"), name=out.stem, metadata={})
     if done.failure is not None:

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from typing import TypeVar
 
 Error = TypeVar("Error", bound="CorpusError")
-MOST_NAMES = 40
-"""An error lists so many names at most."""
+MOST_NAMES = 12
+"""An error lists all names if they are no more than this."""
+MOST_NEAR = 3
+"""An error suggests so many names at most."""
+LEAST_ALIKE = 60.0
+"""Names are near if they are as similar as this, of 100."""
+LESS_ALIKE = 15.0
+"""A name that is less similar than the nearest by this isn't suggested beside it."""
+PART_SHARE = 0.9
+"""How much a name that contains what was given counts, of 1."""
 
 
 class CorpusError(Exception):
@@ -88,18 +95,45 @@ def unknown_name(
     known
         The names there are, in the order in which they are shown.
     more
-        What else can be done.
+        What else can be done, such as the command that lists all names.
 
     Returns
     -------
     what, fix
-        As :class:`CorpusError` takes them. The nearest name comes first.
+        As :class:`CorpusError` takes them: the nearest names, and all of them where they are few.
     """
     values = {str(value): value for value in known}
-    names, near = list(values), get_close_matches(str(name), values, 1)
-    fixes = [f"did you mean {values[near[0]]!r}?"] if near else []
-    if names:
+    names, near = list(values), nearest(str(name), values)
+    fixes = []
+    if near:
+        *others, last = (repr(values[one]) for one in near)
+        fixes.append(f"did you mean {', '.join(others)}{' or ' if others else ''}{last}?")
+    if len(names) > len(near) and (len(names) <= MOST_NAMES or not (near or more)):
         cut = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
         fixes.append(f"give one of {', '.join(names[:MOST_NAMES])}{cut}")
-    fix = " ".join(fixes) or "there are none"
-    return f"there is no {kind} {name!r}", f"{fix}; {more}" if more else fix
+    fix = " ".join(fixes) or ("" if names else "there are none")
+    if more:
+        fix += f"{'' if not fix else ' ' if fix.endswith('?') else '; '}{more}"
+    return f"there is no {kind} {name!r}", fix
+
+
+def nearest(name: str, known: Iterable[str]) -> list[str]:
+    """The known names that a mistyped one may stand for, the nearest first.
+
+    A name is near if few letters differ, or if it contains what was given.
+
+    >>> nearest("evl", ["eval", "train", "import"])
+    ['eval']
+    """
+    from rapidfuzz import fuzz  # noqa: PLC0415 - only errors need it
+
+    def alike(other: str) -> float:
+        whole = fuzz.ratio(name.lower(), other.lower())
+        if len(name) < MOST_NEAR or len(other) < len(name):
+            return whole
+        return max(whole, PART_SHARE * fuzz.partial_ratio(name.lower(), other.lower()))
+
+    score = {other: alike(other) for other in known}
+    least = max(LEAST_ALIKE, max(score.values(), default=0.0) - LESS_ALIKE)
+    near = sorted((o for o in score if score[o] >= least), key=lambda o: -score[o])
+    return near[:MOST_NEAR]

@@ -17,10 +17,12 @@ from corpus_tools.runtime.terminal import note, say
 
 
 class _Annotate(click.Group):
-    """A group that serves, unless its first argument is a command."""
+    """A group that serves, unless its first argument is a command, or a word that is no file."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
+            if args and args[0].isalpha() and not Path(args[0]).exists():
+                raise click.NoSuchCommand(args[0], possibilities=self.commands, ctx=ctx)
             args = ["serve", *args]
         return super().parse_args(ctx, args)
 

@@ -199,7 +199,7 @@ def import_corpus(
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, transaction
     from annotation_app.store.salt import installation_salt
-    from annotation_app.studies.study_file import slug
+    from annotation_app.studies.study_template import slug
     from annotation_app.study_setup import corpus_study
     from annotation_app.study_setup.rendered_study import rendered_videos
     from corpus_tools.importers.authored.bundled import open_corpus, resolve

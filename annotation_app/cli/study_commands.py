@@ -36,8 +36,7 @@ def init(*, study_file: Path, videos: Path | None, form: str) -> None:
       ct annotate init my-study.yaml
       ct annotate init my-robot.yaml --videos clips
     """
-    from annotation_app.studies.study_file import slug
-    from annotation_app.studies.study_template import TEMPLATE
+    from annotation_app.studies.study_template import TEMPLATE, slug
     from g3.errors import FormatError
     from g3.storage.atomic_file import write_bytes
 

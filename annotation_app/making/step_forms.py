@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from werkzeug.datastructures import MultiDict
 
 from annotation_app.making.steps import defaults, task_defaults
-from annotation_app.studies.study_file import slug
+from annotation_app.studies.study_template import slug
 from annotation_app.study_setup.study_drafts import StudyDraft
 from annotation_app.tasks.task_registry import tasks
 

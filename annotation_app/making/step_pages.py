@@ -30,7 +30,8 @@ from annotation_app.making.steps import (
 )
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Study
-from annotation_app.studies.study_file import StudyConfig, slug
+from annotation_app.studies.study_file import StudyConfig
+from annotation_app.studies.study_template import slug
 from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.study_setup.readiness import people_by_role
 from annotation_app.study_setup.server_folders import command_tables, files_ending, video_choices

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, Literal, TypeAlias
 
 import msgspec
@@ -203,11 +202,6 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     pairs: tuple[RatedPair, ...] = ()
     seed: int = 0
     retention_days: Annotated[int, msgspec.Meta(ge=0, le=36_500)] | None = None
-
-
-def slug(text: str) -> str:
-    """A name for addresses, made of a title, or of what a file or a corpus is called."""
-    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60].strip("-") or "study"
 
 
 def told(text: str, robot: str) -> str:

@@ -1,4 +1,8 @@
-"""The files that ``ct annotate init`` writes."""
+"""The files that ``ct annotate init`` writes, and what studies are called. It needs no extra."""
+
+from __future__ import annotations
+
+import re
 
 TEMPLATE = """\
 # A study. docs/annotation.md lists all fields. Start it with: ct annotate {name}.yaml
@@ -82,3 +86,8 @@ consent: |
   What you type and choose is kept without your name and may be published for research.
   You may stop at any time by closing the page.
 """
+
+
+def slug(text: str) -> str:
+    """A name for addresses, made of a title, or of what a file or a corpus is called."""
+    return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60].strip("-") or "study"

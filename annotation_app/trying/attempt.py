@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from corpus_tools.world.state.recording import Recording
     from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Result
+    from g3.inference.grounder import Plan as FoundPlan
 
 log = logging.getLogger(__name__)
 
@@ -156,6 +157,9 @@ def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
         yield then(shown, phase="done")
         return
     yield (shown := then(shown, phase="moving"))
+    if problem := _why_not(start, result.plan):
+        yield then(shown, phase="done", problem=f"The plan can't be carried out: {problem}")
+        return
     done = _carry_out(start, result)
     if done.failure is not None:
         shown = then(shown, problem=f"The plan couldn't be carried out to its end: {done.failure}")
@@ -213,7 +217,9 @@ def _plan(result: Result, places: list[Place]) -> Plan:
     question = result.question
     return Plan(
         note=result.note,
-        steps=[described(action) for action in result.plan.actions] if result.plan else [],
+        steps=[described(a, result.plan.state.frame) for a in result.plan.actions]
+        if result.plan
+        else [],
         probability=result.plan.probability if result.plan else 0.0,
         clauses=list(_clauses(result, places)),
         question=question.text if question else "",
@@ -235,7 +241,7 @@ def _clauses(result: Result, places: list[Place]) -> Iterator[Clause]:
             things = tuple(_key(thing, places) for thing in grounded.group)
             known = found.setdefault(grounded.node, {}).get(things)
             if known is None or known.probability < grounded.probability:
-                words = " and ".join(_name(thing) for thing in grounded.group)
+                words = " and ".join(_name(thing, plan.state.frame) for thing in grounded.group)
                 candidate = Candidate(list(things), words, round(grounded.probability, 4))
                 found[grounded.node][things] = candidate
     for node in sorted(found):
@@ -253,23 +259,28 @@ def _key(thing: Grounding, places: list[Place]) -> str:
     return f"place {index}"
 
 
-def _name(thing: Grounding) -> str:
+def _name(thing: Grounding, frame: tuple[float, float, float]) -> str:
+    from g3.actions.action_words import place_called  # noqa: PLC0415 - as above
+
     if isinstance(thing, Place):
-        x, y = thing.prism.xy.mean(axis=0)
-        return thing.name or f"a place at {x:.1f}, {y:.1f} m"
+        return thing.name or f"a place at {place_called(thing, frame)}, in metres"
     return str(getattr(thing, "id", "what the robot does"))
+
+
+def _why_not(start: State, plan: FoundPlan) -> str:
+    from corpus_tools.following.plan_execution import why_not  # noqa: PLC0415 - as above
+
+    return why_not(start, plan.actions)
 
 
 def _carry_out(start: State, result: Result) -> Execution:
     from corpus_tools.video.drawing.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
 
     choose_back_end()
-    from corpus_tools.following.bundled_grounder import to_script  # noqa: PLC0415 - as above
-    from corpus_tools.world.physics.execute import execute  # noqa: PLC0415
+    from corpus_tools.following.plan_execution import perform  # noqa: PLC0415 - as above
 
     assert result.plan is not None  # noqa: S101 - the caller has looked
-    told = to_script(start, result.plan.actions)
-    return execute(start.context, told.script, places=told.places, forks_m=start.forks_m)
+    return perform(start, result.plan.actions)
 
 
 def _filmed(

@@ -50,6 +50,17 @@ class _EntryPointGroup(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return sorted({point.name for point in _entry_points()} | self.commands.keys())
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.NoSuchCommand as error:  # click suggests none of those that aren't loaded
+            name = error.command_name
+            raise click.NoSuchCommand(
+                name, possibilities=self.list_commands(ctx), ctx=ctx
+            ) from None
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         point = next((p for p in _entry_points() if p.name == cmd_name), None)
         if point is None:

@@ -16,7 +16,7 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     """Check this machine, and say how to get what is missing.
 
     All checks run, or those that are named. The exit status is 2 if something is missing. Extras
-    that you haven't installed are a remark only.
+    that you haven't installed are a remark only, unless you name the check that needs them.
     """
     from corpus_tools.doctor.diagnosis import checks, diagnose
     from g3.errors import CorpusError
@@ -27,7 +27,7 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
             raise CorpusError.unknown("check", name, known)
     chosen = {name: known[name] for name in names} if names else known
     findings = []
-    for finding in diagnose(chosen):
+    for finding in diagnose(chosen, extras_needed=bool(names)):
         findings.append(finding)
         if form == PLAIN:
             mark, colour = ("no", "red") if not finding.ok else ("ok", "green")

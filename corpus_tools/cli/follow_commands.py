@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,9 +127,12 @@ def follow(
     A plan is inferred in a scenario as in section 3.4. On a terminal you are asked before anything
     is carried out. In scripts and with --json nobody is asked: a sure plan is carried out.
 
-    The exit status is 0 when it is done, 2 where nothing is done (something isn't there, the plan
-    isn't sure, you said no, the input is bad), and 3 where a step of the plan fails.
+    The exit status is 0 when it is done, 2 where nothing is done (something isn't there, the forks
+    don't reach it, the plan isn't sure, you said no, the input is bad), and 3 where a step of the
+    plan fails.
     """
+    from corpus_tools.following.plan_execution import checked
+
     _check_options(
         text, scenario, context_name, video, interactive=interactive, plan_only=plan_only
     )
@@ -146,7 +149,7 @@ def follow(
         return
     if text is None or not text.strip():
         raise CorpusError("the command is empty", fix="say what the robot is to do")
-    result = grounder.follow(text, state, **options)
+    result = checked(grounder.follow(text, state, **options))
     wanted = _show(result, shown) and (plan_only or _confirmed(result, shown))
     if not wanted:
         sys.exit(NOTHING)
@@ -188,42 +191,53 @@ def _start(scenario: str | None, context_name: str | None) -> State:
 
 
 def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:
-    from corpus_tools.following.bundled_grounder import default_model
+    from corpus_tools.following.bundled_grounder import default_model, kept_model
     from corpus_tools.runtime.progress import progress_bar
     from g3.inference.grounder import Grounder
     from g3.inference.potentials.potential_registry import check_potentials
     from g3.learning.grounding_model import GroundingModel
 
     without = check_potentials(ablate)
-    if model is not None:
-        return Grounder.load(GroundingModel.load(model), without=without)
-    with progress_bar("training on the bundled corpus") as on_progress:
-        return Grounder.load(default_model(on_progress), without=without)
+    found = kept_model() if model is None else GroundingModel.load(model)
+    if found is None:
+        with progress_bar("training on the bundled corpus") as on_progress:
+            found = default_model(on_progress)
+    return Grounder.load(found, without=without)
 
 
 def _show(result: Result, shown: Shown) -> bool:
-    """Show people what was found; whether there is something to do."""
-    if result.plan is None:
-        if shown.form != PLAIN:
-            _report(None, result, shown.form, None)
-        fix = " (to do it with what there is: --yes)" if result.missing else ""
-        note(f"ct: {result.note}{fix}")
+    """Show people the plans, or why nothing can be done; whether something can be."""
+    plan = result.plan
+    why_not = result.note if plan is None else plan.why_not
+    if plan is None:
+        note(f"ct: {why_not}{' (to do it with what there is: --yes)' if result.missing else ''}")
     elif shown.form == PLAIN:
-        from corpus_tools.following.plan_words import explained, sentence
+        _show_plans(result, shown)
+    if plan is not None and why_not:
+        note(f"ct: it can't be carried out: {why_not}")
+    possible = plan is not None and not why_not
+    if shown.form != PLAIN and not possible:
+        _report(None, result, shown.form, None)
+    return possible
 
-        if result.missing:
-            note(f"ct: there is no {' and no '.join(result.missing)} here")
-        for number, plan in enumerate(result.plans, start=1):
-            lead = f"{number}. " if len(result.plans) > 1 else ""
-            say(f"{lead}{sentence(plan)}  (probability {plan.probability:.2f})")
-            is_asked = shown.asks and not (shown.yes or shown.plan_only)
-            if shown.search["explain"] or is_asked:
-                say(*(f"  {line}" for line in explained(plan, result.sdcs)))
-        if result.note:
-            note(f"ct: {result.note}")
-        if result.question is not None:
-            say(f"? {result.question.text}")
-    return result.plan is not None
+
+def _show_plans(result: Result, shown: Shown) -> None:
+    from corpus_tools.following.plan_words import explained, sentence
+
+    if result.missing:
+        note(f"ct: there is no {' and no '.join(result.missing)} here")
+    for number, plan in enumerate(result.plans, start=1):
+        lead = f"{number}. " if len(result.plans) > 1 else ""
+        say(f"{lead}{sentence(plan)}  (probability {plan.probability:.2f})")
+        if plan.why_not and number > 1:
+            say(f"  it can't be carried out: {plan.why_not}")
+        is_asked = shown.asks and not (shown.yes or shown.plan_only or plan.why_not)
+        if shown.search["explain"] or is_asked:
+            say(*(f"  {line}" for line in explained(plan, result.sdcs)))
+    if result.note:
+        note(f"ct: {result.note}")
+    if result.question is not None:
+        say(f"? {result.question.text}")
 
 
 def _confirmed(result: Result, shown: Shown) -> bool:
@@ -248,7 +262,7 @@ def _confirmed(result: Result, shown: Shown) -> bool:
 
 
 def _carry_out(state: State, result: Result, video: Path | None = None) -> Execution:
-    from corpus_tools.following.bundled_grounder import to_script
+    from corpus_tools.following.plan_execution import perform
 
     assert result.plan is not None  # noqa: S101 - the callers have looked
     if video is not None:
@@ -256,15 +270,7 @@ def _carry_out(state: State, result: Result, video: Path | None = None) -> Execu
         from corpus_tools.video.drawing.gl import choose_back_end
 
         choose_back_end()
-    try:
-        from corpus_tools.world.physics.execute import execute
-    except ModuleNotFoundError as error:
-        raise CorpusError(
-            f"carrying plans out needs the package {error.name}",
-            fix="pip install 'corpus-tools-g3[render]', or use --plan-only",
-        ) from error
-    told = to_script(state, result.plan.actions)
-    done = execute(state.context, told.script, places=told.places, forks_m=state.forks_m)
+    done = perform(state, result.plan.actions)
     if video is not None:
         _film(done, video, state.site)
     return done
@@ -298,6 +304,8 @@ def _report(done: Execution | None, result: Result, form: str, video: Path | Non
 
 def _loop(grounder: Grounder, state: State, shown: Shown) -> None:
     """Follow commands until an empty one, each where the one before it has led."""
+    from corpus_tools.following.plan_execution import checked
+
     while True:
         text = click.prompt("command", default="", show_default=False, err=True)
         if not text.strip():
@@ -305,6 +313,7 @@ def _loop(grounder: Grounder, state: State, shown: Shown) -> None:
         result = grounder.follow(text, state, **shown.search)
         if result.question is not None:
             result = _asked(grounder, state, result, shown)
+        result = checked(result)
         if _show(result, shown) and (shown.plan_only or _confirmed(result, shown)):
             state = _after(state, result, shown)
 
@@ -334,4 +343,5 @@ def _after(state: State, result: Result, shown: Shown) -> State:
     done = _carry_out(state, result)
     _report(done, result, shown.form, None)
     held = result.plan.state.held if done.failure is None else state.held
-    return state_after(done.recording, held)
+    after = state_after(done.recording, held)
+    return replace(after, site=state.site, frame=state.frame)

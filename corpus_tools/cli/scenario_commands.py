@@ -285,6 +285,9 @@ def _table(rows: Sequence[dict[str, str]]) -> list[str]:
 def _lines(scenario: Scenario) -> Iterable[str]:
     from corpus_tools.corpus.display import columns
 
+    def heading(yaw_deg: float) -> str:
+        return f"heading {yaw_deg % 360:g}"
+
     def where(at: tuple[float, float] | None, deck: str | None) -> str:
         if at is None:
             return "on the forks"
@@ -292,13 +295,18 @@ def _lines(scenario: Scenario) -> Iterable[str]:
 
     yield f"{scenario.id}: {scenario.title}"
     yield f"\nLayout {scenario.layout.name}: {scenario.layout.title}"
+    yield "x and y in metres, headings in degrees counter-clockwise from x, as in the file:"
+    robot = scenario.robot
     rows = [
-        *((name, t.kind, where(t.at, t.deck)) for name, t in scenario.all_objects.items()),
         *(
-            (name, r.name or "(place)", where(r.at, r.deck))
+            (name, t.kind, where(t.at, t.deck), heading(t.yaw_deg) if t.at else "")
+            for name, t in scenario.all_objects.items()
+        ),
+        *(
+            (name, r.name or "(place)", where(r.at, r.deck), "")
             for name, r in scenario.all_places.items()
         ),
-        ("forklift", "robot", where(scenario.robot.at, None)),
+        ("forklift", "robot", where(robot.at, None), heading(robot.yaw_deg)),
     ]
     for line in columns(rows):
         yield f"  {line}"

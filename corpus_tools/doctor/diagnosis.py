@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from corpus_tools.runtime.extras import asked_extra
 from g3.errors import CorpusError
 
 ENTRY_POINT_GROUP = "ct.checks"
@@ -47,8 +48,14 @@ def checks() -> dict[str, Check]:
     return {point.name: _loaded(point) for point in sorted(points, key=lambda p: p.name)}
 
 
-def diagnose(named: dict[str, Check]) -> Iterator[Finding]:
-    """Run checks one by one, even if others fail."""
+def diagnose(named: dict[str, Check], *, extras_needed: bool = True) -> Iterator[Finding]:
+    """Run checks one by one, even if others fail.
+
+    Parameters
+    ----------
+    extras_needed
+        A check that fails for want of an extra that isn't installed fails; else that is a remark.
+    """
     for name, check in named.items():
         try:
             found = check()
@@ -58,7 +65,10 @@ def diagnose(named: dict[str, Check]) -> Iterator[Finding]:
                 yield Finding(name, True, found)
         except CorpusError as error:
             wrong = f"{error.where}: {error.what}" if error.where else error.what
-            yield Finding(name, False, wrong, error.fix)
+            remark = not extras_needed and asked_extra(error.fix) is not None
+            yield Finding(
+                name, remark, wrong, f"if you want it: {error.fix}" if remark else error.fix
+            )
         except Exception as error:  # a broken library may raise anything
             reason = f"{type(error).__name__}: {error}"
             fix = "install the package again; if that doesn't help, please report this"

@@ -25,6 +25,16 @@ from g3.sdc.sdc_notation import format_brackets
 
 SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"))
 """Up to how many rows a size category of dataset cards goes."""
+LICENCES = frozenset(
+    (
+        "agpl-3.0", "apache-2.0", "bsd-2-clause", "bsd-3-clause", "bsl-1.0", "cc0-1.0",
+        "cc-by-3.0", "cc-by-4.0", "cc-by-nc-3.0", "cc-by-nc-4.0", "cc-by-nc-nd-4.0",
+        "cc-by-nc-sa-3.0", "cc-by-nc-sa-4.0", "cc-by-nd-4.0", "cc-by-sa-3.0", "cc-by-sa-4.0",
+        "cdla-permissive-2.0", "epl-2.0", "eupl-1.2", "gpl-2.0", "gpl-3.0", "isc", "lgpl-2.1",
+        "lgpl-3.0", "mit", "mpl-2.0", "odbl", "odc-by", "pddl", "unlicense", "zlib",
+    )
+)  # fmt: skip
+"""Licences that dataset cards have an id for: their SPDX ids in small letters."""
 WHAT = {
     "commands": "every command that was typed",
     "contexts": "semantic maps: objects, places, the robot",
@@ -48,7 +58,9 @@ def hugging_face_files(corpus: Corpus) -> dict[str, bytes]:
         "annotations": map(_annotation, corpus.annotations, tables.annotations),
         "judgments": map(_with_all_fields, tables.judgments),
         "outcomes": map(_with_all_fields, tables.outcomes),
-        "trajectories": as_lists(tables.trajectories),
+        "trajectories": (
+            {"id": number, **row} for number, row in enumerate(as_lists(tables.trajectories))
+        ),
     }
     files, counts = {}, {}
     for name, of_part in rows.items():
@@ -98,7 +110,9 @@ def _schemas(pa: Any) -> Mapping[str, Any]:
             ("picked", texts), ("put", text), ("on", texts), ("checkpoint", pa.int64()),
             ("unknown", texts), ("log", text),
         ],
-        "trajectories": [("t", numbers), ("xyz", pa.list_(numbers)), ("yaw", numbers)],
+        "trajectories": [
+            ("id", pa.int64()), ("t", numbers), ("xyz", pa.list_(numbers)), ("yaw", numbers),
+        ],
     }  # fmt: skip
     return {name: pa.schema(fields) for name, fields in columns.items()}
 
@@ -148,11 +162,16 @@ def _grounding(record: msgspec.Struct) -> Row:
 
 def _card(corpus: Corpus, counts: Mapping[str, int]) -> str:
     most = max(counts.values())
+    licence = corpus.licence.strip().lower()
     head = {
         "pretty_name": corpus.name,
-        "license": "other",
-        "license_name": corpus.licence or "unknown",
+        **(
+            {"license": licence}
+            if licence in LICENCES
+            else {"license": "other", "license_name": corpus.licence or "unknown"}
+        ),
         "language": ["en"],
+        "task_categories": ["robotics"],
         "tags": ["robotics", "grounded language", "spatial description clauses"],
         "size_categories": [next((name for n, name in SIZES if most < n), "100K<n<1M")],
         "configs": [
@@ -167,7 +186,7 @@ def _card(corpus: Corpus, counts: Mapping[str, int]) -> str:
 
 # {corpus.name}
 
-Source: {corpus.source or "not told"}. Licence: {corpus.licence or "not told"}.
+Source: {corpus.source.rstrip(". ") or "not told"}. Licence: {corpus.licence or "not told"}.
 Hash of the content: `{corpus.hash}`.
 
 | configuration | rows | what |

@@ -42,10 +42,20 @@ def label_studio_files(corpus: Corpus) -> dict[str, bytes]:
             task["predictions"] = [{"model_version": corpus.name, "result": result}]
         tasks.append(task)
     encoded = msgspec.json.format(msgspec.json.encode(tasks), indent=2)
-    return {"tasks.json": encoded + b"\n", "label-config.xml": _config().encode()}
+    return {"tasks.json": encoded + b"\n", "label-config.xml": _config(_video(corpus)).encode()}
 
 
-def _config() -> str:
+def _video(corpus: Corpus) -> str:
+    """The tag that shows videos: by their addresses, else by their names; empty without videos."""
+    named = [command.video for command in corpus.commands.values() if command.video]
+    if not named:
+        return ""
+    playable = all(video.startswith(("http://", "https://", "/data/")) for video in named)
+    tag = 'Video name="video"' if playable and len(named) == len(corpus.commands) else "Header"
+    return f'  <{tag} value="$video"/>\n'
+
+
+def _config(video: str) -> str:
     labels = "\n".join(
         f'    <Label value="{name}" background="{colour}"/>'
         for name, colour in zip(SDC_TYPES, COLOURS, strict=True)
@@ -53,7 +63,8 @@ def _config() -> str:
     relations = "\n".join(f'    <Relation value="{name}"/>' for name in (*RELATIONS.values(), SAME))
     return (
         f'<View>\n  <Relations>\n{relations}\n  </Relations>\n  <Labels name="{FROM}" '
-        f'toName="{TO}">\n{labels}\n  </Labels>\n  <Text name="{TO}" value="${TO}"/>\n</View>\n'
+        f'toName="{TO}">\n{labels}\n  </Labels>\n{video}'
+        f'  <Text name="{TO}" value="${TO}"/>\n</View>\n'
     )
 
 

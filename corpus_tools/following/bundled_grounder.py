@@ -46,16 +46,23 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     It is kept where the bundled corpora are, under a name that has the corpus's hash and the
     version of the features.
     """
-    folder = resolve(DEFAULT_CORPUS)
-    corpus_hash = read_manifest(folder).hash
-    path = kept_at(corpus_hash)
+    model = kept_model()
+    if model is not None:
+        return model
+    corpus = load_corpus(resolve(DEFAULT_CORPUS))
+    path = kept_at(corpus.hash)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    following_model(corpus, on_progress=on_progress).save(path)
+    return GroundingModel.load(path)
+
+
+def kept_model() -> GroundingModel | None:
+    """The model that :func:`default_model` has kept; None if it is still to be trained."""
+    corpus_hash = read_manifest(resolve(DEFAULT_CORPUS)).hash
     try:
-        return GroundingModel.load(path, corpus_hash=corpus_hash)
+        return GroundingModel.load(kept_at(corpus_hash), corpus_hash=corpus_hash)
     except ModelError:
-        corpus = load_corpus(folder)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        following_model(corpus, on_progress=on_progress).save(path)
-        return GroundingModel.load(path)
+        return None
 
 
 def kept_at(corpus_hash: str) -> Path:

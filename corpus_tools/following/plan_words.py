@@ -23,10 +23,13 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
     lines = []
     for found in plan.groundings:
         action = actions.get(found.node)
-        what = described(action) if action else grounded(found.group)
+        frame = plan.state.frame
+        what = described(action, frame) if action else grounded(found.group, frame)
         rival, other = "", found.rival
         if other is not None:
-            called = described(other) if isinstance(other, Action) else grounded(other)
+            called = (
+                described(other, frame) if isinstance(other, Action) else grounded(other, frame)
+            )
             rival = f", rather than {called}"
         lines.append(f"{found.text!r}: {what} (fits {found.probability:.2f}){rival}")
         why = [aspect.text for aspect in aspects(found.reasons, found.sdc)]
@@ -38,7 +41,7 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
 
 def sentence(plan: Plan) -> str:
     """What a plan does, one action after the other."""
-    return "; ".join(described(action) for action in plan.actions)
+    return "; ".join(described(action, plan.state.frame) for action in plan.actions)
 
 
 def as_record(result: Result, asked: str = "") -> dict[str, object]:
@@ -55,7 +58,8 @@ def as_record(result: Result, asked: str = "") -> dict[str, object]:
         "plans": [
             {
                 "probability": round(plan.probability, 4),
-                "actions": [described(action) for action in plan.actions],
+                "actions": [described(action, plan.state.frame) for action in plan.actions],
+                "why_not": plan.why_not,
                 "groundings": [
                     {
                         "node": g.node,
@@ -74,7 +78,9 @@ def as_record(result: Result, asked: str = "") -> dict[str, object]:
 
 
 def _status(result: Result, asked: str) -> str:
-    """What came of a command, in a word: absent, refused, unsure or found."""
+    """What came of a command, in a word: absent, refused, impossible, unsure or found."""
     if result.plan is None:
         return "absent" if result.missing else "refused"
+    if result.plan.why_not:
+        return "impossible"
     return "unsure" if asked else "found"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
@@ -24,7 +26,9 @@ def scenario_start(name_or_path: str | Path) -> State:
         If there is none, or something in it is wrong.
     """
     scenario = read_scenario(scenario_file(str(name_or_path), dataset_folder(DATASET)))
-    return replace(start_state(scenario_context(scenario)), site=scenario.layout.site)
+    layout = scenario.layout
+    frame = (*layout.at, float(np.deg2rad(layout.yaw_deg)))
+    return replace(start_state(scenario_context(scenario)), site=layout.site, frame=frame)
 
 
 def context_start(name: str) -> State:
@@ -42,5 +46,11 @@ def context_start(name: str) -> State:
         )
     contexts = open_corpus(corpus).contexts
     if key not in contexts:
-        raise CorpusError.unknown("context", key, sorted(contexts), where=corpus)
+        raise CorpusError.unknown(
+            "context",
+            key,
+            sorted(contexts),
+            where=corpus,
+            more=f"ct corpus show {corpus} lists them",
+        )
     return start_state(contexts[key])

@@ -8,6 +8,7 @@ import re
 DISTRIBUTION = "corpus-tools-g3"
 
 _REQUIREMENT = re.compile(r"([\w.-]+).*;.*extra == ['\"]([\w-]+)['\"]")
+_REMEDY = re.compile(rf"pip install '{DISTRIBUTION}\[([\w-]+)\]'")
 _COLLECTIONS = ("all", "test", "bench", "docs", "release", "dev")
 """Extras that bring others', or what only development needs."""
 _MODULES = {"cv2": "opencv_python_headless"}
@@ -26,7 +27,13 @@ def extras() -> dict[str, list[str]]:
 
 def missing_of(extra: str) -> list[str]:
     """The distributions of an extra that aren't installed."""
-    return [name for name in extras()[extra] if not _is_installed(name)]
+    return [name for name in extras().get(extra, ()) if not _is_installed(name)]
+
+
+def asked_extra(remedy: str) -> str | None:
+    """The extra that a remedy has people install; None if it has none, or that is there."""
+    asked = _REMEDY.search(remedy)
+    return asked[1] if asked and missing_of(asked[1]) else None
 
 
 def _is_installed(name: str) -> bool:

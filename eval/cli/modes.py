@@ -12,6 +12,8 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
+from g3.errors import nearest
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -37,6 +39,8 @@ class Modes(click.Group):
         chosen, used, rest = self._sorted([word for word in args if word not in helping])
         if not chosen and (helping or ctx.resilient_parsing):
             return super().parse_args(ctx, helping)
+        if not chosen:
+            self._suggest_mode(ctx, used)
         if len(chosen) != 1:
             raise click.UsageError(f"Give one of {all_of(chosen or self.commands)}.", ctx)
         (name,) = chosen
@@ -85,6 +89,15 @@ class Modes(click.Group):
                 used.append(name)
                 rest += given
         return list(dict.fromkeys(chosen)), used, rest
+
+    def _suggest_mode(self, ctx: click.Context, used: Iterable[str]) -> None:
+        """Refuse an option that nearly chooses a mode, and say which it may stand for."""
+        known = {option for mode in self.commands.values() for option, _ in _options(mode)}
+        for option in (word for word in used if word.startswith("-") and word not in known):
+            near = nearest(option, self._choosing())
+            error = click.NoSuchOption(option, possibilities=near, ctx=ctx)
+            if error.possibilities:
+                raise error
 
     def _check_options(self, ctx: click.Context, name: str, used: Iterable[str]) -> None:
         """Refuse options that only other modes have, and say which do."""

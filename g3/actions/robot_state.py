@@ -36,12 +36,16 @@ class State:
         How high the forks are above their lowest, in metres.
     site
         What is around, such as ``hall``; only pictures show it.
+    frame
+        Where the frame lies that people are shown coordinates in: its x, y and yaw in the context's
+        map. A scenario's is its layout's.
     """
 
     context: Context
     held: str | None
     forks_m: float = 0.0
     site: str = field(default="yard", repr=False, compare=False)
+    frame: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0), repr=False, compare=False)
 
     @property
     def pose(self) -> FloatArray:
@@ -97,7 +101,8 @@ def with_moved(
 ) -> State:
     """Return the state with some objects, by id, at other poses, and the forks' height."""
     objects = tuple(moved.get(o.id, o) for o in state.context.objects)
-    return State(replace(state.context, objects=objects), held, forks_m, state.site)
+    context = replace(state.context, objects=objects)
+    return replace(state, context=context, held=held, forks_m=forks_m)
 
 
 SMALLEST_M2, LARGEST_M2 = 0.5, 4.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from g3 import html_view
 from g3.actions.action_kinds import Action
-from g3.actions.action_words import described, grounded
+from g3.actions.action_words import MAP, described, grounded
 from g3.actions.robot_state import State, start_state
 from g3.data_frames import data_frame
 from g3.groundings import Context, FloatArray, Grounding
@@ -178,6 +178,9 @@ class Plan:
         What the plan leads to.
     evidence
         What the probability was calibrated from (:mod:`g3.inference.calibration`).
+    why_not
+        Why it can't be carried out, such as a load that the forks don't reach; empty if nothing
+        speaks against it, or nobody has looked.
     """
 
     actions: tuple[Action, ...]
@@ -186,6 +189,7 @@ class Plan:
     groundings: tuple[GroundedClause, ...]
     state: State
     evidence: tuple[float, ...] = ()
+    why_not: str = ""
 
 
 @short_repr
@@ -225,11 +229,12 @@ class Result:
     def to_pandas(self) -> pd.DataFrame:
         """Return a row for each clause of the best plan: its words and its groundings."""
         found = self.plan.groundings if self.plan else ()
+        frame = self.plan.state.frame if self.plan else MAP
         return data_frame(
             {
                 "words": clause.text,
                 "clause": clause.sdc.type,
-                "grounded_in": grounded(clause.group),
+                "grounded_in": grounded(clause.group, frame),
                 "probability": clause.probability,
             }
             for clause in found
@@ -246,10 +251,14 @@ class Result:
         if self.start is not None:
             marks = plan_marks(self.start, plan.actions, groups)
             said.append(scene_svg(self.start.context, marks))
-        steps = [(n, described(a)) for n, a in enumerate(plan.actions, start=1)]
+        frame = plan.state.frame
+        steps = [(n, described(a, frame)) for n, a in enumerate(plan.actions, start=1)]
         rows = [
-            (c.text, c.sdc.type, grounded(c.group), f"{c.probability:.2f}") for c in plan.groundings
+            (c.text, c.sdc.type, grounded(c.group, frame), f"{c.probability:.2f}")
+            for c in plan.groundings
         ]
+        if plan.why_not:
+            said.append(html_view.paragraph(f"it can't be carried out: {plan.why_not}"))
         return "\n".join(
             [
                 *said,

@@ -112,9 +112,21 @@ class GroundingModel(Estimator):
             Their labels φ, shape (n,); those that `X` has, if left out.
         load_choices
             Commands with the loads that they were about, of which no clauses need be known.
+
+        Raises
+        ------
+        ModelError
+            If there is nothing to learn from, or there aren't as many labels as examples.
         """
         known = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
         correct = known.correct if y is None else np.asarray(y, dtype=bool)
+        if not len(known.correct):
+            raise ModelError("there is nothing to learn from", fix="give labelled examples")
+        if correct.shape != known.correct.shape:
+            raise ModelError(
+                f"there are {len(known.correct)} examples, and labels of the shape {correct.shape}",
+                fix="give a label for each example",
+            )
         known = known.trimmed()
         weights = crf.train(
             known.matrix,

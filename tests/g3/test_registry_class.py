@@ -3,8 +3,10 @@ import subprocess
 import sys
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from g3.errors import CorpusError
+from g3.errors import CorpusError, nearest
 from g3.registry import Registry
 
 
@@ -60,5 +62,27 @@ def test_unknown_names_are_answered_with_the_nearest():
 def test_an_error_lists_no_thousand_names():
     numbers = [f"n{i}" for i in range(1000)]
     error = CorpusError.unknown("thing", "box", numbers)
-    assert error.fix.endswith("n38, n39 and 960 more")
+    assert error.fix.endswith("n10, n11 and 988 more")
     assert CorpusError.unknown("thing", "box", ()).fix == "there are none"
+    assert CorpusError.unknown("thing", "box", numbers, more="run list").fix == "run list"
+
+
+def test_of_many_names_the_few_nearest_are_suggested_and_how_all_are_listed():
+    names = [f"{layout}_pick_up_{load}" for layout in "abcdefgh" for load in ("tires", "boxes")]
+    near = CorpusError.unknown("scenario", "c_pick_up_tyres", names, more="run list").fix
+    assert near.startswith("did you mean 'c_pick_up_tires'")
+    assert near.endswith("? run list")
+    assert sum(name in near for name in names) <= 3
+    part = CorpusError.unknown("scenario", "D_PICK", names).fix
+    assert part.startswith("did you mean 'd_pick_up_")
+    assert "'d_pick_up_tires'" in part
+    assert "'d_pick_up_boxes'" in part
+
+
+@given(st.text(max_size=20), st.lists(st.text(max_size=20), max_size=30, unique=True))
+def test_any_name_is_answered_briefly_and_a_known_one_with_itself(name, known):
+    near = nearest(name, known)
+    assert len(near) <= 3
+    assert set(near) <= set(known)
+    assert name not in known or name.lower() == near[0].lower()
+    assert f"there is no thing {name!r}" in str(CorpusError.unknown("thing", name, known))

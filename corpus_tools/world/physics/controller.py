@@ -1,33 +1,28 @@
 """Drives the simulated robot along references, and watches what it touches.
 
-An action (:data:`BEHAVIOURS`) gets the running simulation and its argument, moves the robot, and
-says what it wanted to reach. What it can't do it refuses with an :class:`ActionError`, before
-moving if it can know.
+Behaviours move the simulation as a :class:`~corpus_tools.world.physics.behaviours.Robot`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.world.physics.behaviours import ActionError, Load, load_of
 from corpus_tools.world.physics.build import TIMESTEP_S, World, body_name, build_world, ground_of
 from corpus_tools.world.physics.pacing import EMPTY, LIFT, LOADED, Limits, ramp, references
 from corpus_tools.world.planning.curves import Way
 from corpus_tools.world.state.dimensions import LIFT_RANGE, LOW
 from corpus_tools.world.state.forklift_parts import DRIVE_RATE, FORKS, LIFT_RATE, TURN_RATE
 from corpus_tools.world.state.recording import NS_PER_S, Recording, heading, upright
-from corpus_tools.world.state.robot_script import ScriptAction
 from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.start import moved, starting
 from g3.errors import CorpusError
 from g3.geometry.plane import rotate
 from g3.groundings import Context, FloatArray, Trajectory
-from g3.registry import Registry
 from g3.short_repr import short_repr
 
 SLIP_M = 0.10
@@ -45,21 +40,6 @@ TILT = np.deg2rad(5.0)
 _CHASSIS, _GROUND = -2, -1
 """Owners of geoms that belong to no object, or to the robot's chassis."""
 _RATES = np.array([DRIVE_RATE, DRIVE_RATE, TURN_RATE, LIFT_RATE])
-
-
-class ActionError(CorpusError):
-    """Something that the robot could not do, or that went wrong while it did it."""
-
-
-@short_repr
-@dataclass(frozen=True, slots=True)
-class Load:
-    """What is on the forks, in the robot's frame."""
-
-    id: str
-    xy: FloatArray
-    yaw: float
-    """Pose of its frame, shape (2,) and radians."""
 
 
 @short_repr
@@ -130,11 +110,8 @@ class Simulation:
 
     def take(self, thing: str) -> None:
         """Note that an object is on the forks, where it is now."""
-        xyz, orientation = self.body_pose(thing)
-        pose = self.pose
-        offset = rotate(xyz[:2] - pose[:2], -pose[2])
         self.handled.add(thing)
-        self.load = Load(thing, offset, float(heading(orientation) - pose[2]))
+        self.load = load_of(self, thing)
 
     def drive(self, way: Way, limits: Limits | None = None) -> None:
         """Drive a way that starts at the robot's pose."""
@@ -302,27 +279,3 @@ def _owners(world: World) -> npt.NDArray[np.int64]:
     bodies = [names.get(model.body(i).name, _GROUND) for i in range(model.nbody)]
     owners: npt.NDArray[np.int64] = np.array(bodies)[model.geom_bodyid]
     return owners
-
-
-@short_repr
-@dataclass(frozen=True, slots=True, eq=False)
-class Goal:
-    """Where an action wants something to be."""
-
-    thing: str
-    """Id of the object."""
-    xyz: FloatArray
-    """Position of its frame, shape (3,)."""
-    yaw: float
-
-
-Behaviour: TypeAlias = Callable[[Simulation, Any], "Goal | None"]
-"""Takes the id of an object, a :class:`~g3.groundings.Place` or a number, as its action does."""
-
-BEHAVIOURS: Registry[Behaviour] = Registry("action")
-"""What actions do, by name."""
-
-
-def behaviour(action: ScriptAction) -> Callable[[Behaviour], Behaviour]:
-    """Register what an action does."""
-    return lambda function: BEHAVIOURS.add(function, action.name)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from corpus_tools.world.physics.controller import ActionError, Goal, Simulation, behaviour
+from corpus_tools.world.physics.behaviours import ActionError, Goal, Robot, behaviour
 from corpus_tools.world.physics.room import (
     READY_MARGIN_M,
     STRAIGHT_MARGIN_M,
@@ -41,13 +41,13 @@ _BODY = np.array([[x, y] for x in (CHASSIS[0][0], HEEL_X) for y in CHASSIS[1]])
 
 
 @behaviour(robot_script.DRIVE_TO)
-def drive_to(sim: Simulation, place: Place) -> Goal:
+def drive_to(robot: Robot, place: Place) -> Goal:
     """Drive into a place and stop with the robot's body in its middle."""
     middle = centre(place.prism)
-    ahead = middle - sim.pose[:2]
+    ahead = middle - robot.pose[:2]
     headings = np.append(quarters(axis_of(place)), np.arctan2(ahead[1], ahead[0]))
     goals, costs = [], []
-    around, boxes = robot_outline(sim, sim.load), boxes_of(sim)
+    around, boxes = robot_outline(robot, robot.load), boxes_of(robot)
     for yaw in headings:
         for shift in spots(place, rotate(_BODY - _MIDDLE, np.full(len(_BODY), yaw))):
             xy = middle + shift - rotate(_MIDDLE, yaw)
@@ -58,24 +58,24 @@ def drive_to(sim: Simulation, place: Place) -> Goal:
                 break
     if not goals:
         raise ActionError(f"there is no room for the robot in {_named(place)}")
-    return gone(sim, np.array(goals), f"to {_named(place)}", np.array(costs))
+    return gone(robot, np.array(goals), f"to {_named(place)}", np.array(costs))
 
 
 @behaviour(robot_script.APPROACH)
-def approach(sim: Simulation, thing: str) -> Goal:
+def approach(robot: Robot, thing: str) -> Goal:
     """Stop in front of one of an object's sides, or on the way to it, facing it."""
-    middle, _, axis = footprint(sim, thing)
-    toward = middle - sim.pose[:2]
+    middle, _, axis = footprint(robot, thing)
+    toward = middle - robot.pose[:2]
     headings = np.append(quarters(axis), np.arctan2(toward[1], toward[0]))
-    return gone(sim, in_front(sim, thing, headings), f"up to {thing}", np.zeros(len(headings)))
+    return gone(robot, in_front(robot, thing, headings), f"up to {thing}", np.zeros(len(headings)))
 
 
-def in_front(sim: Simulation, thing: str, headings: FloatArray) -> FloatArray:
+def in_front(robot: Robot, thing: str, headings: FloatArray) -> FloatArray:
     """Poses in front of an object in which the robot heads for its middle, shape (h, 3)."""
-    middle, corners, _ = footprint(sim, thing)
+    middle, corners, _ = footprint(robot, thing)
     reach = HEEL_X + FORK_LENGTH
-    if sim.load is not None:
-        reach = max(reach, load_rect(sim.load, sim.shape(sim.load.id)).x[1])
+    if robot.load is not None:
+        reach = max(reach, load_rect(robot.load, robot.shape(robot.load.id)).x[1])
     ahead = direction(headings)
     near = ((corners - middle) @ ahead.T).min(axis=0)
     goals = middle + (near - STAND_OFF_M - reach)[:, None] * ahead
@@ -83,69 +83,71 @@ def in_front(sim: Simulation, thing: str, headings: FloatArray) -> FloatArray:
 
 
 @behaviour(robot_script.DRIVE_PAST)
-def drive_past(sim: Simulation, thing: str) -> Goal:
+def drive_past(robot: Robot, thing: str) -> Goal:
     """Drive past an object, rather on the side that the robot faces, and on beyond it."""
-    middle, corners, axis = footprint(sim, thing)
-    x, y = middle - sim.pose[:2]
+    middle, corners, axis = footprint(robot, thing)
+    x, y = middle - robot.pose[:2]
     toward = float(np.arctan2(y, x))
     turned = np.abs(wrap(quarters(axis) - toward))
     headings = [toward, *quarters(axis)[np.argsort(turned, kind="stable")][:3].tolist()]
-    around, boxes = robot_outline(sim, sim.load), boxes_of(sim)
+    around, boxes = robot_outline(robot, robot.load), boxes_of(robot)
     for yaw in headings:
-        for goals in _past(middle, corners, yaw, sim.pose):
+        for goals in _past(middle, corners, yaw, robot.pose):
             if clearance(goals, around, boxes) < READY_MARGIN_M:
                 continue
             try:
-                first, _ = plan(sim.pose, goals[:1], around, boxes)
+                first, _ = plan(robot.pose, goals[:1], around, boxes)
                 second, _ = plan(goals[0], goals[1:], around, boxes)
             except NoWayError:
                 continue
-            sim.drive((*first, *second))
-            return robot_goal(sim, goals[1])
+            robot.drive((*first, *second))
+            return robot_goal(robot, goals[1])
     raise ActionError(f"there is no way past {thing}")
 
 
 @behaviour(robot_script.TURN)
-def turn(sim: Simulation, angle_deg: float) -> Goal:
+def turn(robot: Robot, angle_deg: float) -> Goal:
     """Turn on the spot."""
-    return straight_or_turn(sim, (0.0, math.radians(angle_deg)), "turn")
+    return straight_or_turn(robot, (0.0, math.radians(angle_deg)), "turn")
 
 
 @behaviour(robot_script.FORWARD)
-def forward(sim: Simulation, distance_m: float) -> Goal:
+def forward(robot: Robot, distance_m: float) -> Goal:
     """Drive straight ahead."""
-    return straight_or_turn(sim, (distance_m, 0.0), "drive ahead")
+    return straight_or_turn(robot, (distance_m, 0.0), "drive ahead")
 
 
 @behaviour(robot_script.BACK_UP)
-def back_up(sim: Simulation, distance_m: float) -> Goal:
+def back_up(robot: Robot, distance_m: float) -> Goal:
     """Drive straight back."""
-    return straight_or_turn(sim, (-distance_m, 0.0), "back up")
+    return straight_or_turn(robot, (-distance_m, 0.0), "back up")
 
 
 @behaviour(robot_script.WAIT)
-def wait(sim: Simulation, duration_s: float) -> None:
+def wait(robot: Robot, duration_s: float) -> None:
     """Stand still."""
-    sim.wait(duration_s)
+    robot.wait(duration_s)
 
 
-def go(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> int:
+def go(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> int:
     """Drive to the pose of `goals`, shape (g, 3), that is reached most cheaply; which one it is.
 
     `where` that is, for errors, is a preposition and a name. `penalty` is what choosing each costs,
     in metres of way, shape (g,).
     """
     try:
-        way, chosen = plan(sim.pose, goals, robot_outline(sim, sim.load), boxes_of(sim), penalty)
+        way, chosen = plan(
+            robot.pose, goals, robot_outline(robot, robot.load), boxes_of(robot), penalty
+        )
     except NoWayError as error:
         raise ActionError(f"the robot can't get {where}: {error}") from error
-    sim.drive(way)
+    robot.drive(way)
     return chosen
 
 
-def gone(sim: Simulation, goals: FloatArray, where: str, penalty: FloatArray) -> Goal:
+def gone(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> Goal:
     """The same as :func:`go`; what the robot then wanted to reach."""
-    return robot_goal(sim, goals[go(sim, goals, where, penalty)])
+    return robot_goal(robot, goals[go(robot, goals, where, penalty)])
 
 
 def _past(
@@ -162,29 +164,29 @@ def _past(
             yield np.array([[*abeam, yaw], [*beyond, yaw]])
 
 
-def straight_or_turn(sim: Simulation, motion: Motion, what: str) -> Goal:
+def straight_or_turn(robot: Robot, motion: Motion, what: str) -> Goal:
     """Drive straight, or turn on the spot, if nothing is in the way."""
-    start = sim.pose
+    start = robot.pose
     poses = poses_on(start, (motion,))
-    around, boxes = robot_outline(sim, sim.load), boxes_of(sim)
+    around, boxes = robot_outline(robot, robot.load), boxes_of(robot)
     room = min(STRAIGHT_MARGIN_M, clearance(start[None], around, boxes) - 0.005)
     if clearance(poses, around, boxes) < room:
         raise ActionError(f"the robot can't {what} that far: something is in the way")
-    sim.drive((motion,))
-    return robot_goal(sim, end_of(start, motion))
+    robot.drive((motion,))
+    return robot_goal(robot, end_of(start, motion))
 
 
-def robot_goal(sim: Simulation, pose: FloatArray) -> Goal:
+def robot_goal(robot: Robot, pose: FloatArray) -> Goal:
     """That the robot is at a pose (3,)."""
-    return Goal(sim.start.agent_id, np.array([*pose[:2], sim.ground_m]), float(pose[2]))
+    return Goal(robot.start.agent_id, np.array([*pose[:2], robot.ground_m]), float(pose[2]))
 
 
-def footprint(sim: Simulation, thing: str) -> tuple[FloatArray, FloatArray, float]:
+def footprint(robot: Robot, thing: str) -> tuple[FloatArray, FloatArray, float]:
     """Middle (2,), corners (4, 2) and heading of an object that isn't on the forks."""
-    if sim.load is not None and sim.load.id == thing:
+    if robot.load is not None and robot.load.id == thing:
         raise ActionError(f"{thing} is on the forks")
-    i = sim.index(thing)
-    boxes = boxes_of(sim, *(item.id for j, item in enumerate(sim.start.objects) if j != i))
+    i = robot.index(thing)
+    boxes = boxes_of(robot, *(item.id for j, item in enumerate(robot.start.objects) if j != i))
     corners = boxes.corners().reshape(-1, 2)
     yaw = float(boxes.yaw[0])
     local = rotate(corners, np.full(len(corners), -yaw))

@@ -7,16 +7,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from corpus_tools.world.physics import (  # noqa: F401 - they register
+from corpus_tools.world.physics import (
     controller,
-    driving_actions,
-    handling_actions,
-    pose_actions,
+    driving_actions,  # noqa: F401 - they register
+    handling_actions,  # noqa: F401
+    pose_actions,  # noqa: F401
+)
+from corpus_tools.world.physics.behaviours import (
+    ActionError,
+    Goal,
+    argument_text,
+    behave,
+    script_arguments,
+    step_text,
 )
 from corpus_tools.world.state.recording import Recording, Step, heading
 from corpus_tools.world.state.robot_script import ACTIONS, Script, ScriptStep
 from g3.actions.logged_actions import loaded
-from g3.errors import CorpusError
 from g3.geometry.plane import wrap
 from g3.groundings import Context, Place
 from g3.short_repr import short_repr
@@ -36,7 +43,7 @@ class Outcome:
     """How a step ended."""
 
     step: ScriptStep
-    goal: controller.Goal | None
+    goal: Goal | None
     """Where it wanted something to be, None if it wanted nothing to be anywhere."""
     error_m: float = 0.0
     error_deg: float = 0.0
@@ -54,7 +61,7 @@ class Execution:
     """What happened, to the end or to where it went wrong."""
     outcomes: tuple[Outcome, ...]
     """Of the steps that were carried out."""
-    failure: controller.ActionError | None
+    failure: ActionError | None
     """Why the step after those could not be; None if all were."""
     handled: frozenset[str] = frozenset()
     """Ids of what was on the forks."""
@@ -66,11 +73,13 @@ class Execution:
         for outcome in self.outcomes:
             if outcome.error_m > NEAR_M or outcome.error_deg > NEAR_DEG:
                 problems.append(
-                    f"{_named(outcome.step)}: ended {outcome.error_m:.2f} m and "
+                    f"{step_text(outcome.step)}: ended {outcome.error_m:.2f} m and "
                     f"{outcome.error_deg:.1f} degrees from its goal"
                 )
             if outcome.lean_deg > np.rad2deg(controller.TILT):
-                problems.append(f"{_named(outcome.step)}: leans by {outcome.lean_deg:.0f} degrees")
+                problems.append(
+                    f"{step_text(outcome.step)}: leans by {outcome.lean_deg:.0f} degrees"
+                )
         return (*problems, *self._displaced())
 
     def _displaced(self) -> list[str]:
@@ -117,9 +126,7 @@ def execute(
         If the script names an action, an object or a place that there isn't, or gives an action
         the wrong kind of argument.
     """
-    if places is None:
-        places = {place.name: place for place in context.places if place.name}
-    arguments = [_argument(context, places, step, i) for i, step in enumerate(script)]
+    arguments = script_arguments(context, script, places)
     sim = controller.simulation(context, rate_hz, forks_m)
     sim.wait(PAUSE_S)
     steps: list[Step] = []
@@ -128,10 +135,10 @@ def execute(
     for step, argument in zip(script, arguments, strict=True):
         began = sim.time_s
         try:
-            outcomes.append(_outcome(sim, step, controller.BEHAVIOURS[step.action](sim, argument)))
-        except controller.ActionError as error:
-            failure = controller.ActionError(error.what, where=_named(step), fix=error.fix)
-        said = ((ACTIONS[step.action].argument, _text(step)),)
+            outcomes.append(_outcome(sim, step, behave(sim, step, argument)))
+        except ActionError as error:
+            failure = error
+        said = ((ACTIONS[step.action].argument, argument_text(step)),)
         steps.append(Step(step.action, said, began, sim.time_s))
         if failure is not None:
             break
@@ -146,28 +153,7 @@ def reached(execution: Execution) -> bool:
     return not execution.problems
 
 
-def _argument(
-    context: Context, places: Mapping[str, Place], step: ScriptStep, number: int
-) -> str | float | Place:
-    where = f"step {number + 1} of the script"
-    if step.action not in ACTIONS or step.action not in controller.BEHAVIOURS:
-        raise CorpusError.unknown("action", step.action, controller.BEHAVIOURS, where=where)
-    wanted, given = ACTIONS[step.action].argument, step.argument
-    if wanted == "number":
-        if isinstance(given, str) or not np.isfinite(given):
-            raise CorpusError(f"{step.action} needs a number, not {given!r}", where=where)
-        return float(given)
-    if wanted == "object":
-        things = [item.id for item in context.objects if item.id != context.agent_id]
-        if given not in things:
-            raise CorpusError.unknown("object", given, things, where=where)
-        return str(given)
-    if given not in places:
-        raise CorpusError.unknown("place", given, places, where=where)
-    return places[str(given)]
-
-
-def _outcome(sim: controller.Simulation, step: ScriptStep, goal: controller.Goal | None) -> Outcome:
+def _outcome(sim: controller.Simulation, step: ScriptStep, goal: Goal | None) -> Outcome:
     if goal is None:
         return Outcome(step, None)
     xyz, orientation = sim.body_pose(goal.thing)
@@ -178,11 +164,3 @@ def _outcome(sim: controller.Simulation, step: ScriptStep, goal: controller.Goal
         float(np.rad2deg(np.abs(wrap(heading(orientation) - goal.yaw)))),
         float(np.rad2deg(sim.lean(goal.thing))),
     )
-
-
-def _text(step: ScriptStep) -> str:
-    return step.argument if isinstance(step.argument, str) else f"{step.argument:g}"
-
-
-def _named(step: ScriptStep) -> str:
-    return f"{step.action} {_text(step)}"

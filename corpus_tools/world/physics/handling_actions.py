@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from corpus_tools.world.physics import room
-from corpus_tools.world.physics.controller import ActionError, Goal, Load, Simulation, behaviour
+from corpus_tools.world.physics.behaviours import ActionError, Goal, Load, Robot, behaviour
 from corpus_tools.world.physics.driving_actions import SHIFT_COST, go
 from corpus_tools.world.physics.pacing import CAREFUL
 from corpus_tools.world.planning.clearance import clearance, outline
@@ -54,74 +54,74 @@ class _Docking:
 
 
 @behaviour(PICK_UP)
-def pick_up(sim: Simulation, thing: str) -> Goal:
+def pick_up(robot: Robot, thing: str) -> Goal:
     """Drive up to a load, put the forks in, lift it, and back out with it."""
-    if sim.load is not None:
+    if robot.load is not None:
         raise ActionError(
-            f"the robot can't pick up {thing}: {sim.load.id} is on the forks already",
+            f"the robot can't pick up {thing}: {robot.load.id} is on the forks already",
             fix="put it down before",
         )
-    if not kind_of(sim.start.objects[sim.index(thing)].labels).carriable:
+    if not kind_of(robot.start.objects[robot.index(thing)].labels).carriable:
         raise ActionError(f"the forks can't lift {thing}")
-    bottom = _bottom(sim, thing)
-    carrier = room.carrier_under(sim, thing)
-    docking = _dock(sim, _to_pick(sim, thing, bottom), f"to {thing} to pick it up", carrier)
-    sim.lift(bottom)
-    sim.grip, sim.support = thing, carrier
-    sim.drive(((docking.run_in_m, 0.0),), CAREFUL)
+    bottom = _bottom(robot, thing)
+    carrier = room.carrier_under(robot, thing)
+    docking = _dock(robot, _to_pick(robot, thing, bottom), f"to {thing} to pick it up", carrier)
+    robot.lift(bottom)
+    robot.grip, robot.support = thing, carrier
+    robot.drive(((docking.run_in_m, 0.0),), CAREFUL)
     touching = bottom + sizes.ENTRY_HEIGHT - sizes.LOW
-    sim.lift(touching + LOOSE_M)
-    sim.take(thing)
-    if _bottom(sim, thing) < bottom + LOOSE_M / 2:
+    robot.lift(touching + LOOSE_M)
+    robot.take(thing)
+    if _bottom(robot, thing) < bottom + LOOSE_M / 2:
         raise ActionError(f"{thing} did not come up with the forks")
-    sim.lift(touching + CLEAR_M)
-    sim.drive(((-docking.run_out_m, 0.0),), CAREFUL)
-    sim.support = None
-    sim.lift(sizes.ENTRY_HEIGHT - sizes.LOW + CARRY_M)
+    robot.lift(touching + CLEAR_M)
+    robot.drive(((-docking.run_out_m, 0.0),), CAREFUL)
+    robot.support = None
+    robot.lift(sizes.ENTRY_HEIGHT - sizes.LOW + CARRY_M)
     return docking.goal
 
 
 @behaviour(PUT_DOWN)
-def put_down(sim: Simulation, place: Place) -> Goal:
+def put_down(robot: Robot, place: Place) -> Goal:
     """Put the load on the forks down on what is in the middle of a place, and back off.
 
     Where the middle is taken or out of reach, the load goes to the free spot of the place
     that is nearest to it. Forks reach over a deck as far as the load on them is long.
     """
-    if sim.load is None:
+    if robot.load is None:
         raise ActionError("nothing is on the forks to put down", fix="pick something up before")
-    support = room.support_at(sim, place)
-    where = f"to put {sim.load.id} down in {place.name or 'the place'}"
-    docking = _dock(sim, _to_put(sim, sim.load, place, support), where, support.carrier)
+    support = room.support_at(robot, place)
+    where = f"to put {robot.load.id} down in {place.name or 'the place'}"
+    docking = _dock(robot, _to_put(robot, robot.load, place, support), where, support.carrier)
     standing = support.height + sizes.ENTRY_HEIGHT - sizes.LOW
-    if sim.forks_m < standing + CLEAR_M / 2:
-        sim.lift(standing + CLEAR_M)
-    sim.support = support.carrier
-    sim.drive(((docking.run_in_m, 0.0),), CAREFUL)
-    sim.lift(support.height)
-    sim.load = None
-    sim.wait(SETTLE_S)
-    sim.drive(((-docking.run_out_m, 0.0),), CAREFUL)
-    sim.grip = sim.support = None
-    sim.lift(0.0)
+    if robot.forks_m < standing + CLEAR_M / 2:
+        robot.lift(standing + CLEAR_M)
+    robot.support = support.carrier
+    robot.drive(((docking.run_in_m, 0.0),), CAREFUL)
+    robot.lift(support.height)
+    robot.load = None
+    robot.wait(SETTLE_S)
+    robot.drive(((-docking.run_out_m, 0.0),), CAREFUL)
+    robot.grip = robot.support = None
+    robot.lift(0.0)
     return docking.goal
 
 
-def _dock(sim: Simulation, dockings: list[_Docking], where: str, carrier: str | None) -> _Docking:
+def _dock(robot: Robot, dockings: list[_Docking], where: str, carrier: str | None) -> _Docking:
     """Drive to where one of several dockings begins."""
     if not dockings:
         reach = "" if carrier is None else f"the forks don't reach so far over {carrier}, or "
         raise ActionError(f"the robot can't get {where}: {reach}there is no room to go in and out")
     ready = np.array([room.behind(d.final, d.run_in_m) for d in dockings])
-    return dockings[go(sim, ready, where, np.array([d.cost for d in dockings]))]
+    return dockings[go(robot, ready, where, np.array([d.cost for d in dockings]))]
 
 
-def _to_pick(sim: Simulation, thing: str, bottom: float) -> list[_Docking]:
+def _to_pick(robot: Robot, thing: str, bottom: float) -> list[_Docking]:
     """From which sides the forks can lift a load."""
-    shape, (xyz, orientation) = sim.shape(thing), sim.body_pose(thing)
+    shape, (xyz, orientation) = robot.shape(thing), robot.body_pose(thing)
     yaw = float(heading(orientation))
     middle = xyz[:2] + rotate(shape.middle[:2], np.array(yaw))
-    others, everything = room.boxes_of(sim, thing), room.boxes_of(sim)
+    others, everything = room.boxes_of(robot, thing), room.boxes_of(robot)
     band = (bottom + EPSILON_M, bottom + CLEAR_M + float(shape.size[2]))
     found = []
     for side, entry in enumerate(quarters(yaw)):
@@ -133,8 +133,8 @@ def _to_pick(sim: Simulation, thing: str, bottom: float) -> list[_Docking]:
         )
         held = Load(thing, rotate(xyz[:2] - final[:2], -entry), yaw - float(entry))
         load = outline((room.load_rect(held, shape),))
-        run_in = room.ready_behind(final, room.robot_outline(sim, None), everything, ENTER_M)
-        run_out = room.ready_behind(final, room.robot_outline(sim, held), others, LEAVE_M)
+        run_in = room.ready_behind(final, room.robot_outline(robot, None), everything, ENTER_M)
+        run_out = room.ready_behind(final, room.robot_outline(robot, held), others, LEAVE_M)
         if run_in is None or run_out is None:
             continue
         goes_in = room.fits_straight(
@@ -142,19 +142,19 @@ def _to_pick(sim: Simulation, thing: str, bottom: float) -> list[_Docking]:
         )
         if goes_in and room.fits_straight(final, run_out, others, load, band):
             xy = xyz[:2] - run_out * direction(entry)
-            z = sim.ground_m + CARRY_M - float(shape.low[2])
+            z = robot.ground_m + CARRY_M - float(shape.low[2])
             goal = Goal(thing, np.array([*xy, z]), yaw)
             cost = run_in + run_out + (LONG_COST_M if long > wide + EPSILON_M else 0.0)
             found.append(_Docking(final, run_in, run_out, goal, cost))
     return found
 
 
-def _to_put(sim: Simulation, load: Load, place: Place, support: room.Support) -> list[_Docking]:
+def _to_put(robot: Robot, load: Load, place: Place, support: room.Support) -> list[_Docking]:
     """From which sides the load can be put down in a place, as near to its middle as can be."""
-    shape, boxes, height = sim.shape(load.id), room.boxes_of(sim), support.height
+    shape, boxes, height = robot.shape(load.id), room.boxes_of(robot), support.height
     rect = room.load_rect(load, shape)
     corners = np.array([[x, y] for x in rect.x for y in rect.y])
-    around = room.robot_outline(sim, load)
+    around = room.robot_outline(robot, load)
     carried = np.concatenate((room.FORKS_OUTLINE, outline((rect,))))
     band = (height + EPSILON_M, height + CLEAR_M + float(shape.size[2]))
     found = []
@@ -170,7 +170,7 @@ def _to_put(sim: Simulation, load: Load, place: Place, support: room.Support) ->
             if clearance(final[None], carried, boxes.between(*band)) < room.STRAIGHT_MARGIN_M:
                 continue
             run_in = room.ready_behind(final, around, boxes, ENTER_M)
-            run_out = room.ready_behind(final, room.robot_outline(sim, None), boxes, ENTER_M)
+            run_out = room.ready_behind(final, room.robot_outline(robot, None), boxes, ENTER_M)
             if run_in is None or run_out is None:
                 continue
             out = room.fits_straight(
@@ -179,7 +179,7 @@ def _to_put(sim: Simulation, load: Load, place: Place, support: room.Support) ->
             if out and room.fits_straight(final, run_in, boxes, carried, band):
                 near = float(np.hypot(*shift)) <= room.NUDGE_M + 1e-9
                 at = xy - shift if near else xy
-                z = sim.ground_m + height - float(shape.low[2])
+                z = robot.ground_m + height - float(shape.low[2])
                 cost = run_in + run_out + SHIFT_COST * float(np.hypot(*shift))
                 goal = Goal(load.id, np.array([*at, z]), float(yaw))
                 found.append(_Docking(final, run_in, run_out, goal, cost))
@@ -187,9 +187,9 @@ def _to_put(sim: Simulation, load: Load, place: Place, support: room.Support) ->
     return found
 
 
-def _bottom(sim: Simulation, thing: str) -> float:
+def _bottom(robot: Robot, thing: str) -> float:
     """How high above the ground an object's underside is."""
-    return float(sim.body_pose(thing)[0][2] + sim.shape(thing).low[2] - sim.ground_m)
+    return float(robot.body_pose(thing)[0][2] + robot.shape(thing).low[2] - robot.ground_m)
 
 
 NOTHING_M = 1e-3
@@ -197,18 +197,18 @@ NOTHING_M = 1e-3
 
 
 @behaviour(RAISE_FORKS)
-def raise_forks(sim: Simulation, distance_m: float) -> None:
+def raise_forks(robot: Robot, distance_m: float) -> None:
     """Raise the forks by a distance, or as far as they go."""
-    _brought_to(sim, min(sim.forks_m + distance_m, sizes.LIFT_RANGE))
+    _brought_to(robot, min(robot.forks_m + distance_m, sizes.LIFT_RANGE))
 
 
 @behaviour(LOWER_FORKS)
-def lower_forks(sim: Simulation, distance_m: float) -> None:
+def lower_forks(robot: Robot, distance_m: float) -> None:
     """Lower the forks by a distance, or as far as they go; a load stays off the ground."""
-    lowest = 0.0 if sim.load is None else sizes.ENTRY_HEIGHT - sizes.LOW + CARRY_M
-    _brought_to(sim, min(max(sim.forks_m - distance_m, lowest), sim.forks_m))
+    lowest = 0.0 if robot.load is None else sizes.ENTRY_HEIGHT - sizes.LOW + CARRY_M
+    _brought_to(robot, min(max(robot.forks_m - distance_m, lowest), robot.forks_m))
 
 
-def _brought_to(sim: Simulation, height_m: float) -> None:
-    if abs(height_m - sim.forks_m) > NOTHING_M:
-        sim.lift(height_m)
+def _brought_to(robot: Robot, height_m: float) -> None:
+    if abs(height_m - robot.forks_m) > NOTHING_M:
+        robot.lift(height_m)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from corpus_tools.world.physics.controller import ActionError, Load, Simulation
+from corpus_tools.world.physics.behaviours import ActionError, Load, Robot
 from corpus_tools.world.planning.clearance import Boxes, Rect, clearance, outline, room
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.recording import heading
@@ -44,24 +44,24 @@ def load_rect(load: Load, shape: Shape) -> Rect:
     return Rect((x0, x1), (y0, y1))
 
 
-def robot_outline(sim: Simulation, load: Load | None) -> FloatArray:
+def robot_outline(robot: Robot, load: Load | None) -> FloatArray:
     """The robot with a load on its forks, or without."""
     parts = [CHASSIS_OUTLINE, FORKS_OUTLINE]
     if load is not None:
-        parts.append(outline((load_rect(load, sim.shape(load.id)),)))
+        parts.append(outline((load_rect(load, robot.shape(load.id)),)))
     return np.concatenate(parts)
 
 
-def boxes_of(sim: Simulation, *but: str | None) -> Boxes:
+def boxes_of(robot: Robot, *but: str | None) -> Boxes:
     """Everything but the robot, what is on its forks, and some objects; heights above ground."""
-    held = sim.load.id if sim.load else None
+    held = robot.load.id if robot.load else None
     rows = []
-    for item in sim.start.objects:
-        if item.id in (sim.start.agent_id, held, *but):
+    for item in robot.start.objects:
+        if item.id in (robot.start.agent_id, held, *but):
             continue
-        kind, shape = kind_of(item.labels), sim.shape(item.id)
-        xyz, orientation = sim.body_pose(item.id)
-        yaw, bottom = heading(orientation), xyz[2] - sim.ground_m
+        kind, shape = kind_of(item.labels), robot.shape(item.id)
+        xyz, orientation = robot.body_pose(item.id)
+        yaw, bottom = heading(orientation), xyz[2] - robot.ground_m
         (x0, y0, z0), (x1, y1, z1) = shape.low.tolist(), shape.high.tolist()
         under = 0.0 if kind.deck is not None else z0 + bottom
         solids = [(x0, x1, under, z1 + bottom)]
@@ -152,22 +152,22 @@ class Support:
         return bool((inwards >= FIRM_M).all())
 
 
-def support_at(sim: Simulation, place: Place) -> Support:
+def support_at(robot: Robot, place: Place) -> Support:
     """What a load put down in a place's middle stands on; ActionError if that is in the air."""
-    low = place.prism.z_min - sim.ground_m
+    low = place.prism.z_min - robot.ground_m
     found = Support(0.0, axis_of(place))
-    for item in sim.start.objects:
+    for item in robot.start.objects:
         kind = kind_of(item.labels)
         if kind.deck is None:
             continue
-        shape = sim.shape(item.id)
-        xyz, orientation = sim.body_pose(item.id)
+        shape = robot.shape(item.id)
+        xyz, orientation = robot.body_pose(item.id)
         yaw = float(heading(orientation))
         begin, end = deck_of(kind, shape)
         right, left = float(shape.low[1]), float(shape.high[1])
         corners = np.array([[begin, right], [end, right], [end, left], [begin, left]])
         deck = xyz[:2] + rotate(corners, np.full(4, yaw))
-        height = float(xyz[2] + shape.high[2] - sim.ground_m)
+        height = float(xyz[2] + shape.high[2] - robot.ground_m)
         x, y = rotate(centre(place.prism) - xyz[:2], np.array(-yaw))
         # Over the cab, too: what is wanted up there goes onto the deck.
         over = shape.low[0] <= x <= shape.high[0] and right <= y <= left
@@ -180,14 +180,14 @@ def support_at(sim: Simulation, place: Place) -> Support:
     return found
 
 
-def carrier_under(sim: Simulation, thing: str) -> str | None:
+def carrier_under(robot: Robot, thing: str) -> str | None:
     """The object that an object stands on, None if that is the ground."""
-    shape, (xyz, orientation) = sim.shape(thing), sim.body_pose(thing)
+    shape, (xyz, orientation) = robot.shape(thing), robot.body_pose(thing)
     middle = xyz[:2] + rotate(shape.middle[:2], heading(orientation))
-    for item in sim.start.objects:
-        if item.id in (thing, sim.start.agent_id):
+    for item in robot.start.objects:
+        if item.id in (thing, robot.start.agent_id):
             continue
-        other, (at, turned) = sim.shape(item.id), sim.body_pose(item.id)
+        other, (at, turned) = robot.shape(item.id), robot.body_pose(item.id)
         local = rotate(middle - at[:2], -heading(turned))
         over = (other.low[:2] <= local).all() and (local <= other.high[:2]).all()
         if over and abs(at[2] + other.high[2] - xyz[2] - shape.low[2]) < _TOUCH_M:

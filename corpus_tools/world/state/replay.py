@@ -66,7 +66,12 @@ def replay(context: Context, rate_hz: float) -> Recording:
             poses.append(
                 _moved(item, _knots(item.trajectory, begin), robot, forks, item.id == loaded_id)
             )
-    still = (replace(item, trajectory=at_rest(item.trajectory)) for item in context.objects)
+    # At the recording's own time 0: that of the log may be hours on a clock of its own.
+    poses_then = (at_rest(item.trajectory) for item in context.objects)
+    still = (
+        replace(item, trajectory=replace(pose, t=np.zeros(1)))
+        for item, pose in zip(context.objects, poses_then, strict=True)
+    )
     return Recording(
         start=replace(context, objects=tuple(still)),
         t_ns=t_ns,

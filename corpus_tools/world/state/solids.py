@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import mujoco
+from typing import TYPE_CHECKING
 
 from corpus_tools.world.state.dimensions import BLOCK, CAB_TOP, ENTRY_HEIGHT, PALLET_HEIGHT, Extent
 from corpus_tools.world.state.shapes import Shape
 from corpus_tools.world.state.thing_kinds import Kind
+
+if TYPE_CHECKING:
+    import mujoco
 
 SOLID_GROUP = 3
 """Group of geoms that collide and aren't seen."""
@@ -58,6 +61,8 @@ def beside_deck(kind: Kind, shape: Shape) -> tuple[tuple[float, float], ...]:
 
 def box(body: mujoco.MjsBody, extent: Extent, mass: float = 0.0) -> None:
     """Add a box that collides."""
+    import mujoco  # noqa: PLC0415 - who only asks where things are does without
+
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=[(low + high) / 2 for low, high in extent],

@@ -13,7 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from g3.features.factor_batch import FactorBatch
-from g3.groundings import FloatArray, PhysicalObject
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray, Place, object_ids
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Case, added_by
 from g3.inference.problem.command_tree import Tree
@@ -85,8 +86,8 @@ def _with_others(
 ) -> tuple[list[Group], dict[int, FactorBatch]]:
     """Yield the alternatives of clauses, with the factors of these and of the choices."""
     chosen = nodes[clauses[0]][0]
-    taken = {*_ids(chosen), scene.context.agent_id}
-    others = [group for group in scene.groups if not _ids(group) & taken]
+    taken = {*_members(chosen), scene.context.agent_id}
+    others = [group for group in scene.groups if not _members(group) & taken]
     return [chosen, *others], {
         n: _factor(tree, n, nodes, scene, [nodes[n][0], *others]) for n in clauses
     }
@@ -115,8 +116,10 @@ def _against_best(
     return groups[best], tuple(weightiest([*reasons, *told]))
 
 
-def _ids(group: Group) -> set[str]:
-    return {g.id for g in group if isinstance(g, PhysicalObject)}
+def _members(group: Group) -> set[object]:
+    """Ids of a group's objects; of its places the middles, which stay when a place is lowered."""
+    places = (g for g in group if isinstance(g, Place))
+    return {*object_ids(group), *(tuple(centre(place.prism).round(3)) for place in places)}
 
 
 def _same_thing(tree: Tree, node: int) -> list[int]:

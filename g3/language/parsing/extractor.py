@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from g3 import html_view
 from g3.data_frames import data_frame
+from g3.errors import ModelError
 from g3.estimator import Estimator, read_bytes
 from g3.language.parsing.attachment import AttachmentModel, probabilities
 from g3.language.parsing.extractor_file import from_bytes, to_bytes
@@ -170,12 +171,12 @@ class SDCExtractor(Estimator):
         Raises
         ------
         CorpusError
-            If there is nothing to learn from.
+            If there is nothing to learn from, or texts come without as many trees.
         """
         # Optimisers are slow to import, and who only extracts needs none.
         from g3.language.parsing.training.extractor_training import learned, prepare, recipe  # noqa: PLC0415
 
-        taught: Sequence[Any] = X if y is None else list(zip(X, y, strict=True))
+        taught = _taught(X, y)
         self.roles_, self.attachments_ = learned(prepare(taught), prepare(others), l2=self.l2)
         self.card_ = {**self.card, "l2": self.l2, "recipe": recipe()}
         return self
@@ -194,6 +195,8 @@ class SDCExtractor(Estimator):
         n_best
             How many trees to give for each, at most.
         """
+        if isinstance(X, (str, Analysis)):
+            raise ModelError("X is one command", fix="give a list of commands: predict([command])")
         analyses = analysed(X)
         while batch := list(islice(analyses, BATCH)):
             yield from self._parses(batch, n_best)
@@ -245,6 +248,25 @@ def default_extractor() -> SDCExtractor:
     """The bundled extractor."""
     with resources.as_file(resources.files("g3.language.parsing") / DEFAULT) as file:
         return SDCExtractor.load(file)
+
+
+def _taught(
+    X: Sequence[TreeOf | Lesson | str], y: Sequence[tuple[SDC, ...]] | None
+) -> Sequence[Any]:
+    """Commands with their trees; ModelError for texts without."""
+    if isinstance(X, str):
+        raise ModelError("X is one command", fix="give a list of commands, and their trees as y")
+    if y is None:
+        if any(isinstance(one, str) for one in X):
+            raise ModelError(
+                "the commands have no trees to learn from", fix="give these as y: fit(texts, trees)"
+            )
+        return X
+    if len(X) != len(y):
+        raise ModelError(
+            f"there are {len(X)} commands and {len(y)} trees", fix="give a tree for each command"
+        )
+    return list(zip(X, y, strict=True))
 
 
 def _parse(

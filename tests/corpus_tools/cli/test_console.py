@@ -151,6 +151,24 @@ def test_wrong_usage_exits_2(args):
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("args", "meant"),
+    [
+        (["evl"], "'eval'"),
+        (["scenarios", "shw"], "'show'"),
+        (["annotate", "inti"], "'init'"),
+        (["annotate", "people", "lst"], "'list'"),
+        (["import", "slucore"], "'slu-core'"),
+        (["eval", "--tabel", "1"], "'--table'"),
+        (["follow", "--scenari", "x"], "'--scenario'"),
+    ],
+)
+def test_mistyped_commands_and_options_are_suggested_at_every_level(args, meant):
+    done = ct(*args)
+    assert done.returncode == 2
+    assert f"Did you mean {meant}?" in done.stderr
+
+
 def test_graph_as_text():
     assert ct("graph", PUT).stdout.splitlines() == [
         'Ψ_1(φ_1, λ_1^r = "Put", γ_1, γ_2, γ_3)',

@@ -4,13 +4,21 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from corpus_tools.cli.follow_commands import follow
-from corpus_tools.following.bundled_grounder import WAIT_S, state_after, to_script
+from corpus_tools.following.bundled_grounder import (
+    WAIT_S,
+    following_model,
+    kept_at,
+    kept_model,
+    state_after,
+    to_script,
+)
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import (
@@ -199,6 +207,73 @@ def test_plans_put_loads_on_decks(scenario, load, carrier):
     end = state_after(done.recording, None).thing(load).prism
     assert end.z_min == pytest.approx(deck.z_max, abs=0.02)
     assert covers(deck, centre(end))
+
+
+YARD = ["--scenario", "yard_put_tires_on_truck"]
+
+
+@pytest.mark.parametrize("how", [["--yes"], ["--plan-only"], []])
+def test_what_the_forks_cannot_reach_is_said_before_anything_moves(model, how):
+    done = run("Pick up the boxes", *YARD, *model, *how)
+    assert done.exit_code == 2
+    assert "pick up boxes-1" in done.stdout
+    assert "it can't be carried out: " in done.stderr
+    assert "over truck-1" in done.stderr
+    assert "Do this?" not in done.stderr
+
+
+def test_programs_are_told_what_the_forks_cannot_reach(model):
+    done = run("Pick up the boxes", *YARD, *model, "--yes", "--json")
+    told = json.loads(done.stdout)
+    assert done.exit_code == 2
+    assert (told["status"], told["execution"]) == ("impossible", None)
+    assert "over truck-1" in told["plans"][0]["why_not"]
+    other = json.loads(run("Pick up the boxes", *SCENARIO, *model, "--plan-only", "--json").stdout)
+    assert (other["status"], other["plans"][0]["why_not"]) == ("found", "")
+
+
+def test_the_loop_goes_on_after_a_plan_that_cannot_be_carried_out(model):
+    said = "Pick up the boxes\nPick up the tires\n1\n\n"
+    done = run(*YARD, *model, "--interactive", "--plan-only", input=said)
+    assert done.exit_code == 0, done.output
+    assert "over truck-1" in done.stderr
+    assert "pick up tires-" in done.stdout
+
+
+def test_plans_name_places_and_say_others_in_the_frame_of_the_scenario(model):
+    named = run("Go to the wash bay", *YARD, *model, "--plan-only", "--explain")
+    assert named.stdout.startswith("drive to wash bay  ")
+    assert "wash bay (fits" in named.stdout
+    assert "rather than drive to wash bay" not in named.stdout
+    assert "rather than the place at wash bay" not in named.stdout
+    beside = run("Put the left tires beside the barrel", *YARD, *model, "--plan-only").stdout
+    x, y = map(float, beside.partition("at (")[2].partition(")")[0].split(", "))
+    assert np.hypot(x - 8, y - 7) < 5, "the barrel is at 8, 7 in the scenario's file"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_no_training_is_announced_where_a_model_is_kept(tmp_path, monkeypatch):
+    corpus = open_corpus("warehouse")
+    known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert kept_model() is None
+    path = kept_at(open_corpus("warehouse").hash)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    following_model(replace(corpus, annotations=tuple(known))).save(path)
+    assert kept_model() is not None
+    ours, theirs = os.openpty()
+    command = ("follow", "Pick up the boxes", *SCENARIO, "--plan-only")
+    done = subprocess.run(
+        [sys.executable, "-m", "corpus_tools", *command],
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+    )
+    os.write(theirs, b"end")
+    shown = os.read(ours, 10_000).decode()
+    assert done.returncode == 0
+    assert b"pick up boxes-" in done.stdout
+    assert shown == "end"
 
 
 @pytest.mark.slow

@@ -85,6 +85,14 @@ def test_show_tells_what_is_there_and_draws_it(files):
     assert shown["script"] == [{"action": "drive_to", "argument": "receiving"}]
 
 
+def test_show_tells_where_the_robot_heads_in_the_frame_of_the_file():
+    result = run("show", "yard_put_tires_on_truck")
+    robot = next(line for line in result.output.splitlines() if "robot" in line)
+    assert robot.split() == ["forklift", "robot", "12,", "0", "heading", "180"]
+    turned = next(line for line in result.output.splitlines() if "boxes-1" in line)
+    assert " ".join(turned.split()) == "boxes-1 box-pallet 0, 7.7 on truck-1 heading 90"
+
+
 def test_kinds_lists_what_scenarios_can_name():
     assert "tire-pallet" in run("kinds").output
     found = json.loads(run("kinds", "--format", "json").output)

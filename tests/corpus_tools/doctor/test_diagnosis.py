@@ -16,6 +16,7 @@ import pytest
 from corpus_tools.cli.console import run
 from corpus_tools.doctor.diagnosis import checks, diagnose
 from g3.errors import CorpusError
+from tests.processes import ct
 
 
 @pytest.fixture
@@ -86,6 +87,30 @@ def test_an_extra_that_is_not_installed_is_a_remark(doctor, monkeypatch, capsys)
     remark, remedy = capsys.readouterr().out.splitlines()
     assert remark.startswith("--  extras")
     assert "if you want them" in remedy
+
+
+def test_a_check_of_an_extra_that_is_not_installed_fails_only_where_it_is_asked_for(tmp_path):
+    gone = "av", "cv2", "mujoco", "spacy", "sqlalchemy"
+    (tmp_path / "sitecustomize.py").write_text(
+        "import importlib.metadata as metadata, importlib.util as util, sys\n"
+        f"gone = {gone!r}\n"
+        "sys.modules.update(dict.fromkeys(gone))\n"
+        "find, version = util.find_spec, metadata.version\n"
+        "util.find_spec = lambda name, *rest: None if name in gone else find(name, *rest)\n"
+        "def lacking(name):\n"
+        "    if name.lower() in (*gone, 'opencv-python-headless'):\n"
+        "        raise metadata.PackageNotFoundError(name)\n"
+        "    return version(name)\n"
+        "metadata.version = lacking\n"
+    )
+    path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
+    done = ct("doctor", "--json", cwd=tmp_path, PYTHONPATH=path)
+    found = {one["name"]: one for one in json.loads(done.stdout)["checks"]}
+    assert done.returncode == 0, done.stdout
+    for name, extra in (("drawing", "render"), ("parsing", "language"), ("database", "app")):
+        assert found[name]["ok"]
+        assert f"corpus-tools-g3[{extra}]" in found[name]["fix"]
+    assert ct("doctor", "parsing", cwd=tmp_path, PYTHONPATH=path).returncode == 2
 
 
 def test_unknown_check(capsys):

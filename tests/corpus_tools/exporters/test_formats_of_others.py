@@ -10,6 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 from corpus_tools.exporters.csv_tables import csv_files
 from corpus_tools.exporters.export_registry import export_corpus_to
@@ -57,7 +58,29 @@ def test_datasets_reads_the_counts_and_the_content(corpus, tmp_path: Path, monke
     assert {"liftable", "colours"} <= robot.keys()
     trajectory = next(iter(corpus.contexts.values())).agent.trajectory
     assert poses[robot["trajectory"]]["xyz"] == trajectory.xyz.tolist()
+    mixed = poses.shuffle(seed=1)
+    (own,) = mixed.filter(lambda row: row["id"] == robot["trajectory"])
+    assert own["xyz"] == trajectory.xyz.tolist()
     assert "outcomes" not in (tmp_path / "hf" / "README.md").read_text()  # there are none
+
+
+@pytest.mark.parametrize(
+    ("licence", "ids"),
+    [
+        ("MIT", {"license": "mit"}),
+        ("CC-BY-4.0", {"license": "cc-by-4.0"}),
+        ("ask us", {"license": "other", "license_name": "ask us"}),
+        ("", {"license": "other", "license_name": "unknown"}),
+    ],
+)
+def test_the_card_names_the_licence_as_the_hub_does(corpus, tmp_path: Path, licence, ids):
+    own = replace(corpus, licence=licence, source="Written by us. Seed: 2011.")
+    export_corpus_to(own, "huggingface", tmp_path / "hf")
+    _, head, text = (tmp_path / "hf" / "README.md").read_text().split("---\n", 2)
+    card = yaml.safe_load(head)
+    assert {name: card[name] for name in card if name.startswith("license")} == ids
+    assert card["task_categories"] == ["robotics"]
+    assert "Source: Written by us. Seed: 2011. Licence: " in text
 
 
 @pytest.mark.slow

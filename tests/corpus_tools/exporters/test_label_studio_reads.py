@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -131,3 +132,18 @@ def test_field_by_field_as_its_validator_has_it(corpus, exported):
         clauses = list(breadth_first(first[task["data"]["command_id"]].sdcs))
         named = {int(name.partition("-")[0]) for name in ids}
         assert named == {n for n, c in enumerate(clauses) if (*c.relation, *c.words)}
+
+
+def test_videos_are_shown_by_their_addresses_or_else_by_their_names(corpus: Corpus):
+    def shown(*videos: str) -> list[tuple[str, str]]:
+        some = list(corpus.commands.items())[: len(videos)]
+        named = {key: replace(c, video=v) for (key, c), v in zip(some, videos, strict=True)}
+        own = replace(corpus, commands=named, annotations=())
+        files = label_studio_files(own)
+        tree = ElementTree.fromstring(files["label-config.xml"])
+        return [(e.tag, e.get("value")) for e in tree if e.get("value") == "$video"]
+
+    assert shown("dock", "hall") == [("Header", "$video")]
+    assert shown("https://here/a.mp4", "/data/b.mp4") == [("Video", "$video")]
+    assert shown("https://here/a.mp4", "") == [("Header", "$video")]
+    assert shown("", "") == []

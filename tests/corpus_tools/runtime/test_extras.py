@@ -1,4 +1,5 @@
 import importlib.metadata
+import os
 import re
 from pathlib import Path
 
@@ -41,6 +42,15 @@ def test_a_command_whose_extra_is_missing_names_it(tmp_path):
     assert done.stderr == (
         "ct: error: this needs the package waitress (pip install 'corpus-tools-g3[app]')\n"
     )
+
+
+def test_a_study_is_begun_without_any_extra(tmp_path):
+    gone = ["babel", "flask", "sqlalchemy", "cv2", "av", "mujoco", "spacy", "pyarrow"]
+    (tmp_path / "sitecustomize.py").write_text(f"import sys; sys.modules |= dict.fromkeys({gone})")
+    path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
+    done = ct("annotate", "init", "my study.yaml", cwd=tmp_path, PYTHONPATH=path)
+    assert done.returncode == 0, done.stderr
+    assert "name: my-study" in (tmp_path / "my study.yaml").read_text()
 
 
 def test_what_extras_bring(monkeypatch):

@@ -138,6 +138,24 @@ def test_nothing_to_learn_from():
         SDCExtractor().fit([("", ())])
 
 
+@pytest.mark.parametrize(
+    ("texts", "trees", "fix"),
+    [
+        (["Go left"], None, "fit\\(texts, trees\\)"),
+        ("Go left", None, "list of commands"),
+        (["Go left"], [], "a tree for each"),
+    ],
+)
+def test_texts_without_trees_are_refused(texts, trees, fix):
+    with pytest.raises(ModelError, match=fix):
+        SDCExtractor().fit(texts, trees)
+
+
+def test_one_command_is_no_list_of_commands(extractor):
+    with pytest.raises(ModelError, match=r"predict\(\[command\]\)"):
+        extractor.predict("Lift the crate")
+
+
 def test_a_file_that_is_missing(tmp_path):
     with pytest.raises(ModelError, match=r"no: the model can't be read: No such file .*train sdc"):
         SDCExtractor.load(tmp_path / "no")

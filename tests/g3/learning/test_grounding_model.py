@@ -151,6 +151,16 @@ def test_no_examples_have_no_predictions(model):
     assert model.predict([]).shape == (0,)
 
 
+def test_nothing_to_learn_from_is_refused():
+    with pytest.raises(ModelError, match="nothing to learn from"):
+        GroundingModel().fit([])
+
+
+def test_a_label_for_each_example_is_needed(items):
+    with pytest.raises(ModelError, match=f"there are {len(items)} examples"):
+        GroundingModel().fit(items, [True])
+
+
 @pytest.mark.parametrize("named", [True, False])
 def test_an_ablated_model_lacks_the_features(items, model, named):
     sets = select(without=["labels"])

@@ -55,6 +55,8 @@ def picking_up():
 def test_times_are_an_exact_grid_that_covers_the_log(picking_up):
     recording = replay(picking_up, 25.0)
     assert recording.t_ns.tolist() == [k * NS_PER_S // 25 for k in range(18 * 25 + 1)]
+    starts = [item.trajectory.t.tolist() for item in recording.start.objects]
+    assert starts == [[0.0], [0.0]], "the log begins at 100 s, the recording at 0"
     thirds = replay(picking_up, 30.0).t_ns
     assert thirds[:4].tolist() == [0, 33333333, 66666667, 100000000]
 
