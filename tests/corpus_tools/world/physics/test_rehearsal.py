@@ -18,8 +18,7 @@ from corpus_tools.world.state.robot_script import ScriptStep
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import PICK_UP
 from g3.actions.grounding_candidates import carrier
-from g3.actions.loads import loads_of_context
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, loads_of_context
 from g3.groundings import Context
 from tests.physics_scenes import on_deck, thing, yard
 from tests.worlds import place
