@@ -5,6 +5,9 @@ when the answer is replaced, or its author's data are erased:
 
 - the payload of what shows a command has ``"command"``, the id of the answer that is the command;
 - the subject of what was made of another answer is :func:`about_answer`.
+
+The subject of what is about a video is :func:`about_video`. A study asks once about each of its
+videos, which are told apart by their names: two may show the same file, as in a test and a retest.
 """
 
 from __future__ import annotations
@@ -23,6 +26,9 @@ from g3.short_repr import short_repr
 
 REPLACED = "replaced "
 """How the subjects of items begin that were made of an answer that has been replaced."""
+
+ABOUT_VIDEO = "video "
+"""How the subjects of items begin that are about a video."""
 
 GIVEN = "given "
 """How the subjects of items begin that came with their only answer."""
@@ -82,6 +88,14 @@ def new_slots(item: Item, count: int) -> list[Slot]:
 def about_answer(answer: Answer) -> str:
     """The subject of the items that are made of an answer that is no command."""
     return f"answer {answer.id}"
+
+
+def about_video(video: str, sha256: str) -> str:
+    """The subject of an item about a video: the digest that its file had first, and its name.
+
+    Nobody is asked about it in two studies.
+    """
+    return f"{ABOUT_VIDEO}{sha256} {video}"
 
 
 def videos_of(session: Session, study_id: str) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import flask
 import msgspec
@@ -138,7 +138,7 @@ def _review(session: Session, draft: StudyDraft) -> Review:
     if problems or parts is None:
         return Review(None, problems, [], [], [])
     config = msgspec.convert(draft.value, StudyConfig)
-    parts = StudyParts(config, parts.videos, parts.commands, draft.file)
+    parts = replace(parts, config=config)
     changed, lost = [], []
     if study is not None and not draft.is_new:
         changed = changes(read_study(draft.file), config, asked_so_far(session, study))

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from annotation_app.items.clips import to_mp4
-from annotation_app.study_setup.own_videos import SUFFIXES, TABLES
+from annotation_app.study_setup.own_videos import SUFFIXES
 from annotation_app.study_setup.rendered_study import FILES
+from corpus_tools.tables.table_reading import TABLES
 from g3.errors import FormatError
 
 DEEPEST = 3

@@ -13,7 +13,8 @@ from corpus_tools.tables.csv_rows import CsvRow, Place, csv_rows
 from corpus_tools.tables.json_text import decode, numbered_lines, read_text
 from g3.errors import FormatError
 
-SUFFIXES = (".csv", ".jsonl")
+TABLES = (".csv", ".jsonl")
+"""The endings of their names."""
 OnNote: TypeAlias = Callable[[str], None]
 """Takes what somebody should know who can go on all the same."""
 Value: TypeAlias = str | int | float | bool

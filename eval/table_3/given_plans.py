@@ -10,9 +10,10 @@ from pathlib import Path
 
 import msgspec
 
-from corpus_tools.corpus.answer_records import PlanLine, read_lines, write_lines
+from corpus_tools.corpus.answer_records import PlanLine, write_lines
 from corpus_tools.following.plan_steps import read_steps, scene_shown
 from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.tables.json_text import json_lines
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.errors import FormatError
 
@@ -71,7 +72,7 @@ class GivenPlans(PlanGrounder):
 
 def read_plans(path: Path) -> GivenPlans:
     """Read a file of plans, of which each line is filled in, and none is twice there."""
-    lines = read_lines(path, PlanLine, fix=FIX)
+    lines = list(json_lines(path, PlanLine, fix=FIX))
     seen: dict[tuple[str, str], int] = {}
     for number, line in lines:
         where, first = f"{path}:{number}", seen.setdefault((line.command, line.heading), number)
