@@ -13,7 +13,9 @@ import msgspec
 from corpus_tools.corpus.answer_records import PlanLine, write_lines
 from corpus_tools.following.plan_steps import read_steps, scene_shown
 from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.terminal import note
 from corpus_tools.tables.json_text import json_lines
+from corpus_tools.tables.table_reading import lines_named
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.errors import FormatError
 
@@ -44,7 +46,7 @@ class GivenPlans(PlanGrounder):
         return {(line.command, line.heading): (n, line) for n, line in self.lines}
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """See that the file has a plan for each task, and that each can be read."""
+        """See that the file has a plan for each task, and that each can be read; name the others."""
         gone = [t for t in tasks if (t.command, t.heading) not in self._by_task]
         if gone:
             heading = f" with the heading {gone[0].heading}" if gone[0].heading else ""
@@ -53,6 +55,14 @@ class GivenPlans(PlanGrounder):
                 f"{gone[0].command!r}{heading}",
                 where=self.path,
                 fix=f"give a plan for each, [] where you refuse it; {FIX}",
+            )
+        asked = {(task.command, task.heading) for task in tasks}
+        unused = [number for key, (number, _) in self._by_task.items() if key not in asked]
+        if unused:
+            count = f"{len(unused)} of {len(self.lines)} plans"
+            note(
+                f"note: {self.path}: {count} are of no command that is followed, and aren't used: "
+                f"{lines_named(unused)}"
             )
         for task in tasks:
             self.propose(task)

@@ -37,7 +37,7 @@ def decode_text(content: bytes, where: str) -> str:
         before = content[: error.start].decode("utf-8-sig")
         line, column = place_in(before, len(before))
         raise FormatError(
-            f"byte {error.start + 1} of the file is not UTF-8",
+            f"byte {error.start + 1} is not UTF-8",
             where=f"{where}:{line}:{column}",
             fix=_AS_UTF8,
         ) from None
