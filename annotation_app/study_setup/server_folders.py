@@ -84,9 +84,7 @@ def tables(folder: Path, files: list[str], column: str) -> Iterator[str]:
                     head = file.read(HEAD_BYTES).split(b"\n")[0]
             except OSError:
                 continue
-            if re.search(
-                rf'(^|[",;|\t\ufeff ]){column}([",;|\t: \r]|$)', head.decode("utf-8", "replace")
-            ):
+            if column in re.split(r'[",;|:\s{\ufeff]+', head.decode("utf-8", "replace")):
                 yield name
 
 

@@ -46,7 +46,7 @@ class GivenPlans(PlanGrounder):
         return {(line.command, line.heading): (n, line) for n, line in self.lines}
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """See that the file has a plan for each task, and that each can be read; name the others."""
+        """See that the file has a plan for each task, and that each can be read."""
         gone = [t for t in tasks if (t.command, t.heading) not in self._by_task]
         if gone:
             heading = f" with the heading {gone[0].heading}" if gone[0].heading else ""

@@ -31,13 +31,14 @@ def decode_text(content: bytes, where: str) -> str:
     for name, *marks in _OTHER_ENCODINGS:
         if content.startswith(tuple(marks)):
             raise FormatError(f"the file is {name}, not UTF-8", where=where, fix=_AS_UTF8)
+    body = content.removeprefix(codecs.BOM_UTF8)
     try:
-        text = content.decode("utf-8-sig")
+        text = body.decode()
     except UnicodeDecodeError as error:
-        before = content[: error.start].decode("utf-8-sig")
+        before = body[: error.start].decode()
         line, column = place_in(before, len(before))
         raise FormatError(
-            f"byte {error.start + 1} is not UTF-8",
+            f"byte {len(content) - len(body) + error.start + 1} is not UTF-8",
             where=f"{where}:{line}:{column}",
             fix=_AS_UTF8,
         ) from None

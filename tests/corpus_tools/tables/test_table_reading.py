@@ -44,6 +44,7 @@ def test_a_table_is_read_however_it_was_saved(tmp_path: Path, content: bytes) ->
         ("video,id\na.mp4,1\n".encode("utf-16-le"), ":1:2", "UTF-16"),
         ("video,id\na.mp4,1\n".encode("utf-32"), "", "UTF-32"),
         (b"video,id\na.mp4,\xe9\n", ":2:7", "byte 16 is not UTF-8"),
+        (b"\xef\xbb\xbfvideo\n\xe9\n", ":2:1", "byte 10 is not UTF-8"),
         (b"video,id\na.mp4,a\0\n", ":2:8", "NUL"),
         (b"video;id\na.mp4;1\n", ":1:6", "separated by semicolons"),
         (b"video\tid\na.mp4\t1\n", ":1:6", "separated by tabs"),
