@@ -51,6 +51,9 @@ class NewItem:
 
 
 _VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
+_DIGESTS = select(Media.video, Media.sha256).where(
+    Media.study_id == bindparam("study"), Media.role == "video", Media.sha256 != ""
+)
 _KNOWN = select(Item.id).where(
     Item.study_id == bindparam("study"),
     Item.task == bindparam("of_task"),
@@ -101,6 +104,18 @@ def about_video(video: str, sha256: str) -> str:
 def videos_of(session: Session, study_id: str) -> list[str]:
     """The names of a study's videos."""
     return sorted(session.scalars(_VIDEOS, {"study": study_id}))
+
+
+def other_videos(session: Session, study_id: str, video: str) -> list[str]:
+    """Return the names of a study's videos that don't show the same file as one of them."""
+    rows = session.execute(_DIGESTS, {"study": study_id})
+    digests = {row.video: row.sha256 for row in rows}
+    own = digests.get(video)
+    return [
+        name
+        for name in videos_of(session, study_id)
+        if name != video and (own is None or digests.get(name) != own)
+    ]
 
 
 def draws(config: StudyConfig, subject: str) -> np.random.Generator:

@@ -94,6 +94,19 @@ def test_a_file_is_asked_about_under_each_of_its_ids(
         assert items(app) == {"a": 1, "b": 1, "c": 1}
 
 
+def test_a_command_is_not_shown_with_the_same_film_as_another_one(tmp_path: Path) -> None:
+    clip(tmp_path / "push.mp4")
+    clip(tmp_path / "lift.mp4", 200)
+    (tmp_path / "t.csv").write_text("video,id\npush.mp4,a\npush.mp4,b\nlift.mp4,c\n")
+    (tmp_path / "c.csv").write_text("video,command\na,Go.\na,Stop.\na,Wait.\nb,Turn.\nb,Lift.\n")
+    study = study_of(tmp_path, videos="t.csv", commands="c.csv", tasks={"rate": {}, "segment": {}})
+    with set_up(study) as app:
+        rated = rows_in(app, select(Item).where(Item.task == "rate"))
+        assert len(rated) == 10
+        for item in rated:
+            assert item.payload["video"] in (item.payload["own_video"], "c")
+
+
 def test_the_given_ids_of_one_file(tmp_path: Path) -> None:
     folder = copied("11-same-file-two-ids", tmp_path)
     with set_up(study_of(folder, videos="t.csv")) as app:
