@@ -13,8 +13,10 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.tables.json_text import read_text
 from g3.errors import CorpusError
 from g3.short_repr import short_repr
+from g3.storage.text_lines import split_lines
 
 IntArray: TypeAlias = npt.NDArray[np.intp]
 
@@ -95,12 +97,7 @@ def _names(given: str, known: Collection[str]) -> tuple[list[str], str]:
     listed = [name.strip() for name in given.split(",") if name.strip()]
     if set(listed) <= set(known) or not _is_file(given):
         return listed, "--test-scenarios"
-    try:
-        lines = Path(given).read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise CorpusError(
-            f"byte {error.start + 1} is not UTF-8", where=given, fix="save the list as UTF-8"
-        ) from None
+    lines = split_lines(read_text(Path(given)))
     return [name for line in lines if (name := line.partition("#")[0].strip())], given
 
 

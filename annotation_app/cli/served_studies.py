@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from annotation_app.cli.study_commands import show_notes
 from annotation_app.core.config import Config
 from annotation_app.store.database import opened, transaction
 from annotation_app.store.salt import installation_salt
@@ -57,6 +58,7 @@ def bring_up_to_date(config: Config, file: Path) -> None:
 
 def put(config: Config, parts: StudyParts) -> None:
     """Add a study to an installation, or bring it up to date."""
+    show_notes(parts.notes)
     with progress_bar("looking at the videos") as on_progress:
         ready_videos = prepare_parts(parts, config, on_progress)
     with opened(config.database) as engine:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place, existing, no_installation
 from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.runtime.terminal import note
 
 STUDY_FILES = click.argument(
     "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
@@ -43,13 +45,16 @@ def init(*, study_file: Path, videos: Path | None, form: str) -> None:
     if study_file.exists():
         raise FormatError("the file is there already", where=str(study_file), fix="name another")
     name, count = slug(study_file.stem), None
+    notes: list[str] = []
     if videos is None:
         text = TEMPLATE.format(name=name)
     else:
-        text, count = _own_study(name, videos, study_file.parent)
+        text, count = _own_study(name, videos, study_file.parent, notes)
     write_bytes(study_file, text.encode())
     shown = "" if count is None else f" for {count} video{'' if count == 1 else 's'}"
-    tell(form, {"files": [study_file], "videos": count}, f"wrote {study_file}{shown}")
+    show_notes(notes)
+    record = {"files": [study_file], "videos": count, "notes": notes}
+    tell(form, record, f"wrote {study_file}{shown}")
 
 
 @click.command()
@@ -91,6 +96,7 @@ def check(
     from corpus_tools.runtime.progress import progress_bar
 
     found: list[Obstacle] = []
+    notes: list[str] = []
     with existing(place) as session:
         if session is None and not study_files:
             raise no_installation(place)
@@ -103,6 +109,7 @@ def check(
                 )
             if session is not None and not errors:
                 errors += changed_since_asked(session, parts)
+            notes += parts.notes
             for error in errors:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
@@ -111,22 +118,30 @@ def check(
             with progress_bar("looking at the videos") as on_progress:
                 found += obstacles(session, on_progress=on_progress)
     what = ", ".join(map(str, study_files)) or str(place.instance)
-    record = {"obstacles": found}
+    show_notes(notes)
+    record = {"obstacles": found, "notes": notes}
     tell(form, record, *(map(str, found) if found else [f"{what}: nothing would stop people"]))
     ctx.exit(2 if found else 0)
 
 
-def _own_study(name: str, videos: Path, folder: Path) -> tuple[str, int]:
+def show_notes(notes: Iterable[str]) -> None:
+    """Show what isn't used of people's tables and files, once each."""
+    for line in dict.fromkeys(notes):
+        note(f"note: {line}")
+
+
+def _own_study(name: str, videos: Path, folder: Path, notes: list[str]) -> tuple[str, int]:
     """The file of a study of one's own videos, and how many these are."""
     import json
     import os
 
     from annotation_app.studies.study_template import OWN_TEMPLATE
-    from annotation_app.study_setup.own_videos import TABLES, has_commands, own_videos
+    from annotation_app.study_setup.own_videos import has_commands, own_videos
     from annotation_app.study_setup.prepared_videos import check_readable
     from corpus_tools.runtime.progress import progress_bar
+    from corpus_tools.tables.table_reading import TABLES
 
-    found = own_videos(videos)
+    found = own_videos(videos, notes.append)
     with progress_bar("looking at the videos") as on_progress:
         check_readable(found, on_progress)
     # From the study's file, and quoted as YAML wants it.

@@ -5,6 +5,9 @@ when the answer is replaced, or its author's data are erased:
 
 - the payload of what shows a command has ``"command"``, the id of the answer that is the command;
 - the subject of what was made of another answer is :func:`about_answer`.
+
+The subject of what is about a video is :func:`about_video`. A study asks once about each of its
+videos, which are told apart by their names: two may show the same file, as in a test and a retest.
 """
 
 from __future__ import annotations
@@ -23,6 +26,9 @@ from g3.short_repr import short_repr
 
 REPLACED = "replaced "
 """How the subjects of items begin that were made of an answer that has been replaced."""
+
+ABOUT_VIDEO = "video "
+"""How the subjects of items begin that are about a video."""
 
 GIVEN = "given "
 """How the subjects of items begin that came with their only answer."""
@@ -45,6 +51,9 @@ class NewItem:
 
 
 _VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
+_DIGESTS = select(Media.video, Media.sha256).where(
+    Media.study_id == bindparam("study"), Media.role == "video", Media.sha256 != ""
+)
 _KNOWN = select(Item.id).where(
     Item.study_id == bindparam("study"),
     Item.task == bindparam("of_task"),
@@ -84,9 +93,29 @@ def about_answer(answer: Answer) -> str:
     return f"answer {answer.id}"
 
 
+def about_video(video: str, sha256: str) -> str:
+    """The subject of an item about a video: the digest that its file had first, and its name.
+
+    Nobody is asked about it in two studies.
+    """
+    return f"{ABOUT_VIDEO}{sha256} {video}"
+
+
 def videos_of(session: Session, study_id: str) -> list[str]:
     """The names of a study's videos."""
     return sorted(session.scalars(_VIDEOS, {"study": study_id}))
+
+
+def other_videos(session: Session, study_id: str, video: str) -> list[str]:
+    """Return the names of a study's videos that don't show the same file as one of them."""
+    rows = session.execute(_DIGESTS, {"study": study_id})
+    digests = {row.video: row.sha256 for row in rows}
+    own = digests.get(video)
+    return [
+        name
+        for name in videos_of(session, study_id)
+        if name != video and (own is None or digests.get(name) != own)
+    ]
 
 
 def draws(config: StudyConfig, subject: str) -> np.random.Generator:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import flask
 import msgspec
@@ -143,7 +143,7 @@ def _review(session: Session, draft: StudyDraft) -> Review:
     if problems or parts is None:
         return Review(None, problems, [], [], [])
     config = msgspec.convert(draft.value, StudyConfig)
-    parts = StudyParts(config, parts.videos, parts.commands, draft.file)
+    parts = replace(parts, config=config)
     if replaced := changed_since_asked(session, parts):
         return Review(None, [of_videos(error) for error in replaced], [], [], [])
     changed, lost = [], []

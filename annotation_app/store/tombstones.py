@@ -16,7 +16,7 @@ from sqlalchemy import Engine, select
 
 from annotation_app.store.database import reading
 from annotation_app.store.models import Erasure
-from g3.errors import FormatError
+from corpus_tools.tables.json_text import json_lines
 from g3.storage.atomic_file import write_bytes
 
 ERASED_FILE = "erased.jsonl"
@@ -30,21 +30,9 @@ class Tombstone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_tombstones(file: Path) -> list[Tombstone]:
-    """What such a file holds; a FormatError if it isn't one."""
-    where = str(file)
-    found = []
-    try:
-        for number, line in enumerate(file.read_bytes().splitlines(), start=1):
-            where = f"{file}, line {number}"
-            if line.strip():
-                found.append(msgspec.json.decode(line, type=Tombstone))
-    except (OSError, msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise FormatError(
-            f"this can't be read: {getattr(error, 'strerror', None) or error}",
-            where=where,
-            fix='each line is such as {"person": "…", "at": 1.0}; use another copy of the file',
-        ) from error
-    return found
+    """Read the lines of such a file; a FormatError if it isn't one."""
+    fix = 'each line is such as {"person": "…", "at": 1.0}; use another copy of the file'
+    return [tombstone for _, tombstone in json_lines(file, Tombstone, fix=fix)]
 
 
 def find_tombstones(archive: Path, instance: Path) -> list[Path]:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qs, unquote, urlsplit
 
 import msgspec
 import numpy as np
 
 from annotation_app.study_setup.every_problem import together
+from corpus_tools.tables.file_names import find_file, normal_name
+from corpus_tools.tables.json_text import read_json
+from corpus_tools.tables.table_reading import OnNote, no_note
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
@@ -19,6 +26,12 @@ if TYPE_CHECKING:
 MOST_THINGS = 200
 """Things in a picture: more nobody can tell apart on a page."""
 FORM = 'COCO has "images", "annotations" and "categories"'
+
+MOST_NAMED = 10
+"""Of images in a note."""
+_PREFIX = re.compile(r"^[0-9a-f]{8}-")
+"""What Label Studio writes before the name of a file that is sent to it."""
+_NOT_STORED = re.compile(r"[^-\w.]")
 
 MANY = 100
 """Corners from which on the steps of pixels are smoothed away."""
@@ -74,50 +87,134 @@ class _Coco(msgspec.Struct, frozen=True):
     categories: list[_Category]
 
 
-def read_things(path: Path, videos: Mapping[str, Path]) -> dict[str, PictureThings]:
-    """The things in the pictures of videos, by the videos' names.
+def read_things(
+    path: Path,
+    videos: Mapping[str, Path],
+    parts: Mapping[str, tuple[float, float]] | None = None,
+    on_note: OnNote = no_note,
+) -> dict[str, PictureThings]:
+    """Read the things in the pictures of videos.
 
-    An image is of the video that has its name, or whose file in `videos` has it, without the
-    ending. A CorpusError lists all that is wrong with the file and what is in it.
+    Parameters
+    ----------
+    path
+        A COCO file. An image is of the video that has its name, or whose file has it, without the
+        ending. If there is none, its name is read as annotation tools write it: with Windows'
+        paths, in addresses, and with a prefix of Label Studio.
+    videos
+        The videos' files by the videos' names.
+    parts
+        Beginning and end in seconds, of the videos that are parts of their files.
+    on_note
+        Takes lines about images that are no video's, or that were matched loosely.
+
+    Returns
+    -------
+    dict
+        By the videos' names. Several videos may show the same file.
+
+    Raises
+    ------
+    CorpusError
+        If something is wrong with the file or what is in it; it lists all.
     """
-    coco = _decoded(path)
-    files = {file.stem: name for name, file in videos.items()}
-    shown = []
-    for image in coco.images:  # the file may tell of more than a study shows
-        stem = PurePosixPath(image.file_name).stem
-        video = stem if stem in videos else files.get(stem)
-        if video is not None:
-            shown.append((video, image))
-    wrong = [*_annotation_problems(coco), *_image_problems(coco, shown)]
+    coco = read_json(path, _Coco, what="COCO file", fix=FORM)
+    names = _Names(videos, parts or {})
+    shown: list[tuple[str, _Image]] = []
+    loose: list[str] = []
+    wrong = [*_annotation_problems(coco)]
+    unused: dict[int | str, str] = {}
+    for image in coco.images:
+        found, is_exact = names.of_image(image.file_name)
+        if len({names.shows(video) for video in found}) > 1:
+            fix = "call the image as one of them is called"
+            what = f"its name {image.file_name!r} is of several videos: {', '.join(found)}"
+            wrong.append((f"image {image.id}", what, fix))
+        elif not found:
+            unused[image.id] = image.file_name
+        else:
+            shown += [(video, image) for video in found]
+            loose += [] if is_exact else [f"{image.file_name!r} of {', '.join(found)}"]
+    wrong += _image_problems(coco, shown)
     if wrong:
         errors = (FormatError(what, where=f"{path}: {at}", fix=fix) for at, what, fix in wrong)
         raise together(errors)
+    if unused:
+        count = sum(one.image_id in unused for one in coco.annotations)
+        on_note(
+            f"{path}: {len(unused)} of {len(coco.images)} images, with {count} of "
+            f"{len(coco.annotations)} annotations, are of no video and aren't used: "
+            f"{_first(map(repr, unused.values()))}"
+        )
+    if loose:
+        on_note(f"{path}: taken for images of videos: {_first(loose)}")
     labels = {category.id: category.name for category in coco.categories}
-    found = {}
+    things = {}
     for video, image in shown:
-        still = (path.parent / image.file_name).resolve()
+        still = find_file(path.parent, image.file_name).resolve()
         of_image = (one for one in coco.annotations if one.image_id == image.id)
-        things = tuple(_thing(one, labels[one.category_id]) for one in of_image)
-        picture = still if still.is_file() else None
-        found[video] = PictureThings(picture, image.width, image.height, things)
-    return found
+        marked = tuple(_thing(one, labels[one.category_id]) for one in of_image)
+        picture = still if os.path.isfile(still) else None  # noqa: PTH113 - it may be too long
+        things[video] = PictureThings(picture, image.width, image.height, marked)
+    return things
 
 
-def _decoded(path: Path) -> _Coco:
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=_Coco)
-    except OSError as error:
-        raise FormatError(
-            f"the file can't be read: {error.strerror}", where=str(path), fix="correct its name"
-        ) from error
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise FormatError(f"this is no COCO file: {error}", where=str(path), fix=FORM) from error
+class _Names:
+    """The names by which images may be those of videos."""
+
+    def __init__(
+        self, videos: Mapping[str, Path], parts: Mapping[str, tuple[float, float]]
+    ) -> None:
+        self._files, self._parts = videos, parts
+        self._ids = {normal_name(video): [video] for video in videos}
+        self._stems: dict[str, list[str]] = {}
+        self._plain: dict[str, list[str]] = {}
+        for video, file in videos.items():
+            self._stems.setdefault(normal_name(file.stem), []).append(video)
+            for plain in {_plain(video), _plain(file.stem)}:
+                self._plain.setdefault(plain, []).append(video)
+
+    def shows(self, video: str) -> tuple[Path, tuple[float, float] | None]:
+        """Return what a video shows: its file, and the part of it."""
+        return self._files[video], self._parts.get(video)
+
+    def of_image(self, name: str) -> tuple[list[str], bool]:
+        """Return the videos that an image is of, and if it has their very name."""
+        stem = normal_name(PurePosixPath(name).stem)
+        exact = self._ids.get(stem) or self._stems.get(stem)
+        if exact:
+            return exact, True
+        found = (video for plain in _plain_names(name) for video in self._plain.get(plain, ()))
+        return list(dict.fromkeys(found)), False
+
+
+def _plain_names(name: str) -> set[str]:
+    """The names that an image of a tool may have had: without address, folders and prefix."""
+    address = urlsplit(name) if "?" in name or "://" in name else None
+    if address is not None:
+        name = parse_qs(address.query).get("d", [address.path])[0]
+    stems = {PureWindowsPath(text).stem for text in (name, unquote(name))}
+    return {_plain(stem) for stem in stems | {_PREFIX.sub("", stem) for stem in stems}} - {""}
+
+
+def _plain(name: str) -> str:
+    """A name as Label Studio stores the file: of letters, digits and the like."""
+    return _NOT_STORED.sub("", normal_name(name).strip().replace(" ", "_"))
+
+
+def _first(names: Iterable[str]) -> str:
+    every = list(names)
+    return ", ".join(every[:MOST_NAMED]) + (" …" if len(every) > MOST_NAMED else "")
 
 
 def _annotation_problems(coco: _Coco) -> Iterator[tuple[str, str, str]]:
     """Where something is wrong with an annotation, what, and what to do about it."""
     images = {image.id for image in coco.images}
     categories = {category.id for category in coco.categories}
+    for kind, records in (("image", coco.images), ("category", coco.categories)):
+        counts = Counter(record.id for record in records)
+        for id_ in (id_ for id_, count in counts.items() if count > 1):
+            yield f"{kind} {id_}", f"{counts[id_]} times this id is given", "change the others"
     ids: set[str] = set()
     for one in coco.annotations:
         at = f"annotation {one.id}"

@@ -29,13 +29,14 @@ from annotation_app.store.models import (
 )
 from annotation_app.studies.study_file import StudyConfig, TaskConfig, stored
 from annotation_app.study_setup.own_videos import GivenCommand
-from annotation_app.study_setup.rendered_study import Rendered, add_video, put_media
+from annotation_app.study_setup.rendered_study import Rendered, add_video, put_media, spelled_names
 from annotation_app.tasks.exported_groundings import shown_groundings
 from annotation_app.work.adoption import answered
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_reading import gist_of
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.task_outcomes import contexts_of_commands
+from corpus_tools.tables.file_names import normal_name
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.sdc.sdc_notation import to_json
@@ -284,8 +285,10 @@ def put_commands(
     loader = AnswerLoader(session, study, f"study {study.name}", salt)
     subjects = select(Item.subject).where(Item.study_id == study.id, Item.subject.startswith(GIVEN))
     known = set(session.scalars(subjects))
+    there = spelled_names(session, study.id)
     new = []
-    for rank, given in enumerate(commands):
+    for rank, one in enumerate(commands):
+        given = replace(one, video=there.get(normal_name(one.video), one.video))
         digest = hashlib.sha256(f"{given.video}\0{given.text}".encode()).hexdigest()
         subject = f"{GIVEN}{digest}"
         if subject in known:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
+import mimetypes
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,14 +15,24 @@ import msgspec
 from annotation_app.items.media import digest
 from annotation_app.study_setup.coco_things import PictureThings
 from annotation_app.study_setup.every_problem import together
+from corpus_tools.tables.file_names import find_file, is_shadow, normal_name
+from corpus_tools.tables.table_reading import (
+    TABLES,
+    OnNote,
+    Row,
+    lines_named,
+    no_note,
+    read_table,
+)
 from corpus_tools.video.frame_reading import to_mp4
 from g3.errors import CorpusError, FormatError
 
 SUFFIXES = (".mp4", ".webm")
-TABLES = (".csv", ".jsonl")
 START, END = "start_s", "end_s"
 """The columns of a part of a file."""
 LONGEST_ID = 200
+MOST_NAMED = 20
+"""Of files or videos in a message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,28 +67,38 @@ def is_own(path: Path) -> bool:
     return path.suffix.lower() in TABLES or (path.is_dir() and bool(_files(path)))
 
 
-def own_videos(path: Path) -> list[OwnVideo]:
-    """The videos of a folder or a table.
+def own_videos(path: Path, on_note: OnNote = no_note) -> list[OwnVideo]:
+    """Find the videos of a folder or a table.
 
-    A CorpusError lists all files that aren't there, and all videos that share a name.
+    Parameters
+    ----------
+    on_note
+        Takes lines about files and rows that aren't used.
+
+    Raises
+    ------
+    CorpusError
+        If files aren't there or videos share a name; it lists all.
     """
-    if path.is_dir():
-        found = [(str(path), OwnVideo(file.stem, file.resolve(), {})) for file in _files(path)]
-    else:
-        found = [(where, _video(path, row)) for where, row in _rows(path, ("video",))]
+    of_folder = path.is_dir()
+    found = _of_folder(path, on_note) if of_folder else _of_table(path, on_note)
     videos: dict[str, OwnVideo] = {}
+    repeated: list[str] = []
     errors: list[CorpusError] = []
-    for where, named in found:
+    for where, named, has_command in found:
         item = replace(named, where=where)
-        known = videos.setdefault(item.video, item)
-        if (known.file, known.part) != (item.file, item.part):
-            fix = "rename one of the files" if path.is_dir() else "give each an id of its own"
-            both = f"{known.file.name} and {item.file.name}"
+        first = videos.setdefault(normal_name(item.video), item)
+        if (first.file, first.part) != (item.file, item.part):
+            fix = "rename one of the files" if of_folder else "give each an id of its own"
+            both = f"{first.file.name} and {item.file.name}"
             what = f"two {'parts' if item.part else 'files'} are called {item.video!r}: {both}"
             errors.append(FormatError(what, where=where, fix=fix))
-        elif known is item and not item.file.is_file():
+        elif first is not item:
+            repeated += [] if has_command else [where]
+        elif not os.path.isfile(item.file):  # noqa: PTH113 - a Path refuses names that are too long
             fix = "correct the path, which begins at the table's folder"
-            errors.append(FormatError(f"there is no file {item.file}", where=where, fix=fix))
+            what = f"there is no file {short(str(item.file))}"
+            errors.append(FormatError(what, where=where, fix=fix))
         elif item.file.suffix.lower() not in SUFFIXES:
             what = f"{item.file.name} is no {' or '.join(s[1:] for s in SUFFIXES)} file"
             errors.append(FormatError(what, where=where, fix=f"convert it: {to_mp4(item.file)}"))
@@ -85,38 +106,75 @@ def own_videos(path: Path) -> list[OwnVideo]:
         errors.append(FormatError("there are no videos", where=str(path), fix="add rows"))
     if errors:
         raise together(errors)
+    if repeated:
+        on_note(
+            f"{path}: {_are(len(repeated), 'row')} of a video that is in the table already, and "
+            f"not used, such as {repeated[0]}; an id of its own makes it another"
+        )
     return list(videos.values())
 
 
-def given_commands(path: Path, videos: Sequence[OwnVideo | str]) -> list[GivenCommand]:
-    """The commands of a table, whose column ``video`` has names or files of the study's `videos`.
+def given_commands(
+    path: Path,
+    videos: Sequence[OwnVideo | str],
+    on_note: OnNote = no_note,
+    *,
+    has_videos: bool = False,
+) -> list[GivenCommand]:
+    """Find the commands of a table, whose column ``video`` names the study's videos.
 
-    Of videos of ``ct render-videos`` these are the names. Rows without a command are left out: a
-    table of videos may be one of commands, too. A CorpusError lists all rows that name no video.
+    Parameters
+    ----------
+    videos
+        The study's videos, those of ``ct render-videos`` by their names. A row names one by its
+        name, by its ``id`` or by its file.
+    on_note
+        Takes lines about rows that aren't used.
+    has_videos
+        If the table is the one of the videos, too: then rows without a command are used.
+
+    Raises
+    ------
+    CorpusError
+        If rows name no video of the study, or several; it lists all.
     """
-    names = {item if isinstance(item, str) else item.video for item in videos}
-    whole = [item for item in videos if not isinstance(item, str) and item.part is None]
-    files = {item.file: item.video for item in whole}
-    commands, errors = [], []
-    for where, row in _rows(path, ("video", "command")):
-        text, named = " ".join(str(row["command"]).split()), str(row["video"])
-        video = named if named in names else str(row.get("id", ""))
-        if video not in names:
-            video = files.get((path.parent / named).resolve(), "")
+    names = {normal_name(v): v for v in (v if isinstance(v, str) else v.video for v in videos)}
+    files: dict[Path, list[str]] = {}
+    for item in videos:
+        if not isinstance(item, str) and item.part is None:
+            files.setdefault(item.file, []).append(item.video)
+    commands: dict[tuple[str, str], GivenCommand] = {}
+    bare, repeated, errors = list[int](), list[int](), list[CorpusError]()
+    for row in read_table(path, ("video", "command"), on_note):
+        text = " ".join(row.text("command").split())
         if not text:
+            bare.append(row.line)
             continue
-        if not video:
-            fix = f"the videos are: {', '.join(sorted(names)[:20])}"
-            errors.append(FormatError(f"the study has no video {named!r}", where=where, fix=fix))
-        commands.append(GivenCommand(text, video, _others(row, _NOT_OTHERS)))
+        try:
+            video = _video_of(row, names, files)
+        except CorpusError as error:
+            errors.append(error)
+            continue
+        if (video, text) in commands:
+            repeated.append(row.line)
+        else:
+            others = _others(row.values, _NOT_OTHERS)
+            commands[video, text] = GivenCommand(text, video, others)
     if errors:
         raise together(errors)
-    return commands
+    if bare and not has_videos:
+        on_note(f"{path}: {_are(len(bare), 'row')} without a command: {lines_named(bare)}")
+    if repeated:
+        on_note(
+            f"{path}: {_are(len(repeated), 'row')} not used, as the same video has the same "
+            f"command already: {lines_named(repeated)}"
+        )
+    return list(commands.values())
 
 
 def has_commands(table: Path) -> bool:
-    """Whether a table names commands, too."""
-    return any(row.get("command") for _, row in _rows(table, ("video",)))
+    """Return if a table has commands, too."""
+    return any(row.text("command").strip() for row in read_table(table, ("video",)))
 
 
 def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
@@ -161,81 +219,111 @@ def things_key(things: PictureThings) -> str:
 
 
 def _files(folder: Path) -> list[Path]:
-    return sorted(f for f in folder.iterdir() if f.suffix.lower() in SUFFIXES and f.is_file())
+    return sorted(
+        f
+        for f in folder.iterdir()
+        if f.suffix.lower() in SUFFIXES and not _is_hidden(f) and f.is_file()
+    )
 
 
-def _video(table: Path, row: Mapping[str, Any]) -> OwnVideo:
-    file = (table.parent / str(row["video"])).resolve()
-    name = str(row.get("id") or file.stem)[:LONGEST_ID]
-    return OwnVideo(name, file, _others(row, (*_NOT_OTHERS, "subject")), part=_part(table, row))
+def _is_hidden(file: Path) -> bool:
+    return file.name.startswith(".") or is_shadow(Path(file.name))
+
+
+def _of_folder(folder: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:
+    """The videos of a folder, each with its place, and that no command is with it."""
+    used = _files(folder)
+    others = sorted(set(folder.iterdir()) - set(used))
+    hidden = [file for file in others if _is_hidden(file)]
+    foreign = [
+        file
+        for file in others
+        if file not in hidden and str(mimetypes.guess_type(file.name)[0]).startswith("video/")
+    ]
+    deeper = [f for f in sorted(folder.glob("*/*")) if f.suffix.lower() in SUFFIXES]
+    deeper = [f for f in deeper if not (_is_hidden(f) or _is_hidden(f.parent))]
+    for files, what in (
+        (hidden, "hidden, or another system's, and not looked at"),
+        (foreign, f"no {' or '.join(s[1:] for s in SUFFIXES)}, and not used"),
+        (deeper, "in folders of this folder, and not used"),
+    ):
+        if files:
+            names = ", ".join(str(file.relative_to(folder)) for file in files[:MOST_NAMED])
+            on_note(f"{folder}: {_are(len(files), 'file')} {what}: {names}")
+    for file in used:
+        yield str(folder), OwnVideo(file.stem, file.resolve(), {}), False
+
+
+def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:
+    """The videos of a table, each with its row's place, and if a command is with it."""
+    shadows = []
+    for row in read_table(table, ("video",), on_note):
+        where = row.where("video")
+        if not row.text("video").strip():
+            raise FormatError("the row names no video", where=where, fix="name its file")
+        file = find_file(table.parent, row.text("video")).resolve()
+        if is_shadow(Path(file.name)):
+            shadows.append(row.line)
+            continue
+        video = row.text("id")[:LONGEST_ID] or file.stem[:LONGEST_ID]
+        others = _others(row.values, (*_NOT_OTHERS, "subject"))
+        item = OwnVideo(video, file, others, part=_part(row))
+        yield where, item, bool(row.text("command").strip())
+    if shadows:
+        on_note(
+            f"{table}: {_are(len(shadows), 'file')} another system's and not looked at: "
+            f"{lines_named(shadows)}"
+        )
+
+
+def _are(count: int, noun: str) -> str:
+    return f"1 {noun} is" if count == 1 else f"{count} {noun}s are"
 
 
 _NOT_OTHERS = ("id", "video", "command", START, END)
 
 
-def _part(table: Path, row: Mapping[str, Any]) -> tuple[float, float] | None:
+def _part(row: Row) -> tuple[float, float] | None:
     """The part of a file that a row names; an empty cell is none."""
-    told = [row.get(START, ""), row.get(END, "")]
-    if told == ["", ""]:
+    start, end = row.text(START).strip(), row.text(END).strip()
+    if not start and not end:
         return None
     try:
-        start_s, end_s = (float(value) for value in told)
+        start_s, end_s = float(start), float(end)
         if not 0 <= start_s < end_s < float("inf"):
             raise ValueError
     except ValueError:
         raise FormatError(
-            f"{told[0]!r} to {told[1]!r} is no part of a video",
-            where=str(table),
+            f"{start!r} to {end!r} is no part of a video",
+            where=row.where(START if START in row.columns else END),
             fix=f"give {START} and {END} in seconds, the first before the second",
         ) from None
     return start_s, end_s
 
 
+def _video_of(row: Row, names: Mapping[str, str], files: Mapping[Path, Sequence[str]]) -> str:
+    """The video that a row is about, by its name, its id or its file."""
+    named = row.text("video")
+    for name in map(normal_name, (named, row.text("id"))):
+        if name in names:
+            return names[name]
+    file = find_file(row.table.parent, named).resolve()
+    of_file = files.get(file, ())
+    if len(of_file) == 1:
+        return of_file[0]
+    if of_file:
+        what = f"{short(named)!r} is the file of several videos: {', '.join(of_file[:MOST_NAMED])}"
+        fix = "name one of them in the column video or id"
+    else:
+        what = f"the study has no video {short(named)!r}"
+        fix = f"the videos are: {', '.join(sorted(names.values())[:MOST_NAMED])}"
+    raise FormatError(what, where=row.where("video"), fix=fix)
+
+
+def short(text: str) -> str:
+    """Return a text as errors show it, which may be as long as a table."""
+    return text if len(text) <= LONGEST_ID else f"{text[:LONGEST_ID]}…"
+
+
 def _others(row: Mapping[str, Any], known: Sequence[str]) -> dict[str, Any]:
     return {name: value for name, value in row.items() if name not in known and value != ""}
-
-
-def _rows(path: Path, needed: Sequence[str]) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """The rows of a table, each with the place that errors name."""
-    try:
-        text = path.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FormatError(
-            f"the table can't be read: {error}", where=str(path), fix="save it as UTF-8 text"
-        ) from error
-    read = _csv_rows if path.suffix.lower() == ".csv" else _jsonl_rows
-    for line, row in read(text, path):
-        where = f"{path}:{line}"
-        missing = [name for name in needed if name not in row]
-        if missing:
-            columns = ", ".join(needed)
-            raise FormatError(
-                f"there is no {missing[0]!r}", where=where, fix=f"the columns are {columns}"
-            )
-        yield where, row
-
-
-def _csv_rows(text: str, path: Path) -> Iterator[tuple[int, Mapping[str, Any]]]:
-    reader = csv.DictReader(text.splitlines(keepends=True))
-    for row in reader:
-        if None in row or None in row.values():
-            raise FormatError(
-                "this row has more or fewer cells than the first",
-                where=f"{path}:{reader.line_num}",
-                fix="put cells with commas between quotation marks",
-            )
-        yield reader.line_num, row
-
-
-def _jsonl_rows(text: str, path: Path) -> Iterator[tuple[int, Mapping[str, Any]]]:
-    for number, line in enumerate(text.splitlines(), start=1):
-        if not line.strip():
-            continue
-        try:
-            yield number, msgspec.json.decode(line, type=dict[str, str | int | float | bool])
-        except msgspec.DecodeError as error:
-            raise FormatError(
-                f"this is no object of texts and numbers: {error}",
-                where=f"{path}:{number}",
-                fix='write it as {"video": "clip.mp4", "command": "Go."}',
-            ) from error

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from sqlalchemy import func, select
@@ -13,7 +14,14 @@ from sqlalchemy.orm import Session
 from annotation_app.core.random_ids import new_id
 from annotation_app.items.clips import is_clip
 from annotation_app.items.media import digest
-from annotation_app.items.new_items import GIVEN, NewItem, add_item, new_slots
+from annotation_app.items.new_items import (
+    ABOUT_VIDEO,
+    GIVEN,
+    NewItem,
+    add_item,
+    new_slots,
+    videos_of,
+)
 from annotation_app.items.scenes import read_film
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
@@ -22,6 +30,7 @@ from annotation_app.studies.study_file import StudyConfig, stored
 from annotation_app.study_setup.every_problem import together
 from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.tasks.task_registry import tasks
+from corpus_tools.tables.file_names import normal_name
 from g3.errors import FormatError
 
 FILES = {
@@ -31,6 +40,10 @@ FILES = {
     "segmentation": "segmentation.png",
 }
 """The files of a rendered folder that the app uses, by their roles."""
+
+
+_OF_VIDEOS = ("video", "wrong_video", "own_video")
+"""The fields of a study's file that name videos."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +87,9 @@ def put_study(
     lock_set_up(session.connection())
     check_videos(config, videos)
     study = session.scalars(select(Study).where(Study.name == config.name)).first()
+    there = {} if study is None else spelled_names(session, study.id)
+    videos = [replace(v, video=there.get(normal_name(v.video), v.video)) for v in videos]
+    config = _with_names(config, {normal_name(item.video): item.video for item in videos})
     if study is None:
         study = Study(id=new_id(), name=config.name, config=stored(config), created_at=now())
         session.add(study)
@@ -95,11 +111,37 @@ def check_videos(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> 
     A CorpusError lists all attention checks, pairs and practice items that name another one, and
     whether a task needs to know what is where.
     """
-    names = {item.video for item in videos}
+    names = {normal_name(item.video) for item in videos}
     wrong = [*_named_elsewhere(config, names), *_without_scenes(config, videos)]
     if wrong:
         where = f"study {config.name}"
         raise together([FormatError(what, where=where, fix=fix) for what, fix in wrong])
+
+
+def spelled_names(session: Session, study_id: str) -> Mapping[str, str]:
+    """Return a study's videos as they are spelled there, by their names in Unicode's normal form.
+
+    A study's files may have been copied to a system that stores accents in another way.
+    """
+    return {normal_name(video): video for video in videos_of(session, study_id)}
+
+
+def _with_names(config: StudyConfig, names: Mapping[str, str]) -> StudyConfig:
+    """Spell the names of videos in a study's file as those in `names` are."""
+
+    def spelled(value: Any) -> Any:
+        if isinstance(value, (list, tuple)):
+            return [spelled(inner) for inner in value]
+        if not isinstance(value, dict):
+            return value
+        return {
+            key: names.get(normal_name(inner), inner)
+            if key in _OF_VIDEOS and isinstance(inner, str)
+            else spelled(inner)
+            for key, inner in value.items()
+        }
+
+    return msgspec.convert(spelled(msgspec.to_builtins(config)), StudyConfig)
 
 
 def knows_things(item: Rendered | OwnVideo) -> bool:
@@ -150,10 +192,16 @@ def _first_items(
     )
     shas = {row.video: row.sha256 for row in rows}
     shown = [item.video for item in videos if item.video in shas]
+    asked_about = select(Item.video).where(
+        Item.study_id == study.id, Item.subject.startswith(ABOUT_VIDEO)
+    )
     for task in tasks():
         if task.name in config.tasks:
             if task.of_video is not None:
-                yield from (task.of_video(video, shas[video]) for video in shown)
+                # One that is there stays, though its file may have been replaced meanwhile.
+                asked = set(session.scalars(asked_about.where(Item.task == task.name)))
+                new = (video for video in shown if video not in asked)
+                yield from (task.of_video(video, shas[video]) for video in new)
             yield from task.of_study(config)
 
 
@@ -162,15 +210,15 @@ def _named_elsewhere(config: StudyConfig, videos: set[str]) -> Iterator[tuple[st
     known = f"the videos are: {', '.join(sorted(videos)[:20])}"
     for one in config.known_commands:
         for video in (one.video, one.wrong_video):
-            if video not in videos:
+            if normal_name(video) not in videos:
                 yield f"a known command names the video {video!r}, which isn't there", known
     for number, pair in enumerate(config.pairs, start=1):
-        if pair.video not in videos:
+        if normal_name(pair.video) not in videos:
             fix = "make the video with `ct render-videos`, or correct the name"
             yield f"pair {number} names the video {pair.video!r}, which isn't there", fix
     for task, of_task in config.tasks.items():
         for item in of_task.practice_items:
-            if item.video not in videos:
+            if normal_name(item.video) not in videos:
                 what = (
                     f"a practice item of {task} names the video {item.video!r}, which isn't there"
                 )

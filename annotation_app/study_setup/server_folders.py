@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotation_app.study_setup.own_videos import SUFFIXES, TABLES
+from annotation_app.study_setup.own_videos import SUFFIXES
 from annotation_app.study_setup.rendered_study import FILES
+from corpus_tools.tables.table_reading import TABLES
 from corpus_tools.video.frame_reading import to_mp4
 from g3.errors import FormatError
 
@@ -83,7 +84,7 @@ def tables(folder: Path, files: list[str], column: str) -> Iterator[str]:
                     head = file.read(HEAD_BYTES).split(b"\n")[0]
             except OSError:
                 continue
-            if re.search(rf'(^|[",\ufeff ]){column}([",: \r]|$)', head.decode("utf-8", "replace")):
+            if column in re.split(r'[",;|:\s{\ufeff]+', head.decode("utf-8", "replace")):
                 yield name
 
 

@@ -39,6 +39,8 @@ from annotation_app.study_setup.rendered_study import (
 )
 from annotation_app.study_setup.study_reading import read_study
 from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.tables.file_names import normal_name
+from corpus_tools.tables.table_reading import TABLES, OnNote, no_note
 from corpus_tools.video.probe import file_digest
 from g3.errors import CorpusError, FormatError
 
@@ -51,6 +53,8 @@ class StudyParts:
     videos: Sequence[Rendered | OwnVideo]
     commands: Sequence[GivenCommand] = ()
     file: Path | None = None
+    notes: Sequence[str] = ()
+    """Lines about files, rows and images that aren't used, or that were matched loosely."""
 
     @property
     def has_scenes(self) -> bool:
@@ -84,18 +88,24 @@ def find_parts(
     must be whole, and browsers must be able to play them.
     """
     errors: list[CorpusError] = []
+    notes: list[str] = []
     found: Sequence[Rendered | OwnVideo] = ()
     commands: Sequence[GivenCommand] = ()
+    table = videos or file.parent / config.videos
     with gathering(errors):
         things = file.parent / config.things if config.things else None
-        found = study_videos(videos or file.parent / config.videos, config.only, things)
+        found = study_videos(table, config.only, things, notes.append)
     if not errors:
         with gathering(errors):
             check_videos(config, found)
         with gathering(errors):
             if config.commands is not None:
                 known = [item if isinstance(item, OwnVideo) else item.video for item in found]
-                commands = given_commands(file.parent / config.commands, known)
+                given = file.parent / config.commands
+                is_same = given.resolve() == table.resolve()
+                commands = given_commands(
+                    given, known, no_note if is_same else notes.append, has_videos=is_same
+                )
         if are_played:
             with gathering(errors):
                 own = [item for item in found if isinstance(item, OwnVideo)]
@@ -103,16 +113,25 @@ def find_parts(
             with gathering(errors):
                 folders = [item.folder for item in found if isinstance(item, Rendered)]
                 check_rendered(folders, on_progress)
-    return StudyParts(config, found, commands, file), errors
+    return StudyParts(config, found, commands, file, notes), errors
 
 
 def study_videos(
-    path: Path, only: tuple[str, ...] = (), things: Path | None = None
+    path: Path,
+    only: tuple[str, ...] = (),
+    things: Path | None = None,
+    on_note: OnNote = no_note,
 ) -> Sequence[Rendered | OwnVideo]:
     """The videos of a folder or a table; an error if there are none, or a wanted one is missing.
 
     `things` is a COCO file of what is where in their pictures, if they come from elsewhere.
     """
+    if path.is_file() and not is_own(path):
+        raise FormatError(
+            f"a table of videos ends in {' or '.join(TABLES)}",
+            where=str(path),
+            fix="save it as CSV with commas between its cells, or name a folder",
+        )
     if not is_own(path):
         if things is not None:
             raise FormatError(
@@ -121,19 +140,22 @@ def study_videos(
                 fix="leave out things",
             )
         return rendered_videos(path, only)
-    found = own_videos(path)
-    missing = set(only) - {item.video for item in found}
+    found = own_videos(path, on_note)
+    wanted = set(map(normal_name, only))
+    missing = wanted - {normal_name(item.video) for item in found}
     if missing:
         raise FormatError(
             f"there is no video of {min(missing)}",
             where=str(path),
             fix=f"the videos are: {', '.join(item.video for item in found[:20])}",
         )
-    known = {} if things is None else read_things(things, {v.video: v.file for v in found})
+    files = {item.video: item.file for item in found}
+    parts = {item.video: item.part for item in found if item.part is not None}
+    known = {} if things is None else read_things(things, files, parts, on_note)
     return [
         replace(item, things=known.get(item.video))
         for item in found
-        if not only or item.video in only
+        if not wanted or normal_name(item.video) in wanted
     ]
 
 

@@ -24,7 +24,7 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import aliases_of, has_things, scene_of, shown_film
 from annotation_app.items.media import media_files
-from annotation_app.items.new_items import NewItem, about_answer, draws, videos_of
+from annotation_app.items.new_items import NewItem, about_answer, draws, other_videos, videos_of
 from annotation_app.items.scenes import scene_payload
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
@@ -137,7 +137,7 @@ def random_groundings(
     """
     own = item.payload["video"]
     videos = videos_of(session, item.study_id)
-    others = [video for video in videos if video != own]
+    others = other_videos(session, item.study_id, own)
     shown: dict[str, Record] = {}
     for node, sdc in enumerate(breadth_first(from_json(item.payload["sdcs"]))):
         if sdc.type in HAPPENING:
@@ -201,8 +201,8 @@ def _without_scenes(
     same = select(Item.video).where(
         Item.study_id == item.study_id, Item.task == item.task, Item.command == text
     )
-    known = {own, *session.scalars(same)}
-    others = [video for video in videos_of(session, item.study_id) if video not in known]
+    known = set(session.scalars(same))
+    others = [v for v in other_videos(session, item.study_id, own) if v not in known]
     sdcs = answer.body["sdcs"]
     nodes = [c["node"] for c in clauses_of(from_json(sdcs)) if c["type"] in HAPPENING]
     if others and nodes:

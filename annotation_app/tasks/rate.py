@@ -19,7 +19,7 @@ from annotation_app.core.languages import N_
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
-from annotation_app.items.new_items import NewItem, draws, videos_of
+from annotation_app.items.new_items import NewItem, draws, other_videos
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, measured
@@ -93,7 +93,7 @@ def _check(
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
     """A command with its own video, and with another one."""
     own, subject = item.payload["video"], f"command {answer.id}"
-    others = [video for video in videos_of(session, item.study_id) if video != own]
+    others = other_videos(session, item.study_id, own)
     shown = [own]
     if others:
         shown.append(others[int(draws(config, subject).integers(len(others)))])

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.item_scenes import watched
-from annotation_app.items.new_items import NewItem
+from annotation_app.items.new_items import NewItem, about_video
 from annotation_app.store.models import Item, Record, TaskName
 
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
@@ -41,5 +41,4 @@ def video_payload(session: Session, item: Item, _salt: bytes) -> Record:
 
 def item_of_video(task: TaskName) -> Callable[[str, str], NewItem]:
     """What makes a task's item of a video and its file's digest."""
-    # A video is the same for a person in any study, if its file is.
-    return lambda video, sha256: NewItem(task, f"video {sha256}", {"video": video})
+    return lambda video, sha256: NewItem(task, about_video(video, sha256), {"video": video})

@@ -21,7 +21,7 @@ from corpus_tools.options.format_option import (
 from corpus_tools.options.model_options import L2, NEGATIVES_SEED, training_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.terminal import note, say
-from g3.errors import FormatError, SDCError
+from g3.errors import SDCError
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
@@ -80,15 +80,10 @@ def _notation(notation: str | None, source: Path | None) -> str:
         raise click.UsageError('Give either NOTATION ("-" for the standard input) or --file.')
     if source is None and notation != "-":
         return notation or ""
+    from g3.storage.text_lines import decode_text
+
     content = source.read_bytes() if source else sys.stdin.buffer.read()
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise FormatError(
-            f"byte {error.start + 1} is not UTF-8",
-            where=str(source or "standard input"),
-            fix="save the notation as UTF-8",
-        ) from None
+    return decode_text(content, str(source or "standard input"))
 
 
 @click.group()

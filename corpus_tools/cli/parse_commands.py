@@ -74,6 +74,7 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
     if (text is None) == (source is None):
         raise click.UsageError('Give either TEXT ("-" for the standard input) or --file.')
     from g3.lengths import check_length
+    from g3.storage.text_lines import decode_text, split_lines
 
     if text is not None and text != "-":
         check_length(text, where="TEXT")
@@ -81,13 +82,9 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
     where = str(source) if source else "standard input"
     try:
         content = source.read_bytes() if source else sys.stdin.buffer.read()
-        lines = content.decode("utf-8-sig").splitlines()
     except OSError as error:
         raise FormatError(f"the file can't be read: {error.strerror}", where=where) from error
-    except UnicodeDecodeError as error:
-        raise FormatError(
-            f"byte {error.start + 1} is not UTF-8", where=where, fix="save the commands as UTF-8"
-        ) from None
+    lines = split_lines(decode_text(content, where))
     for number, line in enumerate(lines, start=1):
         check_length(line, where=f"{where}: line {number}")
     commands = [line for line in lines if line.strip()]

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import msgspec
 
-from g3.errors import FormatError
 from g3.groundings import Colour
 from g3.sdc.clauses import SDCType
 from g3.storage.atomic_file import replacing
@@ -183,32 +182,6 @@ ANSWER_RECORDS: dict[str, type[msgspec.Struct]] = {
     "predictions.jsonl": PredictionLine,
 }
 """The record of each sort of file."""
-
-
-Record = TypeVar("Record", bound=msgspec.Struct)
-
-
-def read_lines(path: Path, kind: type[Record], *, fix: str) -> list[tuple[int, Record]]:
-    """Read records, each with the number of its line; empty lines are left out.
-
-    `fix` says what to do where a line can't be read. A file or a line that can't is a FormatError.
-    """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise FormatError(
-            f"the file can't be read: {error.strerror}", where=str(path), fix="give another file"
-        ) from error
-    decoder = msgspec.json.Decoder(kind)
-    found = []
-    for number, line in enumerate(content.splitlines(), start=1):
-        if not line.strip():
-            continue
-        try:
-            found.append((number, decoder.decode(line)))
-        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
-            raise FormatError(str(error), where=f"{path}:{number}", fix=fix) from error
-    return found
 
 
 def write_lines(path: Path, records: Iterable[msgspec.Struct]) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,9 +29,11 @@ from corpus_tools.corpus.corpus_records import (
 from corpus_tools.corpus.encoding import Tables, content_hash
 from corpus_tools.corpus.trajectory_arrays import Arrays, read_arrays, unpack_one
 from corpus_tools.runtime.atomic_folder import recover
+from corpus_tools.tables.json_text import explained
 from g3.annotation import TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Trajectory
+from g3.storage.text_lines import place_in
 
 T = TypeVar("T")
 R = TypeVar("R", ContextRecord, CommandRecord, AnnotationRecord, JudgmentRecord, OutcomeRecord)
@@ -186,18 +187,19 @@ def _read_lines(path: Path, record_type: type[R], on_problem: OnProblem) -> list
             where=str(path),
             fix="restore the file, or import the corpus again",
         ) from error
+    rows = content.removesuffix(b"\n").split(b"\n") if content else []
     if content and not content.endswith(b"\n"):
         on_problem(
             FormatError(
                 "the last line is cut off",
-                where=f"{path}: line {len(content.splitlines())}",
+                where=f"{path}: line {len(rows)}",
                 fix="restore the file; each line ends with a newline",
             )
         )
     decoder = msgspec.json.Decoder(record_type)
     lines: list[_Line[R]] = []
     first: dict[str, int] = {}
-    for number, line in enumerate(content.splitlines(), start=1):
+    for number, line in enumerate(rows, start=1):
         where = f"{path}: line {number}"
         try:
             record = _decode_with(decoder, line, where)
@@ -236,11 +238,12 @@ def _decode_with(decoder: msgspec.json.Decoder[T], content: bytes, where: str) -
     try:
         return decoder.decode(content)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        # msgspec ends its message with the field: "... - at `$.objects[0].id`"
-        found = re.fullmatch(r"(?s)(.*?)(?: - at `(?:key in )?\$\.?(.*)`)?", str(error))
-        what, field = (found[1], found[2]) if found else (str(error), None)
+        text = content.decode(errors="replace")
+        what, field, offset = explained(error, text)
+        line, column = place_in(text, offset, "\n")
+        place = f"{where}{'' if line == 1 else f': line {line}'}, column {column}"
         raise FormatError(
-            what[:1].lower() + what[1:] if not what.startswith("JSON") else what,
-            where=f"{where}: {field}" if field else where,
+            what,
+            where=f"{where}: {field}" if field else place,
             fix="correct the record; docs/schemas describes it",
         ) from error

@@ -14,6 +14,7 @@ from eval.parsing.tested_commands import AS_TYPED, TestedCommand
 from eval.tables.formats import cell, document, figure_table, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
+from g3.storage.text_lines import split_lines
 
 FIGURES = ("precision", "recall", "f")
 
@@ -149,7 +150,7 @@ def _errors_table(wrong: Sequence[Mapping[str, object]]) -> Table:
     for error in wrong:
         table.add_row(cell(error["command"]), cell(error["text"]))
         for name in ("gold", "predicted"):
-            for line in str(error[name]).splitlines():
+            for line in split_lines(str(error[name])):
                 table.add_row(name, cell(line))
         table.add_row("", "")
     return table

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus_tools.corpus.answer_records import PredictionLine, read_lines, write_lines
+from corpus_tools.corpus.answer_records import PredictionLine, write_lines
+from corpus_tools.tables.json_text import json_lines
 from eval.statistics.comparison import Comparison
 from eval.statistics.estimates import FloatArray
 from eval.table_1.correspondence import ROW_TYPES, Predictions, RowType, predicted_true
@@ -66,7 +67,7 @@ def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
     wanted = {id_of(e): i for i, e in enumerate(examples)}
     found = np.full(len(examples), np.nan)
     first: dict[str, int] = {}
-    for number, line in read_lines(path, PredictionLine, fix=FIX):
+    for number, line in json_lines(path, PredictionLine, fix=FIX):
         key, where = line.example, f"{path}:{number}"
         if key not in wanted:
             raise FormatError(

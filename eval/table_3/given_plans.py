@@ -10,9 +10,12 @@ from pathlib import Path
 
 import msgspec
 
-from corpus_tools.corpus.answer_records import PlanLine, read_lines, write_lines
+from corpus_tools.corpus.answer_records import PlanLine, write_lines
 from corpus_tools.following.plan_steps import read_steps, scene_shown
 from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.terminal import note
+from corpus_tools.tables.json_text import json_lines
+from corpus_tools.tables.table_reading import lines_named
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.errors import FormatError
 
@@ -53,6 +56,14 @@ class GivenPlans(PlanGrounder):
                 where=self.path,
                 fix=f"give a plan for each, [] where you refuse it; {FIX}",
             )
+        asked = {(task.command, task.heading) for task in tasks}
+        unused = [number for key, (number, _) in self._by_task.items() if key not in asked]
+        if unused:
+            count = f"{len(unused)} of {len(self.lines)} plans"
+            note(
+                f"note: {self.path}: {count} are of no command that is followed, and aren't used: "
+                f"{lines_named(unused)}"
+            )
         for task in tasks:
             self.propose(task)
 
@@ -71,7 +82,7 @@ class GivenPlans(PlanGrounder):
 
 def read_plans(path: Path) -> GivenPlans:
     """Read a file of plans, of which each line is filled in, and none is twice there."""
-    lines = read_lines(path, PlanLine, fix=FIX)
+    lines = list(json_lines(path, PlanLine, fix=FIX))
     seen: dict[tuple[str, str], int] = {}
     for number, line in lines:
         where, first = f"{path}:{number}", seen.setdefault((line.command, line.heading), number)

@@ -11,6 +11,7 @@ from eval.statistics.comparison import Comparison, compare_all
 from eval.statistics.estimates import FloatArray, IntArray
 from eval.statistics.ratings import codes
 from eval.tables.formats import figure_table, interval, table_text
+from g3.storage.text_lines import split_lines
 
 TITLE = "configurations compared on the commands that both have"
 NOTE = (
@@ -72,7 +73,7 @@ def comparison_table(found: Sequence[Comparison]) -> Table:
 def lines(found: Sequence[Comparison], title: str = TITLE) -> list[str]:
     """The same as lines of text."""
     tables = {f"{title[0].upper()}{title[1:]}": comparison_table(found)}
-    return table_text(tables, (), {}, terminal=False).splitlines()
+    return split_lines(table_text(tables, (), {}, terminal=False))
 
 
 def shown_p(p: float) -> str:

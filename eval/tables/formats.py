@@ -20,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from corpus_tools.corpus.estimate import REASONS, Estimate, Reason
+from g3.storage.text_lines import split_lines
 
 Format = Literal["text", "json", "csv", "latex"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -47,9 +48,8 @@ def metadata_text(metadata: Mapping[str, object]) -> str:
 
 def comments(metadata: Mapping[str, object]) -> list[str]:
     """Metadata as lines for a file that is handed on: of whole paths it has the names only."""
-    return metadata_text(
-        {key: _without_folders(value) for key, value in metadata.items()}
-    ).splitlines()
+    whole = {key: _without_folders(value) for key, value in metadata.items()}
+    return split_lines(metadata_text(whole))
 
 
 def _without_folders(value: object) -> object:
@@ -130,9 +130,9 @@ def table_text(
         table.show_edge = table.pad_edge = False
         console.print(table)
         console.print()
-    for line in [*notes, *metadata_text(metadata).splitlines()]:
+    for line in [*notes, *split_lines(metadata_text(metadata))]:
         console.print(Text(line, style="dim"), soft_wrap=True)
-    text = "\n".join(line.rstrip() for line in out.getvalue().splitlines())
+    text = "\n".join(line.rstrip() for line in split_lines(out.getvalue()))
     return text if terminal else text.encode("ascii", "backslashreplace").decode("ascii")
 
 

@@ -99,5 +99,5 @@ def test_bad_files_are_refused(tmp_path):
     with pytest.raises(CorpusError, match=r"list: there is no scenario 'x'"):
         read_scenarios(str(path), ["a"])
     path.write_bytes(b"a\n\xff")
-    with pytest.raises(CorpusError, match=r"list: byte 3 is not UTF-8"):
+    with pytest.raises(CorpusError, match=r"list:2:1: byte 3 is not UTF-8"):
         read_scenarios(str(path), ["a"])

@@ -10,6 +10,7 @@ from corpus_tools.importers.slu_core.automatic_worlds import TRAILER, Remark
 from g3.annotation import TaskOutcome, Unknown
 from g3.groundings import Context
 from g3.short_repr import short_repr
+from g3.storage.text_lines import split_lines
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 START = re.compile(rf"Teleporting to: ({NUMBER}), ({NUMBER})(?:, {NUMBER})*\.?")
@@ -47,7 +48,7 @@ class SupervisorLog:
 
 def read_log(text: str) -> SupervisorLog:
     """Read ``simSupervisorStatus.txt``. Whatever is in it, it can be read."""
-    lines = [line.strip() for line in text.splitlines()]
+    lines = [line.strip() for line in split_lines(text)]
     starts = [(float(m[1]), float(m[2])) for line in lines if (m := START.fullmatch(line))]
     return SupervisorLog(
         start=starts[0] if starts else None,

@@ -16,6 +16,7 @@ import yaml
 
 from g3.errors import FormatError
 from g3.short_repr import short_repr
+from g3.storage.text_lines import decode_text, place_in
 
 Field: TypeAlias = tuple[str | int, ...]
 """Keys and indices that lead to a value from the top of a document."""
@@ -29,6 +30,8 @@ _INTEGER = re.compile(r"[-+]?[0-9]+")
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _LONGEST_NUMBER = 40
 _DEEPEST = 20
+_OTHER_LINE_ENDS = "\x85\u2028\u2029"
+_PRIVATE_USE = range(0x10FF00, 0x10FFFE)
 _OWN_WORDS = {
     "array": "a list",
     "object": "fields",
@@ -115,19 +118,34 @@ def read_document(path: Path, name: str | None = None) -> Document:
 
 def parse_document(content: bytes, name: str) -> Document:
     """Parse the bytes of a file; FormatError for no YAML, for tags, aliases or a key twice."""
+    text = decode_text(content, name)
+    stand_ins = _stand_ins(text)
     try:
-        found = _Reader(name, yaml.parse(content.decode("utf-8"), Loader=_Loader))
+        events = yaml.parse(text.translate(stand_ins), Loader=_Loader)
+        found = _Reader(name, events, {ord(new): chr(old) for old, new in stand_ins.items()})
         value = found.document()
-    except UnicodeDecodeError as error:
-        raise FormatError(
-            f"the file is not UTF-8 text: {error}", where=name, fix="save it as UTF-8"
-        ) from error
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
-        where = f"{name}:{mark.line + 1}:{mark.column + 1}" if mark else name
+        at = (mark.line + 1, mark.column + 1) if mark else place_in(text, _offset(error))
+        where = ":".join((name, *map(str, at)))
         what = getattr(error, "problem", None) or str(error).splitlines()[0]
         raise FormatError(f"this is not YAML: {what}", where=where, fix="correct it") from error
     return Document(name, content, value, found.marks, found.keys)
+
+
+def _stand_ins(text: str) -> dict[int, str]:
+    """Characters that a text doesn't have, for those that end lines in YAML 1.1 and nowhere else.
+
+    So they stay what they are, and lines have the numbers that editors show.
+    """
+    line_ends = [end for end in _OTHER_LINE_ENDS if end in text]
+    free = (chr(code) for code in _PRIVATE_USE if chr(code) not in text)
+    return {ord(end): next(free) for end in line_ends}
+
+
+def _offset(error: yaml.YAMLError) -> int:
+    """The place of a character that YAML doesn't allow."""
+    return getattr(error, "position", None) or 0
 
 
 def convert(
@@ -169,9 +187,10 @@ def _own_words(types: str) -> str:
 class _Reader:
     """Turns a parser's events into values and remembers where they were."""
 
-    def __init__(self, name: str, events: Iterator[Any]) -> None:
+    def __init__(self, name: str, events: Iterator[Any], meant: Mapping[int, str]) -> None:
         self.name = name
         self.events = events
+        self.meant = meant
         self.marks: dict[Field, tuple[int, int]] = {}
         self.keys: dict[Field, tuple[int, int]] = {}
 
@@ -211,14 +230,15 @@ class _Reader:
     def entry(self, key: Any, field: Field) -> tuple[str, Any]:
         if not isinstance(key, yaml.ScalarEvent):
             raise self.refusal(key, field, "a key must be text", "correct it")
-        inner = (*field, str(key.value))
+        name = str(key.value).translate(self.meant)
+        inner = (*field, name)
         if inner in self.keys:
             raise self.refusal(key, inner, "this is given twice", "leave one of them out")
         self.keys[inner] = _mark(key)
-        return str(key.value), self.value(next(self.events), inner)
+        return name, self.value(next(self.events), inner)
 
     def scalar(self, event: Any, field: Field) -> Any:
-        text: str = event.value
+        text: str = event.value.translate(self.meant)
         if event.style:
             return text
         if text in _NULL:

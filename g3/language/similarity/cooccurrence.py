@@ -197,7 +197,8 @@ def table_from_bytes(content: bytes, *, where: str = "", fix: str = "") -> TagTa
     """
     arrays = read_arrays(content, _FIELDS, where=where, fix=fix, error=ModelError)
     try:
-        tags = tuple(arrays["tags"].tobytes().decode().splitlines())
+        listed = arrays["tags"].tobytes().decode()
+        tags = tuple(listed.split("\n")) if listed else ()
         (images,) = arrays["images"].tolist()
         pairs = (arrays["first"], arrays["second"])
         upper = sparse.coo_array((arrays["count"], pairs), shape=(len(tags), len(tags)))

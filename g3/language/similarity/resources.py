@@ -26,6 +26,7 @@ from g3.language.similarity.wordnet_tables import (
 )
 from g3.storage.atomic_file import write_bytes
 from g3.storage.cache_folder import cache_folder
+from g3.storage.text_lines import decode_text, split_lines
 
 WORDNET_VARIABLE = "CT_WORDNET"
 TAGS_VARIABLE = "CT_TAGS"
@@ -140,7 +141,7 @@ def _read_tag_table(file: Path) -> TagTable:
         content = file.read_bytes()
         if content.startswith(b"PK"):
             return table_from_bytes(content, where=str(file), fix=_MEND_TAGS)
-        return count_list(content.decode().splitlines())
+        return count_list(split_lines(decode_text(content, str(file))))
 
 
 def _vectors_file() -> Path:

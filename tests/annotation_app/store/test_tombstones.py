@@ -70,7 +70,7 @@ def test_damaged_tombstones_are_named(tmp_path: Path) -> None:
     file = tmp_path / "erased.jsonl"
     for content in ("{", '{"person": 1, "at": 2}', '{"person": "a"}', "\xff"):
         file.write_bytes(b'{"person": "a", "at": 1.0}\n\n' + content.encode("latin-1"))
-        with pytest.raises(FormatError, match=r"erased.jsonl, line 3: this can't be read"):
+        with pytest.raises(FormatError, match=r"erased.jsonl:3:\d+: "):
             read_tombstones(file)
     file.write_text('{"person": "a", "at": 1.0}\n\n')
     assert read_tombstones(file) == [Tombstone("a", 1.0)]

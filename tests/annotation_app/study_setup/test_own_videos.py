@@ -161,10 +161,13 @@ def test_a_task_that_needs_a_scene_is_refused(
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
-        ("video\nno.mp4\nnor.mp4\n", ["v.csv:2: there is no file", "v.csv:3: there is no file"]),
+        ("video\nno.mp4\nnor.mp4\n", ["v.csv:2:1: video: there is no file", "v.csv:3:1: video: "]),
         ("video,id\nclips/push.mp4,a\nclips/lift.webm,a\n", ["two files are called 'a'"]),
-        ("file\nclips/push.mp4\n", ["there is no 'video'", "the columns are video"]),
-        ("video\nclips/push.mp4,too,many\n", ["more or fewer cells"]),
+        ("file\nclips/push.mp4\n", ["v.csv:1:1: there is no column 'video'", "which has file"]),
+        (
+            "video\nclips/push.mp4,too,many\n",
+            ["v.csv:2:16: this row has 3 cells and the first"],
+        ),
         ("video\nvideo.avi\n", ["there is no file"]),
         ("video\nold.mp4\n", ["browsers don't play videos of the kind", "ffmpeg -i old.mp4"]),
         ("video\ntext.mp4\n", ["text.mp4: the video can't be read"]),
@@ -191,7 +194,7 @@ def test_a_command_for_no_video_is_refused(
     file = tmp_path / "x.yaml"
     file.write_text(json.dumps(study | {"tasks": {"segment": {}}}))
     assert run(["annotate", "check", str(file), "--instance", str(tmp_path / "i")]) == 2
-    assert re.search(r"c\.csv:3: the study has no video 'pull'", capsys.readouterr().out)
+    assert re.search(r"c\.csv:3:1: video: the study has no video 'pull'", capsys.readouterr().out)
 
 
 def test_an_empty_folder_tells_of_both_ways(

@@ -208,7 +208,7 @@ def test_bad_input_is_one_line_and_exits_2(tmp_path, monkeypatch, capsys):
         ("graph", PUT, "--command", "Put it"): "ct: error: column 32: the word 'the' is not in",
         ("graph", "--file", "no/file"): "ct: error: no/file: No such file or directory",
         ("graph", "--file", "."): "ct: error: .: Is a directory",
-        ("graph", "--file", "bad.sdc"): "ct: error: bad.sdc: byte 9 is not UTF-8",
+        ("graph", "--file", "bad.sdc"): "ct: error: bad.sdc:1:9: byte 9 is not UTF-8",
         ("graph", "--file", "open.sdc"): "ct: error: open.sdc, column 11: expected ',' or ')'",
         ("graph", PUT, "--out", "no/file"): f"ct: error: {tmp_path}/no: there is no such folder",
     }

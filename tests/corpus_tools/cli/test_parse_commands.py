@@ -15,6 +15,7 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from g3.language.parsing.extractor import SDCExtractor
 from g3.language.parsing.parser import parse
 from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets
+from tests.shared_cases import case
 from tests.tiny_corpus import tiny_corpus
 
 PUT = "Put the pallet on the truck."
@@ -77,6 +78,22 @@ def test_a_file_of_commands(ct, folder):
     assert [json.loads(line)["text"] for line in out.splitlines()] == [PUT, "Wait."]
     status, out, _ = ct("parse", "--file", "commands.txt")
     assert out.splitlines()[:2] == [f"# {PUT}", TREE]
+
+
+@pytest.mark.parametrize("inner", ["\u2028", "\x85", "\x0b", "\x0c", "\x1c"])
+def test_commands_end_at_line_feeds(ct, folder, inner):
+    text = f"Put the pallet{inner}on the truck."
+    (folder / "commands.txt").write_bytes(f"{text}\r\nWait.".encode("utf-8-sig"))
+    status, out, _ = ct("parse", "--file", "commands.txt", "--format", "json")
+    assert status == 0
+    assert [json.loads(line)["text"] for line in out.split("\n")[:2]] == [text, "Wait."]
+
+
+def test_the_given_file_has_one_command(ct):
+    file = case("10-jsonl-u2028") / "commands.txt"
+    status, out, _ = ct("parse", "--file", str(file), "--format", "json")
+    assert status == 0
+    assert json.loads(out)["text"] == "Put the pallet\u2028on the truck."
 
 
 def test_standard_input(ct, stdin):

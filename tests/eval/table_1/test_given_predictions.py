@@ -79,11 +79,14 @@ def test_probabilities_come_in_the_order_of_the_examples(form, tested, tmp_path)
     ("change", "said"),
     [
         (lambda lines: lines[1].update(probability=None), ":2: the prediction of .* isn't filled"),
-        (lambda lines: lines[1].update(probability=1.5), ":2: Expected `float` <= 1.0"),
+        (
+            lambda lines: lines[1].update(probability=1.5),
+            r":2:\d+: probability: expected",
+        ),
         (lambda lines: lines.append(lines[0]), r":\d+: .* has a prediction in line 1 already"),
         (lambda lines: lines[2].update(example="moon"), ":3: there is no example 'moon'"),
         (lambda lines: lines.pop(), r"1 of \d+ examples have no prediction, such as"),
-        (lambda lines: lines[3].pop("example"), ":4: .*missing required field `example`"),
+        (lambda lines: lines[3].pop("example"), r":4:1: .*missing required field `example`"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_told_with_its_line(change, said, form, tested, tmp_path):

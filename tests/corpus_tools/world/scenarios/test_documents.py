@@ -59,7 +59,9 @@ def test_scalars_are_those_of_the_core_schema(text, value):
         ("? [1]\n: 2", "x.yaml:1:3", "key"),
         ("a: 1e999", "x.yaml:1:4: a", "too large"),
         ("a: 1\n--- 2", "x.yaml:2:1", "second document"),
-        ("a: \x00", "x.yaml", "not YAML"),
+        ("a: \x00", "x.yaml:1:4", "NUL"),
+        ("a: 1\nb: x\x0by", "x.yaml:2:5", "not YAML"),
+        ("a: x\u2028y\nb: z\x85w\nc: c: c", "x.yaml:3:5", "not YAML"),
     ],
 )
 def test_what_is_refused(text, where, what):

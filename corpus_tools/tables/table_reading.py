@@ -1,0 +1,217 @@
+"""Tables of other people, CSV or JSON lines: rows whose cells are known by line and column."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+import msgspec
+
+from corpus_tools.tables.csv_rows import CsvRow, Place, csv_rows
+from corpus_tools.tables.json_text import decode, numbered_lines, read_text
+from g3.errors import FormatError
+
+TABLES = (".csv", ".jsonl")
+"""The endings of their names."""
+OnNote: TypeAlias = Callable[[str], None]
+"""Takes what somebody should know who can go on all the same."""
+Value: TypeAlias = str | int | float | bool
+
+_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
+_MOST_LINES = 10
+_OBJECT = 'write each line as {"video": "clip.mp4", "command": "Go."}'
+
+
+def no_note(_note: str) -> None:
+    """Take no note."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of a table that isn't empty."""
+
+    table: Path
+    line: int
+    values: Mapping[str, Value]
+    """By column; empty cells are empty texts, or aren't there."""
+    texts: Mapping[str, str]
+    """The same as the file writes them: a number such as 1.10 keeps its digits."""
+    columns: Mapping[str, Place] = field(repr=False)
+    """Where the cells are."""
+
+    def where(self, name: str = "") -> str:
+        """Return the place of a cell, or of the row, as errors name it."""
+        line, column = self.columns.get(name, (self.line, 1))
+        place = f"{self.table}:{line}:{column}"
+        return f"{place}: {name}" if name else place
+
+    def text(self, name: str) -> str:
+        """Return the text of a cell; it is empty if there is none."""
+        return self.texts.get(name, "")
+
+
+def read_table(path: Path, needed: Sequence[str] = (), on_note: OnNote = no_note) -> list[Row]:
+    """Read a table, and name all of it that isn't used.
+
+    Parameters
+    ----------
+    path
+        A file whose name ends in .csv, else it is read as JSON lines.
+    needed
+        The columns that each row must have.
+    on_note
+        Takes a line about cells that aren't used, or that go over several lines.
+
+    Returns
+    -------
+    list of Row
+        The rows in their order, without those of which all cells are empty.
+
+    Raises
+    ------
+    FormatError
+        At the first quotation mark, cell or name that is wrong, with line and column.
+    """
+    text = read_text(path, what="table", fix="save it as UTF-8 text")
+    read = _csv_table if path.suffix.lower() == ".csv" else _jsonl_table
+    return list(read(text, path, needed, on_note))
+
+
+def lines_named(lines: Iterable[int]) -> str:
+    """Return the numbers of lines as notes name them, such as "lines 2, 5 and 7"."""
+    every = sorted(set(lines))
+    first = list(map(str, every[:_MOST_LINES]))
+    if len(every) == 1:
+        return f"line {first[0]}"
+    if len(every) > len(first):
+        return f"lines {', '.join(first)} and {len(every) - len(first)} more"
+    return f"lines {', '.join(first[:-1])} and {first[-1]}"
+
+
+def _csv_table(text: str, path: Path, needed: Sequence[str], on_note: OnNote) -> Iterator[Row]:
+    _check_separator(text, path, needed)
+    rows = (row for row in csv_rows(text, str(path)) if any(map(str.strip, row.cells)))
+    header = next(rows, None)
+    if header is None:
+        raise FormatError(
+            "the table is empty", where=f"{path}:1:1", fix=f"begin it with {_listed(needed)}"
+        )
+    names = [name.strip() for name in header.cells]
+    _check_names(names, header, path, needed)
+    broken: list[int] = []
+    unnamed: dict[int, list[int]] = {}
+    for row in rows:
+        _check_width(row, names, path)
+        cells = dict(zip(names, row.cells, strict=False))
+        for number, (name, cell) in enumerate(zip(names, row.cells, strict=False), start=1):
+            if not name and cell.strip():
+                unnamed.setdefault(number, []).append(row.line)
+        if row.last_line > row.line:
+            broken.append(row.line)
+        cells.pop("", None)
+        yield Row(path, row.line, cells, cells, dict(zip(names, row.places, strict=False)))
+    for number, lines in unnamed.items():
+        on_note(
+            f"{path}: column {number} has no name, and its cells aren't used: {lines_named(lines)}"
+        )
+    if broken:
+        on_note(
+            f"{path}: cells go on over several lines from {lines_named(broken)}; see that their "
+            "quotation marks are meant so"
+        )
+
+
+def _check_separator(text: str, path: Path, needed: Sequence[str]) -> None:
+    """See that a table has commas between its cells, and nothing else."""
+    first = text.lstrip("\r\n").partition("\n")[0].partition("\r")[0]
+    for separator, name in _SEPARATORS.items():
+        cells = [cell.strip().strip('"') for cell in first.split(separator)]
+        if len(cells) > 1 and set(needed) <= set(cells) and not set(needed) & set(first.split(",")):
+            raise FormatError(
+                f"the cells are separated by {name}",
+                where=f"{path}:1:{first.index(separator) + 1}",
+                fix="save the table with commas between its cells",
+            )
+
+
+def _check_names(names: Sequence[str], header: CsvRow, path: Path, needed: Sequence[str]) -> None:
+    for number, (name, (line, column)) in enumerate(zip(names, header.places, strict=True)):
+        if name and name in names[:number]:
+            raise FormatError(
+                f"two columns are called {name!r}",
+                where=f"{path}:{line}:{column}",
+                fix="rename one of them, or leave it out",
+            )
+    for name in needed:
+        if name not in names:
+            raise FormatError(
+                f"there is no column {name!r} in the first row, which has "
+                f"{', '.join(filter(None, names))}",
+                where=f"{path}:{header.line}:1",
+                fix=f"begin the table with a row of names; needed are {_listed(needed)}",
+            )
+
+
+def _check_width(row: CsvRow, names: Sequence[str], path: Path) -> None:
+    filled = max(number for number, cell in enumerate(row.cells, start=1) if cell.strip())
+    if filled > len(names) or len(row.cells) < len(names):
+        line, column = row.places[min(len(names), len(row.cells) - 1)]
+        raise FormatError(
+            f"this row has {len(row.cells)} cells and the first row has {len(names)}: "
+            f"{'more' if filled > len(names) else 'fewer'}",
+            where=f"{path}:{line}:{column}",
+            fix="put cells with commas between quotation marks, and leave none out",
+        )
+
+
+def _jsonl_table(text: str, path: Path, needed: Sequence[str], _on_note: OnNote) -> Iterator[Row]:
+    decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
+    rows = [_jsonl_row(path, *numbered, decoder) for numbered in numbered_lines(text)]
+    for name in needed:
+        if not any(name in row.values for row in rows):
+            raise FormatError(
+                f"there is no {name!r}",
+                where=rows[0].where() if rows else f"{path}:1:1",
+                fix=f"needed are {_listed(needed)}",
+            )
+    return (row for row in rows if any(map(str.strip, row.texts.values())))
+
+
+def _jsonl_row(
+    path: Path, line: int, content: str, decoder: msgspec.json.Decoder[dict[str, msgspec.Raw]]
+) -> Row:
+    try:
+        raw = decode(content, decoder, str(path), line, fix=_OBJECT)
+    except FormatError as error:
+        what = f"this is no object of texts and numbers: {error.what}"
+        raise FormatError(what, where=error.where, fix=_OBJECT) from error
+    tokens = {name: bytes(token) for name, token in raw.items()}
+    columns = {name: (line, _column(content, name)) for name in raw}
+    values = {name: _plain(token, path, name, columns[name]) for name, token in tokens.items()}
+    texts = {
+        name: value if isinstance(value, str) else tokens[name].decode()
+        for name, value in values.items()
+    }
+    return Row(path, line, values, texts, columns)
+
+
+def _plain(token: bytes, path: Path, name: str, place: Place) -> Value:
+    try:
+        value: Value | None = msgspec.json.decode(token, type=Value | None)
+    except msgspec.DecodeError as error:
+        raise FormatError(
+            f"this is no text and no number: {str(error).partition(' - at ')[0]}",
+            where=f"{path}:{place[0]}:{place[1]}: {name}",
+            fix=_OBJECT,
+        ) from error
+    return "" if value is None else value
+
+
+def _column(line: str, name: str) -> int:
+    return line.find(f'"{name}"') + 1 or 1
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) or "the names of its columns"
