@@ -103,9 +103,7 @@ def find_parts(
                 known = [item if isinstance(item, OwnVideo) else item.video for item in found]
                 given = file.parent / config.commands
                 is_same = given.resolve() == table.resolve()
-                commands = given_commands(
-                    given, known, no_note if is_same else notes.append, has_videos=is_same
-                )
+                commands = given_commands(given, known, notes.append, has_videos=is_same)
         if are_played:
             with gathering(errors):
                 own = [item for item in found if isinstance(item, OwnVideo)]
@@ -113,7 +111,7 @@ def find_parts(
             with gathering(errors):
                 folders = [item.folder for item in found if isinstance(item, Rendered)]
                 check_rendered(folders, on_progress)
-    return StudyParts(config, found, commands, file, notes), errors
+    return StudyParts(config, found, commands, file, list(dict.fromkeys(notes))), errors
 
 
 def study_videos(

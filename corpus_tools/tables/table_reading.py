@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ import msgspec
 from corpus_tools.tables.csv_rows import CsvRow, Place, csv_rows
 from corpus_tools.tables.json_text import decode, numbered_lines, read_text
 from g3.errors import FormatError
+from g3.storage.text_lines import place_in
 
 TABLES = (".csv", ".jsonl")
 """The endings of their names."""
@@ -125,13 +127,15 @@ def _csv_table(text: str, path: Path, needed: Sequence[str], on_note: OnNote) ->
 
 def _check_separator(text: str, path: Path, needed: Sequence[str]) -> None:
     """See that a table has commas between its cells, and nothing else."""
-    first = text.lstrip("\r\n").partition("\n")[0].partition("\r")[0]
+    start = len(text) - len(text.lstrip("\r\n"))
+    first = re.split("[\r\n]", text[start:], maxsplit=1)[0]
     for separator, name in _SEPARATORS.items():
-        cells = [cell.strip().strip('"') for cell in first.split(separator)]
-        if len(cells) > 1 and set(needed) <= set(cells) and not set(needed) & set(first.split(",")):
+        cells = {cell.strip().strip('"') for cell in first.split(separator)}
+        if separator in first and needed and cells.issuperset(needed):
+            line, column = place_in(text, start + first.index(separator))
             raise FormatError(
                 f"the cells are separated by {name}",
-                where=f"{path}:1:{first.index(separator) + 1}",
+                where=f"{path}:{line}:{column}",
                 fix="save the table with commas between its cells",
             )
 

@@ -48,7 +48,7 @@ def test_a_table_is_read_however_it_was_saved(tmp_path: Path, content: bytes) ->
         (b"video,id\na.mp4,a\0\n", ":2:8", "NUL"),
         (b"video;id\na.mp4;1\n", ":1:6", "separated by semicolons"),
         (b"video\tid\na.mp4\t1\n", ":1:6", "separated by tabs"),
-        (b'"video";"id"\n', ":1:8", "separated by semicolons"),
+        (b'\n\r\n"video";"id"\n', ":3:8", "separated by semicolons"),
         (b"video,id,id\n", ":1:10", "two columns are called 'id'"),
         (b"a.mp4,1\n", ":1:1", "there is no column 'video' in the first row, which has a.mp4, 1"),
         (b"", ":1:1", "empty"),
