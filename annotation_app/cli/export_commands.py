@@ -9,7 +9,7 @@ import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
 from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
-from corpus_tools.runtime.terminal import note
+from corpus_tools.runtime.terminal import note, note_all
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -164,7 +164,7 @@ def _write_lerobot(
     said = peoples_language(session, study)
     source = open_dataset(dataset or said.dataset)
     notes = write_language(source, out, said.language, attachments=said.files, force=force)
-    note(*(f"note: {line}" for line in notes))
+    note_all(notes)
     return dict(said.counts)
 
 

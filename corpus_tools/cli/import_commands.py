@@ -169,7 +169,7 @@ def lerobot(
     from corpus_tools.lerobot.episode_reading import open_dataset
     from corpus_tools.lerobot.study_input import EPISODES, study_input
     from corpus_tools.runtime.atomic_folder import check_target, write_folder
-    from corpus_tools.runtime.terminal import note
+    from corpus_tools.runtime.terminal import note_all
 
     check_target(out, force=force, marker=EPISODES)
     with (
@@ -186,7 +186,7 @@ def lerobot(
             on_progress=on_progress,
         )
         write_folder(out, made.files, force=force, marker=EPISODES)
-    note(*(f"note: {line}" for line in made.notes))
+    note_all(made.notes)
     lines = [f"{count:6} rows in {out / name}" for name, count in made.rows.items()]
     following = f"next: ct annotate init study.yaml --videos {out / EPISODES}"
     record = {"folder": out, "rows": made.rows, "notes": made.notes}

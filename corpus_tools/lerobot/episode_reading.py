@@ -33,6 +33,8 @@ EPISODES_JSONL, EPISODES_FOLDER = "meta/episodes.jsonl", "meta/episodes"
 OLD, NEW = "v2.1", "v3.0"
 READ = ("v2.0", OLD, NEW)
 VIDEO, IMAGE = "video", "image"
+CHUNKS_SIZE = 1000
+"""Where none is given."""
 FASTEST = 10_000.0
 """Frames a second."""
 ROWS_AT_ONCE = 256
@@ -59,7 +61,7 @@ class Info(msgspec.Struct, frozen=True):
     features: dict[str, dict[str, Any]]
     data_path: str | None = None
     video_path: str | None = None
-    chunks_size: int = 1000
+    chunks_size: int | None = None
     total_episodes: Any = None
 
 
@@ -198,7 +200,7 @@ def open_dataset(folder: Path) -> Dataset:
         raise FormatError(
             f"fps is {info.fps}", where=str(file), fix="give the frames a second of its recording"
         )
-    if info.chunks_size < 1:
+    if info.chunks_size is not None and info.chunks_size < 1:
         raise FormatError(
             f"chunks_size is {info.chunks_size}", where=str(file), fix="give the files of a chunk"
         )
@@ -237,7 +239,10 @@ def _episode(dataset: Dataset, record: Record, cameras: Sequence[str]) -> Episod
     tasks = tuple(text for text in record.texts("tasks") if text.strip())
     videos = {}
     if dataset.is_old:
-        names = {"episode_chunk": index // info.chunks_size, "episode_index": index}
+        names = {
+            "episode_chunk": index // (info.chunks_size or CHUNKS_SIZE),
+            "episode_index": index,
+        }
         for camera in cameras:
             file = _file(dataset, "video_path", names | {"video_key": camera})
             videos[camera] = VideoPart(file, 0.0, None)

@@ -19,7 +19,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.lerobot.dataset_files import damaged, is_text, parquet_file, whole_numbers_of
+from corpus_tools.lerobot.dataset_files import (
+    content_of,
+    damaged,
+    is_text,
+    parquet_file,
+    whole_numbers_of,
+)
 from corpus_tools.lerobot.episode_reading import Dataset, data_files
 from corpus_tools.runtime.parquet import import_pyarrow
 
@@ -214,6 +220,9 @@ def check_language(schema: Any, file: Path) -> None:
         if name not in fields or not (pa.types.is_null(fields[name]) or is_type(fields[name])):
             where = f"{file}, column {PERSISTENT}"
             raise damaged(where, f"{kind!s:.120} has no {name} as LeRobot writes it")
+    with content_of(file):  # what can't be written is named before anybody is asked
+        row = Placed(Language(SUBTASK, 0.0, "reach"), 0).row(np.zeros(1, np.float32))
+        language_array([row], widened(kind, column_types()[PERSISTENT]))
 
 
 def widened(kind: Any, usual: Any) -> Any:
@@ -229,6 +238,26 @@ def widened(kind: Any, usual: Any) -> Any:
         names = {f.name: f.type for f in usual}
         new = pa.struct([f.with_type(widened(f.type, names.get(f.name, f.type))) for f in kind])
     return kind if new == kind else new
+
+
+def language_array(rows: Sequence[Row], kind: Any) -> Any:
+    """Return an array of one cell with the rows of an episode, of the type `kind`."""
+    pa, _ = import_pyarrow()
+    # Arrow builds no extension types, such as its JSON for tool calls, but converts to them.
+    return pa.array([rows], _stored(kind)).cast(kind)
+
+
+def _stored(kind: Any) -> Any:
+    """A type with the types that its extension types are stored as."""
+    pa, _ = import_pyarrow()
+    if isinstance(kind, pa.BaseExtensionType):
+        return kind.storage_type
+    if _is_list(kind):
+        make = pa.large_list if pa.types.is_large_list(kind) else pa.list_
+        return make(_stored(kind.value_type))
+    if pa.types.is_struct(kind):
+        return pa.struct([field.with_type(_stored(field.type)) for field in kind])
+    return kind
 
 
 def _is_list(kind: Any) -> bool:

@@ -38,6 +38,7 @@ from corpus_tools.lerobot.language_rows import (
     Placed,
     Row,
     column_types,
+    language_array,
     persistent_rows_of,
     placed,
     plans,
@@ -301,7 +302,7 @@ def _spread(
             stays = table.column(PERSISTENT).slice(start, end - start).cast(kind)
             pieces.append(stays.combine_chunks())
         else:
-            pieces.append(pa.array([of_episode], kind).take(_zeros(end - start)))
+            pieces.append(language_array(of_episode, kind).take(_zeros(end - start)))
     return pa.chunked_array(pieces, kind)
 
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import logging
 import re
+from collections.abc import Sequence
 
 import click
 
+MOST_NOTES = 50
 _STYLE = r"\x1b\[(?:[0-4]|[39][0-7])?(?:;(?:[0-4]|[39][0-7]))*m"
 _DANGEROUS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """Control characters but for tab and newline, and what turns the direction of text."""
@@ -49,6 +51,13 @@ def note(*lines: str) -> None:
     """Print lines on the standard error, as they are."""
     for line in lines:
         click.echo(visible(line), err=True)
+
+
+def note_all(notes: Sequence[str], most: int = MOST_NOTES) -> None:
+    """Print notes on the standard error, a line each, and how many more there are than `most`."""
+    note(*(f"note: {one}" for one in notes[:most]))
+    if len(notes) > most:
+        note(f"note: and {len(notes) - most} more such notes")
 
 
 class VisibleFormatter(logging.Formatter):

@@ -270,6 +270,34 @@ def test_language_of_another_form_is_refused_before_anybody_is_asked(
     assert file.name in str(error.value)
 
 
+def test_tool_calls_stay_as_they_are(tmp_path: Path):
+    """As JSON of Arrow, the type that LeRobot documents, and as the records that it writes."""
+    call = {"type": "function", "function": {"name": "say", "arguments": {"text": "hi"}}}
+    head = [("role", pa.string()), ("content", pa.string()), ("style", pa.string())]
+    tail = [("timestamp", pa.float32()), ("camera", pa.string())]
+
+    def kind(leaf: pa.DataType) -> pa.DataType:
+        return pa.list_(pa.struct([*head, *tail, ("tool_calls", pa.list_(leaf))]))
+
+    row = said("memory", 0.0, "near")
+    as_json = pa.array([[row | {"tool_calls": [json.dumps(call)]}]] * 30, kind(pa.string()))
+    columns = [pa.array([[row | {"tool_calls": [call]}]] * 30)]
+    columns += [as_json.cast(kind(pa.json_()))] if hasattr(pa, "json_") else []
+    for number, column in enumerate(columns):
+        source = new_dataset(tmp_path / str(number), language=False)
+        (file,) = data_files(open_dataset(source))
+        pq.write_table(pq.read_table(file).append_column("language_persistent", column), file)
+        study_input(open_dataset(source), tmp_path / "tables")
+        target = tmp_path / f"{number}-copy"
+        write_language(open_dataset(source), target, PEOPLE, attachments={})
+        found = dict(persistent_rows(open_dataset(target)))
+        for rows in found.values():
+            (memory,) = (row for row in rows if row["style"] == "memory")
+            (kept,) = memory["tool_calls"]
+            assert (json.loads(kept) if isinstance(kept, str) else kept) == call
+        assert [text for _, text in subtasks(target)] == ["reach for it", "take it"]
+
+
 def test_tasks_of_a_dataset_without_any_are_written(tmp_path: Path):
     for make in (new_dataset, old_dataset):
         source = make(tmp_path / make.__name__)
