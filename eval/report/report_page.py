@@ -19,7 +19,7 @@ from eval.report.charts import Line, differences, intervals, reliability
 from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans
 from eval.report.reliability import calibration_error
 from eval.report.report_contents import Contents
-from eval.statistics.estimates import FEWEST_BESIDE, FEWEST_CLUSTERS, beside
+from eval.statistics.estimates import FEWEST_BESIDE, beside
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
 from eval.table_1.learning_curve import curve_plot
 from eval.table_2.rating_shares import Results
@@ -102,7 +102,6 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
         agreements=_agreements(contents.validity),
         verdicts=VERDICTS,
         baselines=ALONE,
-        fewest=FEWEST_CLUSTERS,
         fewest_beside=FEWEST_BESIDE,
         provenance=[(key.replace("_", " "), _said(v)) for key, v in contents.provenance.items()],
     )
