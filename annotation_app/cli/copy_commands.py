@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, TARGET_FILE, tell
 
 
 @click.command("copy-media")
@@ -50,7 +50,7 @@ PASSPHRASE_FILE = click.option(
 
 
 @click.command()
-@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False))
+@click.argument("archive", type=TARGET_FILE)
 @click.option(
     "--without-keys",
     is_flag=True,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
+from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, TARGET, tell
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ STUDY_NAME = click.option(
 
 
 @click.command()
-@click.argument("out", type=click.Path(path_type=Path))
+@click.argument("out", type=TARGET)
 @STUDY_NAME
 @INSTALLATION
 @click.option(

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place, existing, no_installation
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, TARGET, tell
 
 STUDY_FILES = click.argument(
     "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
@@ -21,7 +21,7 @@ VIDEOS = click.option(
 
 
 @click.command()
-@click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
+@click.argument("study_file", metavar="STUDY.yaml", type=TARGET)
 @click.option(
     "--videos",
     type=click.Path(path_type=Path, exists=True),
