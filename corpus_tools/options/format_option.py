@@ -46,7 +46,7 @@ class _Target(click.Path):
         super().__init__(path_type=Path, **about)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        path = super().convert(value, param, ctx)
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
         folder = path.absolute().parent
         if not folder.is_dir():
             raise FormatError("there is no such folder", where=str(folder), fix="make it first")

@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 
-from corpus_tools.options.format_option import OUT as OUT  # noqa: PLC0414 - one of the modes' options
 from corpus_tools.options.format_option import TARGET_FILE
 from corpus_tools.runtime.terminal import say
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, TARGET, format_option, tell
+from corpus_tools.options.format_option import FORMAT, OUT, TARGET, format_option, tell
 from corpus_tools.options.model_options import training_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
@@ -18,7 +18,6 @@ from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
     BY_SCENARIO,
     DIVIDED,
-    OUT,
     SEED,
     TESTED,
     THRESHOLD,

@@ -385,4 +385,6 @@ def test_a_server_that_starts_without_its_database(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = done.stderr.splitlines()
-    assert "the database can't be opened" in line
+    assert "postgresql+psycopg://me@/x?host=" in line
+    assert "the database can't be reached" in line
+    assert "--database" in line
