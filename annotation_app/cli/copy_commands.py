@@ -28,12 +28,12 @@ def copy_media(*, target: str, place: Place, form: str) -> None:
       ct annotate copy-media s3://my-bucket/media
     """
     from annotation_app.copies.media_copies import copy_media as copy
-    from annotation_app.core.config import open_instance
+    from annotation_app.core.config import existing_instance
     from annotation_app.store.database import opened, reading
     from corpus_tools.runtime.progress import progress_bar
 
     with (
-        opened(open_instance(*place).database) as engine,
+        opened(existing_instance(*place).database) as engine,
         reading(engine) as session,
         progress_bar("copying videos and pictures") as on_progress,
     ):
@@ -80,12 +80,12 @@ def backup(
       ct annotate backup annotation-backup.jsonl.gz --without-keys
     """
     from annotation_app.copies.backups import back_up
-    from annotation_app.core.config import open_instance
+    from annotation_app.core.config import existing_instance
 
     if without_keys and passphrase_file is not None:
         raise click.UsageError("give --without-keys or --passphrase-file, not both")
     passphrase = None if without_keys else _passphrase(passphrase_file, str(archive), is_new=True)
-    rows = back_up(open_instance(*place), archive, passphrase)
+    rows = back_up(existing_instance(*place), archive, passphrase)
     keys = "without the keys" if without_keys else "with the keys encrypted"
     record = {"files": [archive], "rows": rows, "keys": not without_keys}
     tell(form, record, f"wrote {archive}: {rows} rows, {keys}")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from annotation_app.cli.installation_commands import INSTALLATION, Place, existing, no_installation
+from annotation_app.cli.installation_commands import INSTALLATION, Place, existing
 from corpus_tools.options.format_option import FORMAT, TARGET, tell
 
 STUDY_FILES = click.argument(
@@ -80,6 +80,7 @@ def check(
       ct annotate check my-study.yaml
       ct annotate check --instance /srv/g3/annotation
     """
+    from annotation_app.core.config import no_installation
     from annotation_app.study_setup.readiness import (
         NOBODY,
         Obstacle,
@@ -93,7 +94,7 @@ def check(
     found: list[Obstacle] = []
     with existing(place) as session:
         if session is None and not study_files:
-            raise no_installation(place)
+            raise no_installation(place.instance)
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
             study = read_study(file)
