@@ -180,9 +180,10 @@ def _passphrase(file: Path | None, where: str, *, is_new: bool) -> str:
     import sys
 
     from g3.errors import FormatError
+    from g3.storage import regular_file
 
     if file is not None:
-        lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        lines = regular_file.read_bytes(file).decode("utf-8", "replace").splitlines()
         if not lines or not lines[0]:
             raise FormatError("there is no passphrase", where=str(file), fix="write one there")
         return lines[0]

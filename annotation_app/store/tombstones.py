@@ -17,6 +17,7 @@ from sqlalchemy import Engine, select
 from annotation_app.store.database import reading
 from annotation_app.store.models import Erasure
 from g3.errors import FormatError
+from g3.storage import regular_file
 from g3.storage.atomic_file import write_bytes
 
 ERASED_FILE = "erased.jsonl"
@@ -34,7 +35,7 @@ def read_tombstones(file: Path) -> list[Tombstone]:
     where = str(file)
     found = []
     try:
-        for number, line in enumerate(file.read_bytes().splitlines(), start=1):
+        for number, line in enumerate(regular_file.read_bytes(file).splitlines(), start=1):
             where = f"{file}, line {number}"
             if line.strip():
                 found.append(msgspec.json.decode(line, type=Tombstone))

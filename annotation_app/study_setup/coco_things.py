@@ -14,6 +14,7 @@ from cv2.typing import MatLike
 
 from annotation_app.study_setup.every_problem import together
 from g3.errors import FormatError
+from g3.storage import regular_file
 
 MOST_THINGS = 200
 """Things in a picture: more nobody can tell apart on a page."""
@@ -104,7 +105,7 @@ def read_things(path: Path, videos: Mapping[str, Path]) -> dict[str, PictureThin
 
 def _decoded(path: Path) -> _Coco:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=_Coco)
+        return msgspec.json.decode(regular_file.read_bytes(path), type=_Coco)
     except OSError as error:
         raise FormatError(
             f"the file can't be read: {error.strerror}", where=str(path), fix="correct its name"

@@ -16,6 +16,7 @@ from annotation_app.items.media import digest
 from annotation_app.study_setup.coco_things import PictureThings
 from annotation_app.study_setup.every_problem import together
 from g3.errors import CorpusError, FormatError
+from g3.storage import regular_file
 from g3.storage.atomic_file import write_bytes
 
 SUFFIXES = (".mp4", ".webm")
@@ -175,7 +176,7 @@ def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
 
     assert item.things is not None  # noqa: S101 - only then it is asked for
     of, wanted = item.things.picture or item.file, (item.things.width, item.things.height)
-    content = item.things.picture.read_bytes() if item.things.picture else first_frame
+    content = regular_file.read_bytes(item.things.picture) if item.things.picture else first_frame
     found = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
     if found is None:
         raise FormatError("the picture can't be read", where=str(of), fix="save it as PNG or JPEG")
@@ -260,7 +261,7 @@ def _others(row: Mapping[str, Any], known: Sequence[str]) -> dict[str, Any]:
 def _rows(path: Path, needed: Sequence[str]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """The rows of a table, each with the place that errors name."""
     try:
-        text = path.read_text("utf-8-sig")
+        text = regular_file.read_bytes(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise FormatError(
             f"the table can't be read: {error}", where=str(path), fix="save it as UTF-8 text"

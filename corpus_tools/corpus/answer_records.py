@@ -16,6 +16,7 @@ import msgspec
 from g3.errors import FormatError
 from g3.groundings import Colour
 from g3.sdc.clauses import SDCType
+from g3.storage import regular_file
 from g3.storage.atomic_file import replacing
 
 Probability = Annotated[float, msgspec.Meta(ge=0, le=1)]
@@ -194,7 +195,7 @@ def read_lines(path: Path, kind: type[Record], *, fix: str) -> list[tuple[int, R
     `fix` says what to do where a line can't be read. A file or a line that can't is a FormatError.
     """
     try:
-        content = path.read_bytes()
+        content = regular_file.read_bytes(path)
     except OSError as error:
         raise FormatError(
             f"the file can't be read: {error.strerror}", where=str(path), fix="give another file"

@@ -20,6 +20,8 @@ from corpus_tools.corpus.corpus_statistics import Statistics, Tally, of_annotati
 from corpus_tools.corpus.decoding import command
 from corpus_tools.corpus.trajectory_arrays import read_arrays
 from g3.annotation import Command
+from g3.storage import regular_file
+from g3.storage.system_errors import about
 
 
 def statistics_of_files(folder: Path) -> Statistics:
@@ -79,7 +81,7 @@ def _counted(folder: Path, manifest: records.Manifest) -> Statistics | None:
 def _each_line(path: Path, count: Callable[[bytes], Any]) -> str:
     """Hand each line of a file on; the digest of all of them."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
+    with about(path), regular_file.opened(path) as file:
         for line in file:
             digest.update(line)
             count(line)

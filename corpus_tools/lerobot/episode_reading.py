@@ -16,6 +16,7 @@ import msgspec
 
 from corpus_tools.runtime.parquet import import_pyarrow
 from g3.errors import FormatError
+from g3.storage import regular_file
 
 INFO = "meta/info.json"
 TASKS_JSONL, TASKS_PARQUET = "meta/tasks.jsonl", "meta/tasks.parquet"
@@ -92,7 +93,7 @@ def open_dataset(folder: Path) -> Dataset:
     """A dataset's folder; FormatError if it is no LeRobot dataset of version 2.0, 2.1 or 3.0."""
     file = folder / INFO
     try:
-        info = msgspec.json.decode(file.read_bytes(), type=Info)
+        info = msgspec.json.decode(regular_file.read_bytes(file), type=Info)
     except OSError as error:
         raise FormatError(
             f"this is no LeRobot dataset: there is no {INFO}",
@@ -143,7 +144,7 @@ def _old_episodes(dataset: Dataset) -> Iterator[Episode]:
 
 def _json_lines(file: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     try:
-        with file.open("rb") as stream:
+        with regular_file.opened(file) as stream:
             for number, line in enumerate(stream, start=1):
                 if line.strip():
                     yield number, msgspec.json.decode(line, type=dict[str, Any])
@@ -162,7 +163,7 @@ def _new_episodes(dataset: Dataset) -> Iterator[Episode]:
         raise _damaged(dataset.folder / EPISODES_FOLDER, "there are no episodes")
     for file in files:
         try:
-            with pq.ParquetFile(file) as parquet:
+            with regular_file.opened(file) as stream, pq.ParquetFile(stream) as parquet:
                 missing = set(columns) - set(parquet.schema_arrow.names)
                 if missing:
                     raise _damaged(file, f"there is no column {min(missing)}")

@@ -6,15 +6,20 @@ and read only if it is a regular one that isn't too large.
 
 from __future__ import annotations
 
+import bz2
 import errno
+import gzip
+import io
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
 from g3.storage.system_errors import about
 
-MOST_BYTES = 1 << 32
+MOST_BYTES = 1 << 30
 """So much of a file is held in memory at most, unless a reader says otherwise."""
 _KINDS = {
     stat.S_IFIFO: "a pipe",
@@ -45,6 +50,20 @@ def opened(path: Path) -> BinaryIO:
     except BaseException:
         os.close(descriptor)
         raise
+
+
+@contextmanager
+def text_of(path: Path) -> Iterator[TextIO]:
+    """The text of a regular file, line by line; one of .gz or .bz2 is uncompressed.
+
+    What isn't UTF-8 is replaced. Lines end at line feeds.
+    """
+    unpack = {".gz": gzip.open, ".bz2": bz2.open}.get(path.suffix)
+    with opened(path) as file, ExitStack() as stack:
+        plain = file if unpack is None else stack.enter_context(unpack(file, "rb"))
+        yield stack.enter_context(
+            io.TextIOWrapper(plain, encoding="utf-8", errors="replace", newline="\n")
+        )
 
 
 def read_bytes(path: Path, *, most: int = MOST_BYTES) -> bytes:

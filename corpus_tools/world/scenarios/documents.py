@@ -16,6 +16,7 @@ import yaml
 
 from g3.errors import FormatError
 from g3.short_repr import short_repr
+from g3.storage import regular_file
 
 Field: TypeAlias = tuple[str | int, ...]
 """Keys and indices that lead to a value from the top of a document."""
@@ -29,6 +30,7 @@ _INTEGER = re.compile(r"[-+]?[0-9]+")
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _LONGEST_NUMBER = 40
 _DEEPEST = 20
+_MOST_BYTES = 1 << 24
 _OWN_WORDS = {
     "array": "a list",
     "object": "fields",
@@ -103,7 +105,7 @@ def read_document(path: Path, name: str | None = None) -> Document:
     """
     shown = str(path) if name is None else name
     try:
-        content = path.read_bytes()
+        content = regular_file.read_bytes(path, most=_MOST_BYTES)
         return parse_document(content, shown)
     except OSError as error:
         raise FormatError(
