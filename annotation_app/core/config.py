@@ -7,6 +7,7 @@ from pathlib import Path
 
 from annotation_app.core.key_file import KEY_FILE, make_keys, new_keys, read_keys
 from g3.errors import FormatError
+from g3.storage.system_errors import named_error
 
 DATABASE_FILE = "annotation.sqlite"
 UNFINISHED = "unfinished-restore"
@@ -84,10 +85,11 @@ def open_instance(folder: Path, database: str | None = None) -> Config:
             )
         make_keys(key_file)
     except OSError as error:
+        named = named_error(error)
         raise FormatError(
             f"the instance can't be made: {error.strerror}",
             where=str(folder),
-            fix="name a folder that you may write to with --instance",
+            fix=named.fix if named else "name another folder with --instance",
         ) from error
     return _read(folder, database)
 

@@ -80,7 +80,9 @@ def _notation(notation: str | None, source: Path | None) -> str:
         raise click.UsageError('Give either NOTATION ("-" for the standard input) or --file.')
     if source is None and notation != "-":
         return notation or ""
-    content = source.read_bytes() if source else sys.stdin.buffer.read()
+    from g3.storage import regular_file
+
+    content = regular_file.read_bytes(source) if source else sys.stdin.buffer.read()
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -74,13 +74,14 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
     if (text is None) == (source is None):
         raise click.UsageError('Give either TEXT ("-" for the standard input) or --file.')
     from g3.lengths import check_length
+    from g3.storage import regular_file
 
     if text is not None and text != "-":
         check_length(text, where="TEXT")
         return [text]
     where = str(source) if source else "standard input"
     try:
-        content = source.read_bytes() if source else sys.stdin.buffer.read()
+        content = regular_file.read_bytes(source) if source else sys.stdin.buffer.read()
         lines = content.decode("utf-8-sig").splitlines()
     except OSError as error:
         raise FormatError(f"the file can't be read: {error.strerror}", where=where) from error

@@ -34,6 +34,7 @@ from corpus_tools.lerobot.language_rows import (
 from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.runtime.parquet import import_pyarrow
 from g3.errors import FormatError
+from g3.storage.system_errors import about
 
 LINKED = ("videos", "images")
 """Folders whose files nothing here changes."""
@@ -75,7 +76,11 @@ def write_language(
             fix="name a folder elsewhere: the dataset stays as it is",
         )
     tasks = _new_tasks(dataset, language)
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch:
+    with (
+        about(target),
+        tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch,
+        about(target, instead_of=scratch),
+    ):
         files: dict[str, bytes | Path] = {}
         for file in sorted(source.rglob("*")):
             name = file.relative_to(source).as_posix()

@@ -66,11 +66,15 @@ def about(path: str | Path, *, instead_of: str | Path | None = None) -> Iterator
     try:
         yield
     except OSError as error:
-        if error.errno is not None:
-            named = path if error.filename is None else error.filename
-            error.filename = _renamed(named, instead_of, path)
-            if error.filename2 is not None:
-                error.filename2 = _renamed(error.filename2, instead_of, path)
+        if error.errno is None:
+            raise
+        named = _renamed(path if error.filename is None else error.filename, instead_of, path)
+        try:
+            error.filename = named
+        except AttributeError:  # PyAV's errors keep theirs
+            raise OSError(error.errno, error.strerror, named) from error
+        if error.filename2 is not None:
+            error.filename2 = _renamed(error.filename2, instead_of, path)
         raise
     except KeyboardInterrupt as interruption:
         if not interruption.args:
