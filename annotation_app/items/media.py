@@ -18,9 +18,10 @@ from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.clips import clip_digest, ensure
 from annotation_app.people.browser_sessions import required_person
+from annotation_app.people.participants import RANKS, has_consented
 from annotation_app.store.database import core, reading
 from annotation_app.store.installation import installation
-from annotation_app.store.models import Media
+from annotation_app.store.models import Media, Person
 from g3.errors import CorpusError
 
 TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}
@@ -33,11 +34,11 @@ blueprint = Blueprint("media", __name__)
 
 @blueprint.get("/media/<media_id>")
 def media(media_id: str) -> BaseResponse:
-    """A file, or where a copy of it is, to people who are signed in."""
+    """A file, or where a copy of it is, to who takes part in its study, and to staff."""
     with reading(installation().engine) as session:
-        required_person(session)
+        person = required_person(session)
         found = session.get(Media, media_id)
-    if found is None or found.role not in TYPES:
+    if found is None or found.role not in TYPES or not _may_see(person, found):
         raise Refusal(404, gettext("There is no such file."))
     copies = installation().config.media_url
     if copies:
@@ -55,6 +56,10 @@ def media(media_id: str) -> BaseResponse:
     response.headers.pop("Content-Disposition", None)
     response.headers.pop("Last-Modified", None)
     return response
+
+
+def _may_see(person: Person, media: Media) -> bool:
+    return RANKS[person.role] > RANKS["worker"] or has_consented(person, media.study_id)
 
 
 @blueprint.app_template_filter("media_url")
