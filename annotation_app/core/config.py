@@ -33,6 +33,9 @@ class Config:
     """Whether people reach the app by HTTPS only, so that cookies can be kept to it."""
     proxies: int = 0
     """How many reverse proxies stand before it, whose headers are believed."""
+    url: str = ""
+    """Where people reach the app, such as ``https://lab.example.org``: links that people send to
+    others begin with it. If it is empty, they begin as the request did in which they are made."""
     frame_ancestors: tuple[str, ...] = ()
     """Sites that may show the app in a frame, such as a crowd platform."""
     form_targets: tuple[str, ...] = ()

@@ -15,6 +15,7 @@ from annotation_app.store.audit import name_of, note
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study
 from annotation_app.store.program_models import Webhook
+from annotation_app.web.public_links import public
 from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 from annotation_app.work import webhooks
 from annotation_app.work.handing_out import find_study
@@ -60,7 +61,7 @@ def make() -> ResponseReturnValue:
             person=admin,
             name=name,
             shown=token,
-            address=flask.url_for("dashboard_interface.studies", _external=True),
+            address=public("dashboard_interface.studies"),
         )
 
 

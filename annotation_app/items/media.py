@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from flask import Blueprint, redirect, send_file, url_for
+from flask import Blueprint, redirect, request, send_file, url_for
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 from werkzeug.wrappers import Response as BaseResponse
@@ -65,7 +65,9 @@ def _may_see(person: Person, media: Media) -> bool:
 @blueprint.app_template_filter("media_url")
 def media_url(media_id: str) -> str:
     """The address of a file; those of practice examples have one already."""
-    return media_id if media_id.startswith("/") else url_for("media.media", media_id=media_id)
+    if media_id.startswith("/"):
+        return f"{request.script_root}{media_id}"
+    return url_for("media.media", media_id=media_id)
 
 
 def media_type(found: Media) -> str:

@@ -23,6 +23,7 @@ from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, tasks
 from annotation_app.tasks.task_texts import task_words
+from annotation_app.web.public_links import here
 from annotation_app.web.task_page import render_practice
 from annotation_app.web.who_asks import refused, seen_by
 
@@ -111,5 +112,6 @@ def _payload(draft: StudyDraft, item: PracticeItem) -> Record:
     names = videos_of(draft)
     if item.video not in names:
         raise Refusal(422, f"There is no video {item.video}. Choose another to practise with.")
-    source = flask.url_for(".video", name=draft.name, number=names.index(item.video))
+    address = flask.url_for(".video", name=draft.name, number=names.index(item.video))
+    source = address.removeprefix(here(""))
     return {"command": item.command, "video": source, "poster": None, "duration_s": 0.0}

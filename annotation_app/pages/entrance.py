@@ -33,6 +33,7 @@ from annotation_app.studies.study_file import (
     told,
 )
 from annotation_app.web.limits import arrivals, limited
+from annotation_app.web.public_links import here
 from annotation_app.web.who_asks import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, Reason, find_study
 
@@ -68,7 +69,7 @@ def study_page(study_name: str) -> ResponseReturnValue:
         if person is None and had_login():
             return sign_in_page()
         if person is None or wants_welcome(study, person):
-            return flask.redirect(f"/s/{study.name}/welcome")
+            return flask.redirect(here(f"/s/{study.name}/welcome"))
         config = restored(study.config)
         tasks = progress(session, study, person)
     return flask.render_template(
@@ -87,7 +88,7 @@ def invited(study_name: str, token: str) -> ResponseReturnValue:
             raise Refusal(404, gettext("This link is for another study."))
     sign_in(person)
     flask.session[INVITED_TO] = study_id
-    return flask.redirect(f"/s/{study.name}")
+    return flask.redirect(here(f"/s/{study.name}"))
 
 
 @blueprint.get("/s/<study_name>/welcome")
@@ -125,7 +126,7 @@ def agree(study_name: str) -> ResponseReturnValue:
         keep_consent(session.merge(person), study.id, answers)
     if not is_signed_in(person):
         sign_in(person)
-    return flask.redirect(_onwards(study), 303)
+    return flask.redirect(here(_onwards(study)), 303)
 
 
 def wants_welcome(study: Study, person: Person) -> bool:

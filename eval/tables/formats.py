@@ -5,7 +5,6 @@ Every function returns text without a final newline and leaves the writing to th
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import math
@@ -18,6 +17,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+
+from corpus_tools.exporters.csv_tables import write_rows
 
 Format = Literal["text", "json", "csv", "latex"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -89,10 +90,8 @@ def delimited(
     _refuse_clashes(metadata, columns)
     constant = {key: _one_line(value) for key, value in metadata.items()}
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*columns, *constant])
-    for record in records:
-        writer.writerow([*(plain(record[name]) for name in columns), *constant.values()])
+    rows = ([*(plain(record[name]) for name in columns), *constant.values()] for record in records)
+    write_rows(out, [*columns, *constant], rows, line_end="\n")
     return out.getvalue().rstrip("\n")
 
 
