@@ -108,7 +108,10 @@ def opened(url_or_path: str | Path) -> Iterator[Engine]:
     try:
         yield engine
     except SQLAlchemyError as error:
-        outage = named_outage(error, engine.url.render_as_string(hide_password=True))
+        url = engine.url
+        is_file = url.get_backend_name() == "sqlite" and url.database
+        where = str(url.database) if is_file else url.render_as_string(hide_password=True)
+        outage = named_outage(error, where)
         raise outage or error from error
     finally:
         engine.dispose()

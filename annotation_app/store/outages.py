@@ -97,7 +97,7 @@ _FIXES = {
     FULL: "make room on the disk of the database, then run the command again",
     READ_ONLY: "get the right to write to it and to its folder",
     DAMAGED: "restore a backup with `ct annotate restore` into a new instance",
-    BROKEN: "check the disk of the database",
+    BROKEN: "check the disk of the database, and make room there",
 }
 
 _SYSTEM = {

@@ -14,7 +14,9 @@ from g3.sdc.clauses import all_words, breadth_first
 
 _FORMULA = "=+-@−"
 """With these a formula begins, also in their full-width and small forms (＝, ﹦)."""
-_BEFORE = "".join(map(chr, (*range(0x21), 0x7F, 0x85, 0xA0, 0xAD, 0xFEFF, *range(0x2000, 0x2010))))
+_BEFORE = "".join(
+    map(chr, (*range(0x21), 0x7F, 0x85, 0xA0, 0xAD, 0xFEFF, *range(0x2000, 0x2010), 0x3000))
+)
 """Spaces and invisible characters that spreadsheets skip before a formula."""
 
 
