@@ -15,7 +15,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import BinaryIO, TextIO
+from typing import Any, BinaryIO, TextIO
 
 from g3.storage.system_errors import about
 
@@ -58,9 +58,12 @@ def text_of(path: Path) -> Iterator[TextIO]:
 
     What isn't UTF-8 is replaced. Lines end at line feeds.
     """
-    unpack = {".gz": gzip.open, ".bz2": bz2.open}.get(path.suffix)
     with opened(path) as file, ExitStack() as stack:
-        plain = file if unpack is None else stack.enter_context(unpack(file, "rb"))
+        plain: Any = file
+        if path.suffix == ".gz":
+            plain = stack.enter_context(gzip.GzipFile(fileobj=file, mode="rb"))
+        elif path.suffix == ".bz2":
+            plain = stack.enter_context(bz2.BZ2File(file))
         yield stack.enter_context(
             io.TextIOWrapper(plain, encoding="utf-8", errors="replace", newline="\n")
         )
