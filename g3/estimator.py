@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from g3.errors import ModelError
+from g3.storage import regular_file
 
 
 def read_bytes(path: Path, *, fix: str) -> bytes:
@@ -22,7 +23,7 @@ def read_bytes(path: Path, *, fix: str) -> bytes:
         If it can't be read.
     """
     try:
-        return path.read_bytes()
+        return regular_file.read_bytes(path)
     except OSError as error:
         raise ModelError(
             f"the model can't be read: {error.strerror}", where=str(path), fix=fix

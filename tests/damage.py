@@ -1,10 +1,16 @@
-"""Ways in which files are damaged: by disks, by cables, by programs that were killed, by people."""
+"""Ways in which files are damaged: by disks, cables, programs that were killed, people, attackers.
+
+Bytes of any file are flipped, cut, doubled, exchanged. In texts, values get other types and sizes,
+keys and lines are doubled or swapped. Archives are damaged inside, too, with right checksums.
+"""
 
 from __future__ import annotations
 
+import gzip
 import io
 import os
 import random
+import re
 import struct
 import zipfile
 from collections.abc import Iterator
@@ -19,6 +25,10 @@ def damaged(content: bytes, count: int, *, seed: int) -> Iterator[tuple[str, byt
     ways = [_flipped, _cut, _zeroed, _doubled, _removed, _exchanged, _overwritten]
     if content.startswith(b"PK"):
         ways += [_entry_edited, _rezipped, _header_edited]
+    elif content.startswith(b"\x1f\x8b"):
+        ways += [_regzipped] * len(_OF_TEXT)
+    elif _is_text(content):
+        ways += _OF_TEXT
     made = 0
     while made < count * TIMES:
         way = ways[made % len(ways)]
@@ -69,6 +79,114 @@ def _exchanged(content: bytes, rng: random.Random) -> bytes:
 def _overwritten(content: bytes, rng: random.Random) -> bytes:
     at = rng.randrange(len(content))
     return content[:at] + bytes([rng.randrange(256)]) + content[at + 1 :]
+
+
+# Of texts
+
+
+def _is_text(content: bytes) -> bool:
+    try:
+        return "\0" not in content.decode()
+    except UnicodeDecodeError:
+        return False
+
+
+_STRING = rb'"(?:[^"\\\n]|\\.)*"'
+_VALUE = re.compile(
+    rb"-?\b\d+(?:\.\d+)?(?:[eE][-+]?\d+)?\b|" + _STRING + rb"|\b(?:true|false|null)\b"
+)
+_PAIR = re.compile(rb'("[^"\n]{1,40}"\s*:\s*)("[^"\n]*"|-?[\d.]+|true|false|null),?')
+_OTHERS = (
+    b"null", b"true", b"-1", b"0", b"1e308", b"-1e308", b"1e999", b"NaN", b"Infinity", b"9" * 30,
+    b"9007199254740993", b"-9223372036854775809", b"0.1", b'""', b'"x"', b"[]", b"{}", b"[[]]",
+    b"[null]", b'{"": 0}', b'"\\ud800"', b'"\\u0000"', b'"../../x"', b'"/dev/zero"', b"2026-01-01",
+    b'"' + b"x" * 100_000 + b'"', b"9" * 5000,
+)  # fmt: skip
+_BYTES = (
+    b"\xff", b"\xc0\x80", b"\xed\xa0\x80", b"\xf8\x88\x80\x80\x80", b"\x00", b"\xef\xbb\xbf",
+    b"\xe2\x80\xa8", b"\xc2\x85", b"\x0c", b"\r", b"\x1b[2J", b'"', b"\\",
+)  # fmt: skip
+
+
+def _retyped(content: bytes, rng: random.Random) -> bytes:
+    """Another value, of another type or size, in the place of one."""
+    values = list(_VALUE.finditer(content))
+    if not values:
+        return content
+    value = rng.choice(values)
+    return content[: value.start()] + rng.choice(_OTHERS) + content[value.end() :]
+
+
+def _nested(content: bytes, rng: random.Random) -> bytes:
+    """A value in many brackets."""
+    deep = rng.choice([30, 2000, 100_000])
+    left, right = rng.choice([(b"[", b"]"), (b'{"a":', b"}")])
+    values = list(_VALUE.finditer(content))
+    start, end = rng.choice(values).span() if values else (0, len(content))
+    return content[:start] + left * deep + content[start:end] + right * deep + content[end:]
+
+
+def _misspelt(content: bytes, rng: random.Random) -> bytes:
+    """Bytes that are no UTF-8, or characters that end lines or texts for some programs."""
+    at = rng.randrange(len(content))
+    return content[:at] + rng.choice(_BYTES) + content[at:]
+
+
+def _line_doubled(content: bytes, rng: random.Random) -> bytes:
+    lines = content.splitlines(keepends=True)
+    at = rng.randrange(len(lines))
+    return b"".join((*lines[: at + 1], *lines[at:]))
+
+
+def _lines_swapped(content: bytes, rng: random.Random) -> bytes:
+    lines = content.splitlines(keepends=True)
+    a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
+    lines[a], lines[b] = lines[b], lines[a]
+    return b"".join(lines)
+
+
+def _line_removed(content: bytes, rng: random.Random) -> bytes:
+    lines = content.splitlines(keepends=True)
+    del lines[rng.randrange(len(lines))]
+    return b"".join(lines)
+
+
+def _key_doubled(content: bytes, rng: random.Random) -> bytes:
+    """A key of an object that is there twice, with another value."""
+    pairs = list(_PAIR.finditer(content))
+    if not pairs:
+        return content
+    pair = rng.choice(pairs)
+    again = pair[1] + rng.choice(_OTHERS) + b", "
+    return content[: pair.start()] + again + content[pair.start() :]
+
+
+def _key_removed(content: bytes, rng: random.Random) -> bytes:
+    pairs = list(_PAIR.finditer(content))
+    if not pairs:
+        return content
+    pair = rng.choice(pairs)
+    return content[: pair.start()] + content[pair.end() :]
+
+
+def _recoded(content: bytes, rng: random.Random) -> bytes:
+    """Saved by another program: as UTF-16, with other line ends, or in capitals."""
+    return rng.choice(
+        [content.decode().encode("utf-16"), content.upper(), content.replace(b"\n", b"\r\n")]
+    )
+
+
+_OF_TEXT = [
+    _retyped, _retyped, _retyped, _nested, _misspelt, _line_doubled, _lines_swapped, _line_removed,
+    _key_doubled, _key_removed, _recoded,
+]  # fmt: skip
+
+
+def _regzipped(content: bytes, rng: random.Random) -> bytes:
+    """The text in an archive damaged, and packed again as it was."""
+    plain = gzip.decompress(content)
+    edited = rng.choice(_OF_TEXT)(plain, rng)
+    return content if edited == plain else gzip.compress(edited, 6, mtime=0)
 
 
 def _entry_edited(content: bytes, rng: random.Random) -> bytes:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.encoding import make_corpus
-from g3.annotation import Annotation, Command, Source
+from g3.annotation import Annotation, Command, Judgment, Source
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import all_words
 from g3.sdc.sdc_notation import parse_brackets
@@ -94,4 +95,18 @@ def _annotation(
         tuple(groundings),
         tuple((source == "positive") if g else None for g in groundings),
         source,
+    )
+
+
+def rated_corpus() -> Corpus:
+    """The tiny corpus with who said its commands, and with judgments: it fills all files."""
+    tiny = tiny_corpus()
+    judgments = (Judgment(f"j{i}", "Go", "v", "w", "SA", f"rater {i}", "study") for i in range(20))
+    return replace(
+        tiny,
+        commands={name: replace(c, subject="0123") for name, c in tiny.commands.items()},
+        annotations=tuple(
+            replace(a, command=replace(a.command, subject="0123")) for a in tiny.annotations
+        ),
+        judgments=tuple(judgments),
     )

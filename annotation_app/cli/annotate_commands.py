@@ -27,6 +27,19 @@ class _Annotate(click.Group):
         return super().parse_args(ctx, args)
 
 
+def _address(_ctx: click.Context, option: click.Parameter, value: str) -> str:
+    """An address that links can begin with; a usage error if it is none."""
+    from urllib.parse import urlsplit
+
+    parts = urlsplit(value)
+    is_address = parts.scheme in ("http", "https") and parts.netloc and not parts.query
+    if value and not (is_address and not parts.fragment and parts.username is None):
+        raise click.UsageError(
+            f"{option.opts[0]}: give an address such as https://lab.example.org."
+        )
+    return value.rstrip("/")
+
+
 @click.group("annotate", cls=_Annotate)
 def annotate() -> None:
     """Run studies: people type, annotate and rate commands.
@@ -75,6 +88,13 @@ def annotate() -> None:
     help="How many requests are answered at the same time.",
 )
 @click.option("--https", is_flag=True, help="People reach it by HTTPS only, through a proxy.")
+@click.option(
+    "--url",
+    default="",
+    metavar="URL",
+    callback=_address,
+    help="Where people reach it, such as https://lab.example.org: links for them begin with it.",
+)
 @click.option(
     "--proxies",
     type=click.IntRange(0, 5),
@@ -173,7 +193,7 @@ def serve(
     def tell_addresses() -> None:
         name = "localhost" if host in ("127.0.0.1", "::1") else host
         at = "" if https else f":{serving.port_of(bound)}"
-        base = f"{'https' if https else 'http'}://{name}{at}"
+        base = config.url or f"{'https' if https else 'http'}://{name}{at}"
         for what, address in serving.addresses(config, base):
             say(f"{what}: {address}")
         for obstacle in serving.obstacles(config):

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, TARGET_FILE, tell
 
 
 @click.command("copy-media")
@@ -28,12 +28,12 @@ def copy_media(*, target: str, place: Place, form: str) -> None:
       ct annotate copy-media s3://my-bucket/media
     """
     from annotation_app.copies.media_copies import copy_media as copy
-    from annotation_app.core.config import open_instance
+    from annotation_app.core.config import existing_instance
     from annotation_app.store.database import opened, reading
     from corpus_tools.runtime.progress import progress_bar
 
     with (
-        opened(open_instance(*place).database) as engine,
+        opened(existing_instance(*place).database) as engine,
         reading(engine) as session,
         progress_bar("copying videos and pictures") as on_progress,
     ):
@@ -50,7 +50,7 @@ PASSPHRASE_FILE = click.option(
 
 
 @click.command()
-@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False))
+@click.argument("archive", type=TARGET_FILE)
 @click.option(
     "--without-keys",
     is_flag=True,
@@ -80,12 +80,12 @@ def backup(
       ct annotate backup annotation-backup.jsonl.gz --without-keys
     """
     from annotation_app.copies.backups import back_up
-    from annotation_app.core.config import open_instance
+    from annotation_app.core.config import existing_instance
 
     if without_keys and passphrase_file is not None:
         raise click.UsageError("give --without-keys or --passphrase-file, not both")
     passphrase = None if without_keys else _passphrase(passphrase_file, str(archive), is_new=True)
-    rows = back_up(open_instance(*place), archive, passphrase)
+    rows = back_up(existing_instance(*place), archive, passphrase)
     keys = "without the keys" if without_keys else "with the keys encrypted"
     record = {"files": [archive], "rows": rows, "keys": not without_keys}
     tell(form, record, f"wrote {archive}: {rows} rows, {keys}")
@@ -180,10 +180,11 @@ def _passphrase(file: Path | None, where: str, *, is_new: bool) -> str:
     import sys
 
     from g3.errors import FormatError
+    from g3.storage import regular_file
     from g3.storage.text_lines import split_lines
 
     if file is not None:
-        lines = split_lines(file.read_text(encoding="utf-8", errors="replace"))
+        lines = split_lines(regular_file.read_bytes(file).decode("utf-8", "replace"))
         if not lines or not lines[0]:
             raise FormatError("there is no passphrase", where=str(file), fix="write one there")
         return lines[0]

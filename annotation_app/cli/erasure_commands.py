@@ -58,13 +58,13 @@ def erase(
       ct annotate people erase 5f1c0a --platform prolific --yes
       ct annotate people erase --expired
     """
-    from annotation_app.core.config import open_instance
+    from annotation_app.core.config import existing_instance
 
     if expired == (who is not None) or (study_name and not expired) or (platform and expired):
         raise click.UsageError(
             "name one person, with --platform if you like, or give --expired, with --study"
         )
-    config = open_instance(*place)
+    config = existing_instance(*place)
     if who is None:
         _erase_expired(config, study_name, dry_run=dry_run, form=form)
     else:

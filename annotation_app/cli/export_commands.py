@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, tell
+from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, TARGET, tell
 from corpus_tools.runtime.terminal import note, note_all
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ STUDY_NAME = click.option(
 
 
 @click.command()
-@click.argument("out", type=click.Path(path_type=Path))
+@click.argument("out", type=TARGET)
 @STUDY_NAME
 @INSTALLATION
 @click.option(
@@ -74,7 +74,7 @@ def export(
       ct annotate export for-slu-core --format slu-core
       ct annotate export my-dataset-with-language --format lerobot
     """
-    from annotation_app.core.config import open_instance
+    from annotation_app.core.config import existing_instance
     from annotation_app.export import answer_tables
     from annotation_app.export import corpus_export as exports
     from annotation_app.serving import server as serving
@@ -102,7 +102,7 @@ def export(
         raise FormatError("only lerobot takes episodes", where="--episodes", fix="leave it out")
     if form == "corpus":
         check_writable(out, force=force)
-    config = open_instance(*place)
+    config = existing_instance(*place)
     with (
         opened(config.database) as engine,
         reading(engine, one_state=True) as session,

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from g3.errors import FormatError
-
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
@@ -25,12 +23,6 @@ class Place(NamedTuple):
     database: str | None
 
 
-def no_installation(place: Place) -> FormatError:
-    """What to say where an installation is needed and there is none."""
-    fix = "name it with --instance, or start one with `ct annotate`"
-    return FormatError("there is no installation here", where=str(place.instance), fix=fix)
-
-
 def INSTALLATION(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N802 - as options are
     """Add ``--instance`` and ``--database``; the command gets both as ``place``."""
 
@@ -39,7 +31,7 @@ def INSTALLATION(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N8
         type=click.Path(path_type=Path, file_okay=False),
         default=Path("annotation"),
         show_default=True,
-        help="Folder of the database and the secret key; made if it isn't there.",
+        help="Folder of the database and the secret key.",
     )
     @click.option(
         "--database",
@@ -57,15 +49,13 @@ def INSTALLATION(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N8
 @contextmanager
 def changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iterator[Session]:
     """An installation's database, to be changed; refusals become errors of the command line."""
-    from annotation_app.core.config import open_instance
+    from annotation_app.core.config import existing_instance, open_instance
     from annotation_app.core.problems import Refusal
     from annotation_app.serving import server as serving
     from annotation_app.serving.factory import create_app
     from annotation_app.store.database import opened, transaction
 
-    if not (is_new_fine or place.database or place.instance.is_dir()):
-        raise no_installation(place)
-    config = open_instance(*place)
+    config = open_instance(*place) if is_new_fine else existing_instance(*place)
     serving.prepare(config)
     with opened(config.database) as engine:
         app = create_app(config, engine)
@@ -82,15 +72,14 @@ def existing(place: Place) -> Iterator[Session | None]:
 
     Nothing is made: not the folder, nor the key. An error says if another program has made it.
     """
-    from annotation_app.core.config import DATABASE_FILE
+    from annotation_app.core.config import DATABASE_FILE, is_there
     from annotation_app.store.database import opened, reading
     from annotation_app.store.schema import check_current
 
-    file = place.instance / DATABASE_FILE
-    if place.database is None and not file.is_file():
+    if not is_there(*place):
         yield None
         return
-    with opened(place.database or file) as engine:
+    with opened(place.database or place.instance / DATABASE_FILE) as engine:
         check_current(engine)
         with reading(engine, one_state=True) as session:
             yield session

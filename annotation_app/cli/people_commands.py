@@ -13,7 +13,6 @@ from annotation_app.cli.installation_commands import (
     Place,
     changing,
     existing,
-    no_installation,
 )
 from corpus_tools.options.format_option import FORMAT, tell
 
@@ -303,11 +302,12 @@ def audit(*, person: str, action: str, most: int, place: Place, form: str) -> No
       ct annotate audit
       ct annotate audit --person maria --action "signed in" --json
     """
+    from annotation_app.core.config import no_installation
     from annotation_app.store.audit import trail
 
     with existing(place) as session:
         if session is None:
-            raise no_installation(place)
+            raise no_installation(place.instance)
         entries = trail(session, person=person, action=action, most=most)
     records = [
         {name: getattr(entry, name) for name in ("id", "at", "actor", "action", "about", "details")}

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from annotation_app.cli.installation_commands import INSTALLATION, Place, existing, no_installation
-from corpus_tools.options.format_option import FORMAT, tell
+from annotation_app.cli.installation_commands import INSTALLATION, Place, existing
+from corpus_tools.options.format_option import FORMAT, TARGET, tell
 from corpus_tools.runtime.terminal import note
 
 STUDY_FILES = click.argument(
@@ -23,7 +23,7 @@ VIDEOS = click.option(
 
 
 @click.command()
-@click.argument("study_file", metavar="STUDY.yaml", type=click.Path(path_type=Path))
+@click.argument("study_file", metavar="STUDY.yaml", type=TARGET)
 @click.option(
     "--videos",
     type=click.Path(path_type=Path, exists=True),
@@ -84,6 +84,7 @@ def check(
       ct annotate check my-study.yaml
       ct annotate check --instance /srv/g3/annotation
     """
+    from annotation_app.core.config import no_installation
     from annotation_app.study_setup.readiness import (
         NOBODY,
         Obstacle,
@@ -99,7 +100,7 @@ def check(
     notes: list[str] = []
     with existing(place) as session:
         if session is None and not study_files:
-            raise no_installation(place)
+            raise no_installation(place.instance)
         logins = NOBODY if session is None else people_by_role(session)
         for file in study_files:
             study = read_study(file)

@@ -44,6 +44,8 @@ LEVEL = 6
 _OF_GZIP = 3
 """What the program gzip on Unix writes for the system, where this program writes 255."""
 BATCH = 1000
+LONGEST_LINE = 1 << 27
+"""So many bytes of a line are held in memory; no row has as many."""
 TAKE_ANOTHER = "take another backup"
 
 Row: TypeAlias = tuple[str, Record]
@@ -241,12 +243,14 @@ class Reader:
         with gzip.GzipFile(fileobj=file, mode="rb") as lines:
             while True:
                 try:
-                    line = lines.readline()
+                    line = lines.readline(LONGEST_LINE)
                 except (OSError, EOFError, zlib.error) as error:
                     raise self._error(f"the file can't be read: {error}") from error
                 if not line:
                     return
                 self.line += 1
+                if len(line) == LONGEST_LINE:
+                    raise self._error("a line is longer than any of a backup")
                 yield line
 
     def _error(self, what: str, fix: str = TAKE_ANOTHER) -> FormatError:

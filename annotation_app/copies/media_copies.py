@@ -17,6 +17,7 @@ from annotation_app.items.replaced_videos import FIX
 from annotation_app.store.models import Media
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError
+from g3.storage.system_errors import about
 
 STORE = "s3"
 CACHED = "public, max-age=31536000, immutable"
@@ -61,8 +62,12 @@ def _folder(folder: Path) -> Put:
         if target.exists():
             return False
         part = target.with_name(f".{name}.part")
-        shutil.copyfile(path, part)
-        part.replace(target)
+        try:
+            with about(target, instead_of=part):
+                shutil.copyfile(path, part)
+                part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
         return True
 
     return put

@@ -41,6 +41,7 @@ from annotation_app.store.salt import SALT, keep_check
 from annotation_app.store.schema import NEWEST
 from annotation_app.store.tombstones import Tombstone
 from g3.errors import FormatError
+from g3.storage import regular_file
 from g3.storage.atomic_file import flush_folder, write_bytes
 
 _BESIDE = ("", "-wal", "-shm", "-journal", "-turn")
@@ -57,7 +58,7 @@ class Restored:
 
 def verify(archive: Path) -> Contents:
     """Read a backup; a FormatError if not all of it is there as it was written."""
-    with archive.open("rb") as file:
+    with regular_file.opened(archive) as file:
         return check(file, str(archive))
 
 
@@ -88,7 +89,7 @@ def restore(
         If the file isn't a whole backup, the keys aren't those of it, or the database or the
         instance isn't empty.
     """
-    with archive.open("rb") as file:
+    with regular_file.opened(archive) as file:
         contents = check(file, str(archive))
         found = _keys(contents, str(archive), keys, passphrase)
         with (

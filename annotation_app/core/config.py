@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from annotation_app.core.key_file import KEY_FILE, make_keys, read_keys
+from annotation_app.core.key_file import KEY_FILE, make_keys, new_keys, read_keys
 from g3.errors import FormatError
+from g3.storage.system_errors import named_error
 
 DATABASE_FILE = "annotation.sqlite"
 UNFINISHED = "unfinished-restore"
@@ -32,6 +33,9 @@ class Config:
     """Whether people reach the app by HTTPS only, so that cookies can be kept to it."""
     proxies: int = 0
     """How many reverse proxies stand before it, whose headers are believed."""
+    url: str = ""
+    """Where people reach the app, such as ``https://lab.example.org``: links that people send to
+    others begin with it. If it is empty, they begin as the request did in which they are made."""
     frame_ancestors: tuple[str, ...] = ()
     """Sites that may show the app in a frame, such as a crowd platform."""
     form_targets: tuple[str, ...] = ()
@@ -84,11 +88,54 @@ def open_instance(folder: Path, database: str | None = None) -> Config:
             )
         make_keys(key_file)
     except OSError as error:
+        named = named_error(error)
         raise FormatError(
             f"the instance can't be made: {error.strerror}",
             where=str(folder),
-            fix="name a folder that you may write to with --instance",
+            fix=named.fix if named else "name another folder with --instance",
         ) from error
-    keys = read_keys(key_file)
+    return _read(folder, database)
+
+
+def existing_instance(folder: Path, database: str | None = None) -> Config:
+    """Read an installation that is there, for what changes or reads it; nothing is made.
+
+    Where only the database is named, and the folder has no key, the key of this configuration is
+    nobody's.
+
+    Raises
+    ------
+    FormatError
+        If there is no key file and no URL of a database, or no file of an SQLite database.
+    """
+    if not is_there(folder, database):
+        raise no_installation(folder)
+    if database is not None and not (folder / KEY_FILE).exists():
+        return Config(folder.resolve(), new_keys().secret, database)
+    return _read(folder, database)
+
+
+def is_there(folder: Path, database: str | None = None) -> bool:
+    """Whether there is an installation: its database, as far as that is a file."""
+    if database is None or "://" not in database:
+        return Path(database or folder / DATABASE_FILE).is_file()
+    from sqlalchemy.engine import make_url  # noqa: PLC0415 - slow to load
+    from sqlalchemy.exc import ArgumentError  # noqa: PLC0415 - as above
+
+    try:
+        url = make_url(database)
+    except ArgumentError:  # who opens it says what is wrong
+        return True
+    return url.get_backend_name() != "sqlite" or Path(url.database or "").is_file()
+
+
+def no_installation(folder: Path) -> FormatError:
+    """The error where an installation is needed and there is none."""
+    fix = "name it with --instance, or start one with `ct annotate`"
+    return FormatError("there is no installation here", where=str(folder), fix=fix)
+
+
+def _read(folder: Path, database: str | None) -> Config:
+    keys = read_keys(folder / KEY_FILE)
     where = folder.resolve()
     return Config(where, keys.secret, database or where / DATABASE_FILE, keys.salt)

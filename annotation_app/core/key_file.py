@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from g3.errors import FormatError
+from g3.storage import regular_file
 from g3.storage.atomic_file import flush_folder, write_bytes
 
 KEY_FILE = "secret-key"
@@ -43,7 +44,7 @@ def new_keys() -> Keys:
 def read_keys(file: Path) -> Keys:
     """What a key file holds; a FormatError if it isn't one, or a part of one."""
     try:
-        return keys_from(file.read_bytes())
+        return keys_from(regular_file.read_bytes(file))
     except (OSError, ValueError) as error:
         raise FormatError(
             f"the key file can't be used: {getattr(error, 'strerror', None) or error}",

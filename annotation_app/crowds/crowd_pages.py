@@ -29,6 +29,7 @@ from annotation_app.studies.study_file import in_its_language, language_of, rest
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.limits import arrivals, limited
+from annotation_app.web.public_links import here
 from annotation_app.work.handing_out import HOLD_S, take_work
 
 IN_COOKIE = "participation"
@@ -77,7 +78,7 @@ def enter(provider_name: str, token: str) -> ResponseReturnValue:
         if not is_signed_in(person):
             sign_in(person)
         flask.session[IN_COOKIE] = participation.id
-        return flask.redirect(f"/s/{study.name}/{offer.task}")
+        return flask.redirect(here(f"/s/{study.name}/{offer.task}"))
 
 
 @blueprint.get("/finish")
@@ -104,7 +105,7 @@ def finish() -> ResponseReturnValue:
             code=code,
             data_code=person.code,
             ending=provider.load().leave(participation, code),
-            go_on=f"/s/{study.name}/{participation.task}",
+            go_on=here(f"/s/{study.name}/{participation.task}"),
         )
 
 
@@ -125,7 +126,7 @@ def leave_when_done() -> ResponseReturnValue | None:
         done = done_of(session, participation)
         if not _receive(session, study, person, participation, done):
             return None
-        return flask.redirect("/crowd/finish")
+        return flask.redirect(here("/crowd/finish"))
 
 
 def _receive(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from sqlalchemy import Engine
 
-from annotation_app.core.config import Config, open_instance
+from annotation_app.core.config import Config, existing_instance
 from annotation_app.crowds.crowd_registry import Provider
 from annotation_app.crowds.doubts import decide, read_decisions, resolve
 from annotation_app.crowds.ledger import Ledger, one_at_a_time
@@ -106,7 +106,7 @@ def open_session(
     endpoint: str | None = None,
 ) -> Iterator[CrowdSession]:
     """A study, and the platform with the environment's credentials; an error if one is missing."""
-    config = open_instance(instance, database)
+    config = existing_instance(instance, database)
     with ExitStack() as stack:
         engine = stack.enter_context(opened(config.database))
         check_current(engine)

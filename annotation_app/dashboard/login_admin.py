@@ -13,6 +13,7 @@ from annotation_app.dashboard.dashboard_charts import in_utc
 from annotation_app.people import account_links, accounts
 from annotation_app.store.audit import actions, name_of, trail
 from annotation_app.store.models import Person, Role
+from annotation_app.web.public_links import public
 from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 
 blueprint = Blueprint("login_admin", __name__, url_prefix="/admin")
@@ -236,6 +237,6 @@ def _link_page(admin: Person, title: str, whom: str, token: str) -> str:
         person=admin,
         heading=title,
         whom=whom,
-        shown=flask.url_for("account.setup", token=token, _external=True),
+        shown=public("account.setup", token=token),
         days=account_links.INVITATION_DAYS,
     )

@@ -13,6 +13,7 @@ from annotation_app.people.api_tokens import MOST_DAYS
 from annotation_app.store.audit import name_of
 from annotation_app.store.installation import now
 from annotation_app.store.models import Person
+from annotation_app.web.public_links import public
 from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 
 blueprint = Blueprint("program_pages", __name__, url_prefix="/admin")
@@ -53,7 +54,7 @@ def make() -> ResponseReturnValue:
             person=admin,
             name=name,
             shown=token,
-            address=flask.url_for("dashboard_interface.studies", _external=True),
+            address=public("dashboard_interface.studies"),
         )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from flask import Blueprint, redirect, send_file, url_for
+from flask import Blueprint, redirect, request, send_file, url_for
 from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 from werkzeug.wrappers import Response as BaseResponse
@@ -17,9 +17,10 @@ from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.clips import CUT_VERSION, clip_digest, ensure, is_clip
 from annotation_app.people.browser_sessions import required_person
+from annotation_app.people.participants import RANKS, has_consented
 from annotation_app.store.database import core, reading
 from annotation_app.store.installation import installation
-from annotation_app.store.models import Media
+from annotation_app.store.models import Media, Person
 from corpus_tools.video.probe import file_digest
 from g3.errors import CorpusError
 
@@ -34,11 +35,11 @@ log = logging.getLogger(__name__)
 
 @blueprint.get("/media/<media_id>")
 def media(media_id: str) -> BaseResponse:
-    """A file, or where a copy of it is, to people who are signed in."""
+    """A file, or where a copy of it is, to who takes part in its study, and to staff."""
     with reading(installation().engine) as session:
-        required_person(session)
+        person = required_person(session)
         found = session.get(Media, media_id)
-    if found is None or found.role not in TYPES:
+    if found is None or found.role not in TYPES or not _may_see(person, found):
         raise Refusal(404, gettext("There is no such file."))
     copies = installation().config.media_url
     if copies:
@@ -62,10 +63,16 @@ def media(media_id: str) -> BaseResponse:
     return response
 
 
+def _may_see(person: Person, media: Media) -> bool:
+    return RANKS[person.role] > RANKS["worker"] or has_consented(person, media.study_id)
+
+
 @blueprint.app_template_filter("media_url")
 def media_url(media_id: str) -> str:
     """The address of a file; those of practice examples have one already."""
-    return media_id if media_id.startswith("/") else url_for("media.media", media_id=media_id)
+    if media_id.startswith("/"):
+        return f"{request.script_root}{media_id}"
+    return url_for("media.media", media_id=media_id)
 
 
 def media_type(found: Media) -> str:

@@ -24,6 +24,7 @@ from corpus_tools.world.state.recording import to_context
 from g3.errors import FormatError
 from g3.geometry.plane import rotate
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
+from g3.storage import regular_file
 
 MANIFEST, SEGMENTATION = "manifest.json", "segmentation.json"
 TRACK_S = 0.5
@@ -167,7 +168,7 @@ def _contexts(corpus: Path) -> Mapping[str, Context]:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        return msgspec.json.decode(path.read_bytes(), type=dict[str, Any])
+        return msgspec.json.decode(regular_file.read_bytes(path), type=dict[str, Any])
     except (OSError, msgspec.DecodeError) as error:
         raise FormatError(
             f"the file can't be read: {error}",

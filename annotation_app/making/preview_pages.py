@@ -28,6 +28,7 @@ from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, tasks
 from annotation_app.tasks.task_texts import task_words
+from annotation_app.web.public_links import here
 from annotation_app.web.task_page import render_practice
 from annotation_app.web.who_asks import refused, seen_by
 from g3.errors import CorpusError
@@ -139,9 +140,10 @@ def _payload(draft: StudyDraft, item: PracticeItem) -> Record:
         film = read_film(_prepared(draft, shown) if isinstance(shown, OwnVideo) else shown.folder)
     except CorpusError as error:
         raise Refusal(422, str(error)) from error
+    address = flask.url_for(".video", name=draft.name, number=number)
     return {
         "command": item.command,
-        "video": flask.url_for(".video", name=draft.name, number=number),
+        "video": address.removeprefix(here("")),
         "poster": None,
         "duration_s": film.duration_s,
         "fps": film.fps,

@@ -42,6 +42,7 @@ from annotation_app.study_setup.study_starting import (
     put_parts,
 )
 from annotation_app.tasks.task_registry import find_task
+from annotation_app.web.public_links import public
 from annotation_app.web.who_asks import cannot_be_done, changed_by, refused, seen_by
 from annotation_app.work.handing_out import find_study
 from g3.errors import CorpusError
@@ -126,7 +127,7 @@ def started(name: str) -> str:
             "making/started.html",
             person=admin,
             study=study,
-            link=flask.url_for("entrance.study_page", study_name=name, _external=True),
+            link=public("entrance.study_page", study_name=name),
             access=config.access,
             roles={task.role for task in config.tasks.values()},
             obstacles=_sentences(

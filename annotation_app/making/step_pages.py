@@ -46,6 +46,7 @@ from annotation_app.study_setup.study_drafts import (
 )
 from annotation_app.study_setup.study_reading import study_problems
 from annotation_app.tasks.task_registry import tasks
+from annotation_app.web.public_links import here
 from annotation_app.web.who_asks import cannot_be_done, refused, seen_by
 from g3.errors import CorpusError
 
@@ -105,7 +106,7 @@ def save(name: str, step_name: str) -> ResponseReturnValue:
         draft = keep_draft(config.studies_folder, draft, value)
         wanted = form.get("then", "")
         if wanted == "stay":
-            return flask.redirect(flask.request.path, 303)
+            return flask.redirect(here(flask.request.path), 303)
         if wanted.startswith("preview"):
             return flask.redirect(
                 flask.url_for("making_previews.preview", name=name, page=wanted[8:] or "-"), 303

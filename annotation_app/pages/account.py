@@ -26,6 +26,7 @@ from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person
 from annotation_app.web.limits import limited, sign_ins
+from annotation_app.web.public_links import here
 from annotation_app.web.who_asks import refused
 
 blueprint = Blueprint("account", __name__)
@@ -61,7 +62,7 @@ def sign_in_() -> ResponseReturnValue:
         page = flask.render_template("login.html", back=back, problem=refusal.message, login=name)
         return page, refusal.status, _headers(refusal)
     sign_in(person)
-    return flask.redirect(back, 303)
+    return flask.redirect(here(back), 303)
 
 
 @blueprint.post("/logout")
@@ -103,7 +104,7 @@ def use_link_(token: str) -> ResponseReturnValue:
     if person.blocked_at is not None:
         raise Refusal(403, gettext(BLOCKED))
     sign_in(person)
-    return flask.redirect("/", 303)
+    return flask.redirect(here("/"), 303)
 
 
 @blueprint.get("/account")

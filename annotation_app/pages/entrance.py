@@ -20,6 +20,7 @@ from annotation_app.people.participants import (
     has_consented,
     keep_consent,
 )
+from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person, Record, Study
@@ -32,10 +33,13 @@ from annotation_app.studies.study_file import (
     told,
 )
 from annotation_app.web.limits import arrivals, limited
+from annotation_app.web.public_links import here
 from annotation_app.web.who_asks import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, Reason, find_study
 
 LONGEST_ANSWER = 500
+INVITED_TO = "invited to"
+"""Where the cookie has the study that somebody's link invites to, until they agree."""
 
 blueprint = Blueprint("entrance", __name__)
 blueprint.add_app_template_filter(to_html, "markdown")
@@ -50,7 +54,7 @@ def home() -> str:
         studies = [
             (study.name, restored(study.config))
             for study in session.scalars(select(Study).order_by(Study.created_at))
-            if study.closed_at is None and _may_enter(study, person)
+            if study.closed_at is None and _may_enter(session, study, person)
         ]
     tries = may_try(person)
     return flask.render_template("home.html", studies=studies, person=person, tries=tries)
@@ -65,7 +69,7 @@ def study_page(study_name: str) -> ResponseReturnValue:
         if person is None and had_login():
             return sign_in_page()
         if person is None or wants_welcome(study, person):
-            return flask.redirect(f"/s/{study.name}/welcome")
+            return flask.redirect(here(f"/s/{study.name}/welcome"))
         config = restored(study.config)
         tasks = progress(session, study, person)
     return flask.render_template(
@@ -83,7 +87,8 @@ def invited(study_name: str, token: str) -> ResponseReturnValue:
         if study_id != study.id:
             raise Refusal(404, gettext("This link is for another study."))
     sign_in(person)
-    return flask.redirect(f"/s/{study.name}")
+    flask.session[INVITED_TO] = study_id
+    return flask.redirect(here(f"/s/{study.name}"))
 
 
 @blueprint.get("/s/<study_name>/welcome")
@@ -91,10 +96,10 @@ def welcome(study_name: str) -> ResponseReturnValue:
     """What a study is about, and what people agree to."""
     with reading(installation().engine) as session:
         study = _spoken_study(session, study_name)
-        person = current_person(session)
+        may_enter = _may_enter(session, study, current_person(session))
     if study.closed_at is not None:
         return _stop(study, "closed")
-    if not _may_enter(study, person):
+    if not may_enter:
         return _stop(study, "not invited")
     return _welcome(study, {}, {})
 
@@ -107,7 +112,7 @@ def agree(study_name: str) -> ResponseReturnValue:
     with transaction(installation().engine) as session:
         study = _spoken_study(session, study_name)
         person = current_person(session)
-        if not _may_enter(study, person):
+        if not _may_enter(session, study, person):
             return _stop(study, "not invited")
         config = restored(study.config)
         answers = {
@@ -121,7 +126,7 @@ def agree(study_name: str) -> ResponseReturnValue:
         keep_consent(session.merge(person), study.id, answers)
     if not is_signed_in(person):
         sign_in(person)
-    return flask.redirect(_onwards(study), 303)
+    return flask.redirect(here(_onwards(study)), 303)
 
 
 def wants_welcome(study: Study, person: Person) -> bool:
@@ -180,10 +185,20 @@ def _problems(config: StudyConfig, answers: Record) -> Record:
     return problems
 
 
-def _may_enter(study: Study, person: Person | None) -> bool:
+def _may_enter(session: Session, study: Study, person: Person | None) -> bool:
+    """Whether somebody may come into a study: an invitation to another one is none to this one."""
     if restored(study.config).access == "open":
         return True
-    return person is not None and (person.provider != OPEN or RANKS[person.role] > RANKS["worker"])
+    if person is None or RANKS[person.role] > RANKS["worker"]:
+        return person is not None
+    if person.provider == OPEN:
+        return False
+    if has_consented(person, study.id) or flask.session.get(INVITED_TO) == study.id:
+        return True
+    from_a_crowd = select(Participation.id).where(
+        Participation.study_id == study.id, Participation.person_id == person.id
+    )
+    return session.scalar(from_a_crowd.limit(1)) is not None
 
 
 def _stop(study: Study, reason: Reason) -> str:

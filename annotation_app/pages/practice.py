@@ -17,6 +17,7 @@ from annotation_app.studies.study_file import in_its_language, language_of, rest
 from annotation_app.tasks.practice_example import practice_example
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.api import read_task
+from annotation_app.web.public_links import here
 from annotation_app.web.task_page import render_practice
 
 blueprint = Blueprint("practice", __name__)
@@ -54,7 +55,7 @@ def practice_page(task_name: str) -> str:
         "item": f"practice-{task}-{number}",
         # Who has done the last one has practised.
         "signed_in": person is not None and number + 1 >= len(own),
-        "next": onwards,
+        "next": here(onwards),
         "who": "practice",
     }
     item = own[number] if own else None

@@ -18,6 +18,7 @@ from annotation_app.studies.study_file import in_its_language, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.api import read_task
+from annotation_app.web.public_links import here
 from annotation_app.web.task_page import WHO_CHARACTERS, render_task
 from annotation_app.web.who_asks import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, HOLD_S, Reason, take_work, visit
@@ -38,7 +39,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
     if person is None and had_login():
         return sign_in_page()
     if person is None or wants_welcome(study, person):
-        return flask.redirect(f"/s/{study.name}/welcome?task={task}")
+        return flask.redirect(here(f"/s/{study.name}/welcome?task={task}"))
     with transaction(engine) as session:
         taken = take_work(session, study, task, person, now=now(), hold_s=HOLD_S)
     with reading(engine) as session:
@@ -47,7 +48,7 @@ def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
             return _why(study, task, person, taken, tasks)
     data = opened_page(engine, taken.item_id, person.id, installation().salt)
     data["who"] = person.id[:WHO_CHARACTERS]
-    data["next"] = f"/s/{study.name}/{task}"
+    data["next"] = here(f"/s/{study.name}/{task}")
     mine = next((entry for entry in tasks if entry.task == task), None)
     config = in_its_language(restored(study.config))
     return render_task(
@@ -66,7 +67,7 @@ def _why(
     study: Study, task: TaskName, person: Person, reason: Reason, tasks: list[TaskProgress]
 ) -> ResponseReturnValue:
     if reason == "no practice":
-        return flask.redirect(f"/practice/{task}?study={study.name}")
+        return flask.redirect(here(f"/practice/{task}?study={study.name}"))
     if reason == "role":
         return sign_in_page()
     others = [entry for entry in tasks if entry.task != task and entry.done < entry.items]

@@ -16,6 +16,7 @@ from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.people import failed_sign_ins
 from annotation_app.people.browser_sessions import end_sessions
+from annotation_app.people.guessable_passwords import is_guessable
 from annotation_app.people.participants import LOGIN, add_person
 from annotation_app.store.audit import COMMAND_LINE, name_of, note
 from annotation_app.store.database import lock_set_up
@@ -87,7 +88,7 @@ def add_login(
 
 
 def check_password(password: str, login: str) -> None:
-    """Refuse passwords that are too short or too long, or are the login."""
+    """Refuse passwords that are too short, too long, or easy to guess, as by their login."""
     if not SHORTEST_PASSWORD <= len(password) <= LONGEST_PASSWORD:
         raise Refusal(
             422,
@@ -97,8 +98,14 @@ def check_password(password: str, login: str) -> None:
                 most=LONGEST_PASSWORD,
             ),
         )
-    if clean_login(password) == clean_login(login):
-        raise Refusal(422, gettext("The password is the login. Choose another password."))
+    if is_guessable(password, login):
+        raise Refusal(
+            422,
+            gettext(
+                "This password is easy to guess. Choose one without your login, usual words, "
+                "rows of keys and repetitions, such as four words that don't belong together."
+            ),
+        )
 
 
 def find(session: Session, login: str) -> Person | None:

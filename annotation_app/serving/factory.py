@@ -44,6 +44,7 @@ from annotation_app.trying.attempt_queue import Attempts
 from annotation_app.web import api
 from annotation_app.web.limits import limiter
 from annotation_app.web.page_language import install as install_language
+from annotation_app.web.public_links import only_paths
 from corpus_tools.corpus.corpus_records import (
     AnnotationRecord,
     CommandRecord,
@@ -125,7 +126,9 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
 
     if config.proxies:
         n = config.proxies
-        app.wsgi_app = ProxyFix(app.wsgi_app, x_for=n, x_proto=n, x_host=n)  # type: ignore[method-assign]
+        app.wsgi_app = ProxyFix(  # type: ignore[method-assign]
+            only_paths(app.wsgi_app), x_for=n, x_proto=n, x_host=n, x_prefix=n
+        )
     return app
 
 

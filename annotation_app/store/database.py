@@ -29,9 +29,14 @@ from sqlalchemy.exc import (
     DisconnectionError,
     InvalidatePoolError,
     OperationalError,
+    SQLAlchemyError,
 )
 from sqlalchemy.orm import DeclarativeBase, Session
 
+from annotation_app.store.outages import (
+    OnlyReadError as OnlyReadError,  # noqa: PLC0414 - who opens databases catches it
+)
+from annotation_app.store.outages import named_outage
 from g3.errors import FormatError
 
 try:
@@ -92,10 +97,22 @@ def open_database(url_or_path: str | Path) -> Engine:
 
 @contextmanager
 def opened(url_or_path: str | Path) -> Iterator[Engine]:
-    """A database whose connections are closed at the end; see :func:`open_database`."""
+    """A database whose connections are closed at the end; see :func:`open_database`.
+
+    Raises
+    ------
+    FormatError
+        If the database can't be reached, read or written: it is named, and what to do.
+    """
     engine = open_database(url_or_path)
     try:
         yield engine
+    except SQLAlchemyError as error:
+        url = engine.url
+        is_file = url.get_backend_name() == "sqlite" and url.database
+        where = str(url.database) if is_file else url.render_as_string(hide_password=True)
+        outage = named_outage(error, where)
+        raise outage or error from error
     finally:
         engine.dispose()
 
@@ -287,14 +304,6 @@ def _tried(connection: Any, *statements: str) -> Any:
         connection.close()
         raise
     return connection
-
-
-class OnlyReadError(FormatError):
-    """A database that can't be written to."""
-
-    def __init__(self, file: str, what: str = "the database can only be read") -> None:
-        fix = "get the right to write to it and to its folder, or work on a copy of all its files"
-        super().__init__(what, where=file, fix=fix)
 
 
 def _note_use(_connection: Any, record: Any) -> None:

@@ -17,7 +17,7 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 from sqlalchemy.exc import TimeoutError as NoConnectionLeft
 
 from annotation_app.core.languages import N_
-from annotation_app.store.database import OnlyReadError
+from g3.errors import FormatError
 
 log = logging.getLogger(__name__)
 
@@ -34,6 +34,14 @@ QUIET_S = 5.0
 """How long nothing must fail before an outage is over."""
 
 LONGEST_REASON = 200
+
+
+class OnlyReadError(FormatError):
+    """A database that can't be written to."""
+
+    def __init__(self, file: str, what: str = "the database can only be read") -> None:
+        fix = "get the right to write to it and to its folder, or work on a copy of all its files"
+        super().__init__(what, where=file, fix=fix)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +72,33 @@ def outage_of(error: BaseException) -> Outage | None:
     return None if kind is None else Outage(kind, lines[0][:LONGEST_REASON])
 
 
+def named_outage(error: BaseException, database: str) -> FormatError | None:
+    """The error for commands whose database fails, with what to do; None if it is no outage.
+
+    `database` is its file or address, without a password.
+    """
+    outage = outage_of(error)
+    if outage is None:
+        return None
+    reason = f": {outage.reason}" if outage.reason else ""
+    fix = _FIXES.get(outage.kind, "try again when fewer programs use it")
+    return FormatError(f"{outage.kind}{reason}", where=database, fix=fix)
+
+
 UNREACHABLE = "the database can't be reached"
 FULL = "the disk is full"
 READ_ONLY = "the database can't be written to"
 DAMAGED = "the database is damaged"
 BUSY = "the database is too busy"
 BROKEN = "the disk can't be read or written"
+
+_FIXES = {
+    UNREACHABLE: "start it, or correct --database or --instance, then run the command again",
+    FULL: "make room on the disk of the database, then run the command again",
+    READ_ONLY: "get the right to write to it and to its folder",
+    DAMAGED: "restore a backup with `ct annotate restore` into a new instance",
+    BROKEN: "check the disk of the database, and make room there",
+}
 
 _SYSTEM = {
     errno.ENOSPC: FULL,

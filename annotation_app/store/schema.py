@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sqlalchemy import Engine, MetaData, Table, create_engine, inspect, text
-from sqlalchemy.exc import OperationalError
 
 from annotation_app.store import crowd_models, program_models  # noqa: F401 - tables of Base
 from annotation_app.store.database import reading
@@ -25,21 +24,12 @@ def migrate(engine: Engine, revision: str = "head", scripts: Sequence[Path] = ()
     """Make the tables, or bring older ones up to date, keeping what they hold.
 
     `scripts` are folders with migrations that come after the program's own. A FormatError says that
-    the database can't be reached, or is a newer program's.
+    the database is a newer program's.
     """
-    where = engine.url.render_as_string(hide_password=True)
-    try:
-        if revision != "head" or scripts or not is_current(engine):
-            from annotation_app.store.migrating import run_migrations  # noqa: PLC0415 - Alembic is slow
+    if revision != "head" or scripts or not is_current(engine):
+        from annotation_app.store.migrating import run_migrations  # noqa: PLC0415 - Alembic is slow
 
-            run_migrations(engine, revision, scripts)
-    except OperationalError as error:
-        reason = str(error.orig).splitlines()[0]
-        raise FormatError(
-            f"the database can't be opened: {reason}",
-            where=where,
-            fix="check the address, and that the database exists and can be written to",
-        ) from error
+        run_migrations(engine, revision, scripts)
 
 
 def is_current(engine: Engine) -> bool:

@@ -18,6 +18,7 @@ from annotation_app.study_setup.every_problem import together
 from corpus_tools.tables.file_names import find_file, normal_name
 from corpus_tools.tables.json_text import read_json
 from corpus_tools.tables.table_reading import OnNote, no_note
+from corpus_tools.video.picture_file import MOST_PIXELS
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
@@ -290,18 +291,19 @@ def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
 def outlines(mask: Mask) -> list[list[list[float]]]:
     """Around a mask: polygons of (x, y) in pixels, without holes; none around nothing.
 
-    A ValueError says that the runs don't fill the picture.
+    A ValueError says that the runs don't fill the picture, or that it is too large.
     """
     import cv2  # noqa: PLC0415 - large, and not always installed
 
     height, width = mask.size
     runs = _expanded(mask.counts) if isinstance(mask.counts, str) else mask.counts
-    if min(height, width, *runs) < 0 or sum(runs) != height * width:
+    pixels = height * width
+    if min(height, width, *runs) < 0 or sum(runs) != pixels or pixels > MOST_PIXELS:
         raise ValueError(WHY)
     inside = np.arange(len(runs)) % 2
-    pixels = np.repeat(inside.astype(np.uint8), runs).reshape(width, height).T
+    mask_pixels = np.repeat(inside.astype(np.uint8), runs).reshape(width, height).T
     # OpenCV goes through the middle of pixels: of twice as many, so that lines of pixels have area.
-    doubled = cv2.resize(pixels, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
+    doubled = cv2.resize(mask_pixels, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
     found, _ = cv2.findContours(doubled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     return [(_smooth(one)[:, 0] / 2).tolist() for one in found]
 

@@ -26,6 +26,7 @@ from corpus_tools.tables.table_reading import (
 )
 from corpus_tools.video.frame_reading import to_mp4
 from g3.errors import CorpusError, FormatError
+from g3.storage import regular_file
 
 SUFFIXES = (".mp4", ".webm")
 START, END = "start_s", "end_s"
@@ -183,14 +184,13 @@ def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
     A FormatError if it can't be read, or isn't as large as the file of things says.
     """
     import cv2  # noqa: PLC0415 - large, and not always installed
-    import numpy as np  # noqa: PLC0415 - as above
+
+    from corpus_tools.video.picture_file import decoded  # noqa: PLC0415 - as above
 
     assert item.things is not None  # noqa: S101 - only then it is asked for
     of, wanted = item.things.picture or item.file, (item.things.width, item.things.height)
-    content = item.things.picture.read_bytes() if item.things.picture else first_frame
-    found = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
-    if found is None:
-        raise FormatError("the picture can't be read", where=str(of), fix="save it as PNG or JPEG")
+    content = regular_file.read_bytes(item.things.picture) if item.things.picture else first_frame
+    found = decoded(content, where=str(of))
     size = found.shape[1], found.shape[0]
     if size != wanted:
         raise FormatError(

@@ -32,6 +32,7 @@ from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.tasks.task_registry import tasks
 from corpus_tools.tables.file_names import normal_name
 from g3.errors import FormatError
+from g3.storage import regular_file
 
 FILES = {
     "manifest": "manifest.json",
@@ -174,7 +175,7 @@ def put_media(session: Session, study_id: str, video: str, role: str, path: Path
 
 def _id(manifest: Path) -> str:
     try:
-        return str(msgspec.json.decode(manifest.read_bytes())["id"])
+        return str(msgspec.json.decode(regular_file.read_bytes(manifest))["id"])
     except (OSError, msgspec.DecodeError, KeyError, TypeError) as error:
         raise FormatError(
             "the manifest can't be read",

@@ -14,6 +14,7 @@ from annotation_app.study_setup.rendered_study import FILES
 from corpus_tools.tables.table_reading import TABLES
 from corpus_tools.video.frame_reading import to_mp4
 from g3.errors import FormatError
+from g3.storage import regular_file
 
 DEEPEST = 3
 """How many folders below one another are looked into."""
@@ -80,7 +81,7 @@ def tables(folder: Path, files: list[str], column: str) -> Iterator[str]:
     for name in files:
         if Path(name).suffix.lower() in TABLES:
             try:
-                with (folder / name).open("rb") as file:
+                with regular_file.opened(folder / name) as file:
                     head = file.read(HEAD_BYTES).split(b"\n")[0]
             except OSError:
                 continue

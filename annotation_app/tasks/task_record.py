@@ -6,7 +6,6 @@ name. ``docs/how-to/new-task.md`` shows how to add one.
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,7 +24,7 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, Part
 from annotation_app.tasks.corpus_parts import CorpusParts
 from annotation_app.tasks.practice_example import PracticeExample
-from corpus_tools.exporters.csv_tables import safe_cell
+from corpus_tools.exporters.csv_tables import write_rows
 from corpus_tools.world.scenarios.documents import Problem
 from g3.short_repr import short_repr
 
@@ -138,9 +137,7 @@ def write_csv(file: IO[bytes], columns: Sequence[str], rows: Iterable[Iterable[o
     """Write a header and rows as UTF-8; no cell is taken for a formula. The file stays open."""
     text = io.TextIOWrapper(file, encoding="utf-8", newline="")
     try:
-        writer = csv.writer(text)
-        writer.writerow(columns)
-        writer.writerows(map(safe_cell, row) for row in rows)
+        write_rows(text, columns, rows)
     finally:
         text.detach()
 

@@ -24,6 +24,7 @@ from annotation_app.store.models import Answer, Item, Study, TaskName
 from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.web.limits import limited, submissions
+from annotation_app.web.public_links import here
 from annotation_app.work import adjudicating, adoption
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_reading import gist_of, read_answer
@@ -162,7 +163,7 @@ def answer(item_id: str) -> Response:
         )
         if receipt.answer is not None:
             adoption.answered(session, found.task, receipt.answer)
-    return json_reply({"state": receipt.state, "next": f"/s/{found.study_name}/{found.task}"})
+    return json_reply({"state": receipt.state, "next": here(f"/s/{found.study_name}/{found.task}")})
 
 
 @blueprint.post("/items/<item_id>/skip")
@@ -174,7 +175,7 @@ def skip_(item_id: str) -> Response:
         found = item_of(session, item_id)
         skip(session, found.id, found.who, now=now())
         _note(session, found, "skip", request)
-    return json_reply({"next": f"/s/{found.study_name}/{found.task}"})
+    return json_reply({"next": here(f"/s/{found.study_name}/{found.task}")})
 
 
 @blueprint.post("/items/<item_id>/flag")

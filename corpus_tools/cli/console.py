@@ -7,7 +7,7 @@ import only click at their top: ``ct --help`` loads them all.
 
 from __future__ import annotations
 
-import errno
+import contextlib
 import functools
 import importlib.metadata
 import io
@@ -16,13 +16,17 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import click
 
 from corpus_tools import __version__
+from corpus_tools.options.format_option import TARGETS
 from corpus_tools.runtime.extras import DISTRIBUTION, extra_of
 from corpus_tools.runtime.terminal import VisibleFormatter, note
 from g3.errors import CorpusError, ManyError
+from g3.storage.system_errors import about, named_error
 
 ENTRY_POINT_GROUP = "ct.commands"
 
@@ -34,14 +38,6 @@ LONGEST_MESSAGE = 2000
 """Of a longer error the middle is left out."""
 MOST_LINES = 50
 """Where several things are wrong, so many are told."""
-
-_PATH_ERRORS = (
-    FileExistsError,
-    FileNotFoundError,
-    IsADirectoryError,
-    NotADirectoryError,
-    PermissionError,
-)
 
 
 class _EntryPointGroup(click.Group):
@@ -145,26 +141,66 @@ def run(args: Sequence[str]) -> int:
     0: done; 1: an error of ``ct`` itself, or nobody reads its output; 2: bad input or
     usage; 130: interrupted.
     """
-    options = {"verbose": False}
+    options: dict[str, Any] = {"verbose": False}
     try:
         result = cli.main(list(args), prog_name="ct", standalone_mode=False, obj=options)
-        sys.stdout.flush()
-    except click.Abort:
-        note("ct: interrupted")
+        with about("the standard output"):
+            sys.stdout.flush()
+    except click.Abort as abort:
+        note(_interrupted(abort.__cause__, options.get(TARGETS, [])))
         return EXIT_INTERRUPTED
     except BrokenPipeError:
-        # The interpreter flushes again as it ends; there that would print a warning.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return EXIT_UNEXPECTED
     except Exception as error:
         if options["verbose"]:
             note("".join(traceback.format_exception(error)).rstrip("\n"))
-        return _report(error)
+        status = _report(error, options.get(TARGETS, []))
+        try:
+            sys.stdout.flush()
+        except OSError:
+            _drop_output()
+        return status
     return result if isinstance(result, int) else 0
 
 
-def _report(error: Exception) -> int:
+def _drop_output() -> None:
+    """Send what couldn't be printed nowhere.
+
+    The interpreter flushes again as it ends; there that would print a warning.
+    """
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _interrupted(cause: BaseException | None, targets: Sequence[Path]) -> str:
+    """The line for Ctrl-C, with the file that was being written, or would have been."""
+    names = [str(name) for name in (cause.args if cause else ())] or [str(t) for t in targets]
+    if not names:
+        return "ct: interrupted"
+    return (
+        f"ct: interrupted: {', '.join(names)} isn't finished (what is there is whole: run the "
+        "same command again)"
+    )
+
+
+def _machine_error(error: OSError | MemoryError, targets: Sequence[Path]) -> CorpusError | None:
+    """An error of the machine, with the command's own target where it names no file."""
+    if isinstance(error, MemoryError):
+        fix = "end other programs, give less at a time, or use a machine with more memory"
+        return CorpusError(
+            "there is not enough memory", where=", ".join(map(str, targets)), fix=fix
+        )
+    named = named_error(error)
+    if named is None or named.where or not targets:
+        return named
+    return CorpusError(named.what, where=", ".join(map(str, targets)), fix=named.fix)
+
+
+def _report(error: Exception, targets: Sequence[Path]) -> int:
     """Print an error in one line, or several in one line each; return the exit status."""
+    if isinstance(error, (OSError, MemoryError)):
+        error = _machine_error(error, targets) or error
     status = EXIT_BAD_INPUT
     if isinstance(error, click.ClickException):
         shown = io.StringIO()
@@ -178,8 +214,6 @@ def _report(error: Exception) -> int:
             note(f"  and {len(error.errors) - MOST_LINES} more")
     elif isinstance(error, CorpusError):
         _complain(f"error: {error}")
-    elif isinstance(error, OSError) and _is_of_path(error):
-        _complain(f"error: {os.fsdecode(error.filename)}: {error.strerror}")
     elif isinstance(error, ModuleNotFoundError) and (extra := extra_of(error.name or "")):
         _complain(
             f"error: this needs the package {error.name} (pip install '{DISTRIBUTION}[{extra}]')"
@@ -191,15 +225,6 @@ def _report(error: Exception) -> int:
             "(run with --verbose for the traceback, please report)"
         )
     return status
-
-
-def _is_of_path(error: OSError) -> bool:
-    """Whether a name that was given is what is wrong."""
-    about_name = isinstance(error, _PATH_ERRORS) or error.errno in (
-        errno.ENAMETOOLONG,
-        errno.ELOOP,
-    )
-    return about_name and error.filename is not None
 
 
 def _complain(message: str) -> None:

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, PATH, PLAIN, tell, with_default
+from corpus_tools.options.format_option import (
+    FORMAT,
+    PATH,
+    PLAIN,
+    TARGET_FILE,
+    tell,
+    with_default,
+)
 from corpus_tools.runtime.terminal import note, say, visible
 from g3.errors import CorpusError
 
@@ -72,7 +79,7 @@ class Shown:
 )
 @click.option(
     "--video",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=TARGET_FILE,
     help="Show what happens: an MP4, with an MCAP log beside it.",
 )
 @click.option("--interactive", is_flag=True, help="Ask for one command after the other.")

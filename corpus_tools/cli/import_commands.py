@@ -50,9 +50,7 @@ def _command(importer: Importer) -> click.Command:
 
     @click.command(importer.name, help=help_text, short_help=importer.summary)
     @click.argument("path", type=PATH)
-    @click.option(
-        "--out", required=True, metavar="CORPUS", type=PATH, help="Folder for the corpus."
-    )
+    @out_file("Folder for the corpus.", "CORPUS")
     @click.option("--force", is_flag=True, help="Replace the corpus that is there.")
     @click.option(
         "--keep-going",

@@ -80,9 +80,10 @@ def _notation(notation: str | None, source: Path | None) -> str:
         raise click.UsageError('Give either NOTATION ("-" for the standard input) or --file.')
     if source is None and notation != "-":
         return notation or ""
+    from g3.storage import regular_file
     from g3.storage.text_lines import decode_text
 
-    content = source.read_bytes() if source else sys.stdin.buffer.read()
+    content = regular_file.read_bytes(source) if source else sys.stdin.buffer.read()
     return decode_text(content, str(source or "standard input"))
 
 

@@ -74,6 +74,7 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
     if (text is None) == (source is None):
         raise click.UsageError('Give either TEXT ("-" for the standard input) or --file.')
     from g3.lengths import check_length
+    from g3.storage import regular_file
     from g3.storage.text_lines import decode_text, split_lines
 
     if text is not None and text != "-":
@@ -81,7 +82,7 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
         return [text]
     where = str(source) if source else "standard input"
     try:
-        content = source.read_bytes() if source else sys.stdin.buffer.read()
+        content = regular_file.read_bytes(source) if source else sys.stdin.buffer.read()
     except OSError as error:
         raise FormatError(f"the file can't be read: {error.strerror}", where=where) from error
     lines = split_lines(decode_text(content, where))

@@ -124,7 +124,7 @@ def render_videos(
             where=source,
             fix=f"the names are: {', '.join(item.name for item in items) or 'none'}",
         )
-    out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(exist_ok=True)
     settings = Settings(camera, pixels, fps, quality, speed, skip_idle, names)
     outcomes = _produce(chosen, out, settings, workers=workers, force=force)
     ctx.exit(_report(outcomes, out, form))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_folder, tell, with_default
+from corpus_tools.options.format_option import FORMAT, TARGET_FILE, out_folder, tell, with_default
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:
 @DATASET
 @click.option(
     "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=TARGET_FILE,
     help="SVG file for a map, seen from above.",
 )
 @FORMAT
@@ -213,7 +213,7 @@ def generate(
     from g3.storage.atomic_file import write_bytes
 
     known = read_layouts(dataset_folder(dataset), layouts)
-    out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(exist_ok=True)
     rows = []
     with progress_bar("generating") as on_progress:
         for number in range(first, first + count):

@@ -33,6 +33,7 @@ from corpus_tools.tables.json_text import explained
 from g3.annotation import TaskOutcome
 from g3.errors import FormatError
 from g3.groundings import Trajectory
+from g3.storage import regular_file
 from g3.storage.text_lines import place_in
 
 T = TypeVar("T")
@@ -84,7 +85,7 @@ def read_manifest(folder: Path) -> Manifest:
     path = folder / MANIFEST
     if not path.is_file():
         raise FormatError(f"this is not a corpus: it has no {MANIFEST}", where=str(folder), fix=fix)
-    content = path.read_bytes()
+    content = regular_file.read_bytes(path)
     version = _decode(content, dict[str, msgspec.Raw], str(path)).get("schema_version")
     if version is None or bytes(version) not in (b"1", b"2"):
         found = "none" if version is None else bytes(version).decode(errors="replace")
@@ -180,7 +181,7 @@ def _trajectory_reader(arrays: Arrays) -> decoding.GetTrajectory:
 def _read_lines(path: Path, record_type: type[R], on_problem: OnProblem) -> list[_Line[R]]:
     """The records of a JSONL file, their ids checked to differ."""
     try:
-        content = path.read_bytes()
+        content = regular_file.read_bytes(path)
     except OSError as error:
         raise FormatError(
             f"the file can't be read: {error.strerror}",

@@ -6,6 +6,7 @@ corpus.json show: then nothing else about them need be checked.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,6 +21,11 @@ from corpus_tools.corpus.corpus_statistics import Statistics, Tally, of_annotati
 from corpus_tools.corpus.decoding import command
 from corpus_tools.corpus.trajectory_arrays import read_arrays
 from g3.annotation import Command
+from g3.storage import regular_file
+from g3.storage.system_errors import about
+
+LONGEST_LINE = 1 << 26
+"""So many bytes of a line are held in memory."""
 
 
 def statistics_of_files(folder: Path) -> Statistics:
@@ -79,8 +85,10 @@ def _counted(folder: Path, manifest: records.Manifest) -> Statistics | None:
 def _each_line(path: Path, count: Callable[[bytes], Any]) -> str:
     """Hand each line of a file on; the digest of all of them."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
-        for line in file:
+    with about(path), regular_file.opened(path) as file:
+        while line := file.readline(LONGEST_LINE):
+            if len(line) == LONGEST_LINE:
+                raise OSError(errno.EFBIG, "a line is longer than any of a corpus")
             digest.update(line)
             count(line)
     return f"sha256:{digest.hexdigest()}"

@@ -27,6 +27,7 @@ from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import Context, Place, Trajectory
 from g3.sdc.clauses import all_words, breadth_first
+from g3.storage import regular_file
 
 FPS = 10
 """Of episodes without a video."""
@@ -321,7 +322,7 @@ def _films(folder: Path) -> dict[str, _Film]:
     films = {}
     for file in sorted(folder.glob("*/manifest.json")):
         try:
-            told = msgspec.json.decode(file.read_bytes(), type=_Manifest)
+            told = msgspec.json.decode(regular_file.read_bytes(file), type=_Manifest)
         except (OSError, msgspec.DecodeError) as error:
             raise FormatError(
                 f"the manifest can't be read: {error}", where=str(file), fix=_RENDER

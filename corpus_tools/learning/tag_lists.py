@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import bz2
-import gzip
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TextIO
 
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import FormatError
 from g3.language.similarity import cooccurrence
+from g3.storage import regular_file
 from g3.storage.atomic_file import write_bytes
 
 LINES_PER_REPORT = 10_000
@@ -41,7 +39,7 @@ def build_table(
 
 def _images(path: Path, step: str, on_progress: OnProgress) -> Iterator[frozenset[str]]:
     try:
-        with _open(path) as file:
+        with regular_file.text_of(path) as file:
             for number, line in enumerate(file):
                 if number % LINES_PER_REPORT == 0:
                     on_progress(f"{step}, line {number}", 0, 0)
@@ -51,11 +49,3 @@ def _images(path: Path, step: str, on_progress: OnProgress) -> Iterator[frozense
         raise FormatError(
             f"the list can't be read: {error}", where=str(path), fix="check the file"
         ) from error
-
-
-def _open(path: Path) -> TextIO:
-    if path.suffix == ".gz":
-        return gzip.open(path, "rt", encoding="utf-8", errors="replace")
-    if path.suffix == ".bz2":
-        return bz2.open(path, "rt", encoding="utf-8", errors="replace")
-    return path.open(encoding="utf-8", errors="replace")

@@ -49,6 +49,7 @@ from corpus_tools.lerobot.task_tables import TASK_INDEX, TaskTable, task_table
 from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.runtime.parquet import import_pyarrow
 from g3.errors import CorpusError, FormatError
+from g3.storage.system_errors import about
 
 LINKED = ("videos", "images")
 """Folders whose files nothing here changes."""
@@ -155,7 +156,11 @@ def write_language(
         )
     notes += [f"episode {n}: its language isn't written: it is no episode here" for n in left_out]
     tasks_of = _new_tasks(table, texts, max(numbers, default=-1))
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch:
+    with (
+        about(target),
+        tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch,
+        about(target, instead_of=scratch),
+    ):
         files = dict(_copies(source, Path(scratch)))
         for file in episode_reading.data_files(dataset):
             name = file.relative_to(source).as_posix()

@@ -21,6 +21,7 @@ from corpus_tools.world.state.recording import NS_PER_S, Recording
 from g3.errors import FormatError
 from g3.groundings import Context, FloatArray
 from g3.short_repr import short_repr
+from g3.storage import regular_file
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -62,7 +63,7 @@ def read_log(path: Path) -> Log:
         If the file is missing, cut off or damaged, or no log of this toolkit.
     """
     try:
-        content = path.read_bytes()
+        content = regular_file.read_bytes(path)
     except OSError as error:
         raise FormatError(
             f"the file can't be read: {error.strerror}", where=str(path), fix="give a log's file"

@@ -17,6 +17,7 @@ import click
 from click.core import ParameterSource
 
 from corpus_tools.runtime.terminal import say
+from g3.errors import FormatError
 
 PLAIN = "text"
 """The format for people, which is the default everywhere."""
@@ -34,6 +35,30 @@ class _Form(click.Choice[str]):
 
 PATH = click.Path(path_type=Path)
 """A file or a folder, whether or not it is there."""
+TARGETS = "targets"
+"""Where the object of the first context, a dictionary, has the paths that a command writes to."""
+
+
+class _Target(click.Path):
+    """A path that is written to, in a folder that is there; errors of the machine name it."""
+
+    def __init__(self, **about: Any) -> None:
+        super().__init__(path_type=Path, **about)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        folder = path.absolute().parent
+        if not folder.is_dir():
+            raise FormatError("there is no such folder", where=str(folder), fix="make it first")
+        if ctx is not None and isinstance(shared := ctx.find_root().obj, dict):
+            shared.setdefault(TARGETS, []).append(path)
+        return path
+
+
+TARGET = _Target()
+TARGET_FILE = _Target(dir_okay=False)
+TARGET_FOLDER = _Target(file_okay=False)
+"""A file or folder that a command writes. The folder that it is in must be there."""
 
 
 def with_default(*names: str, **about: Any) -> Callable[[Command], Command]:
@@ -69,24 +94,14 @@ def format_option(
     return lambda command: long(short(command))
 
 
-def in_a_folder(_: click.Context, option: click.Parameter, out: Path | None) -> Path | None:
-    """Refuse a file whose folder isn't there: the callback of an option such as ``--out``."""
-    if out is not None and not out.parent.is_dir():
-        raise click.UsageError(f"{option.opts[0]}: there is no folder {out.parent}; make it first.")
-    return out
-
-
 def out_file(about: str, metavar: str | None = None) -> Callable[[Command], Command]:
     """Add ``--out`` for what is written as a whole, in a folder that is there."""
-    return click.option(
-        "--out", required=True, metavar=metavar, type=PATH, callback=in_a_folder, help=about
-    )
+    return click.option("--out", required=True, metavar=metavar, type=TARGET, help=about)
 
 
 def out_folder(about: str, metavar: str | None = None) -> Callable[[Command], Command]:
-    """Add ``--out`` for a folder that is made if it isn't there."""
-    kind = click.Path(path_type=Path, file_okay=False)
-    return click.option("--out", required=True, metavar=metavar, type=kind, help=about)
+    """Add ``--out`` for a folder that is made if it isn't there; the folder around it must be."""
+    return click.option("--out", required=True, metavar=metavar, type=TARGET_FOLDER, help=about)
 
 
 def tell(form: str, record: object, *lines: str) -> None:
@@ -126,4 +141,4 @@ def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:
 FORMAT = format_option()
 JSON = click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON.")
 """For a command whose ``--format`` is that of the files it makes."""
-OUT = click.option("--out", type=PATH, help="Write to a file instead of the standard output.")
+OUT = click.option("--out", type=TARGET, help="Write to a file instead of the standard output.")

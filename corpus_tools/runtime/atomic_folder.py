@@ -21,6 +21,7 @@ from pathlib import Path
 from g3.errors import FormatError
 from g3.storage.atomic_file import flush_folder
 from g3.storage.only_writer import only_writer
+from g3.storage.system_errors import about
 
 
 def check_target(folder: Path, *, force: bool, marker: str) -> None:
@@ -68,10 +69,10 @@ def write_folder(
     """
     folder = _absolute(folder)
     check_target(folder, force=force, marker=marker)
-    with only_writer(folder):
+    new = folder.with_name(f".{folder.name}.new-{secrets.token_hex(4)}")
+    with about(folder, instead_of=new), only_writer(folder):
         _tidy(folder)
         check_target(folder, force=force, marker=marker)  # what another has written meanwhile
-        new = folder.with_name(f".{folder.name}.new-{secrets.token_hex(4)}")
         try:
             new.mkdir()
             for name, content in files.items():
@@ -143,7 +144,7 @@ def _write_file(path: Path, content: bytes | Path) -> None:
     if isinstance(content, Path):
         link_or_copy(content, path)
         return
-    with path.open("xb") as file:
+    with about(path), path.open("xb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 
 import click
 
+from g3.storage.system_errors import about
+
 MOST_NOTES = 50
 _STYLE = r"\x1b\[(?:[0-4]|[39][0-7])?(?:;(?:[0-4]|[39][0-7]))*m"
 _DANGEROUS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
@@ -43,8 +45,9 @@ def _escaped(found: re.Match[str]) -> str:
 
 def say(*lines: str, styled: bool = False) -> None:
     """Print lines on the standard output."""
-    for line in lines:
-        click.echo(visible(line, styled=styled))
+    with about("the standard output"):
+        for line in lines:
+            click.echo(visible(line, styled=styled))
 
 
 def note(*lines: str) -> None:

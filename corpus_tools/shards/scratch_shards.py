@@ -18,6 +18,7 @@ from corpus_tools.shards.shard_making import manifest_of, to_shard
 from g3.errors import FormatError
 from g3.learning.examples import Example
 from g3.storage.array_file import Field, read_arrays, write_arrays
+from g3.storage.system_errors import about
 
 _FIELDS = {
     "bases": Field("U"),
@@ -40,7 +41,8 @@ def write_scratch_shards(
         shard = to_shard(part, options)
         file = f"{first // size:05}.npz"
         arrays = {n: np.array(getattr(shard, n), dtype=f.dtype) for n, f in _FIELDS.items()}
-        (out / file).write_bytes(write_arrays(arrays, compressed=False))
+        with about(out / file):
+            (out / file).write_bytes(write_arrays(arrays, compressed=False))
         shards.append(ShardRecord(file, len(part), len(shard.right), digest=""))
     sources = Counter[str](e.source for e in items)
     return manifest_of({corpus.name: corpus.hash}, sources, scenario_ids(items), shards, options)

@@ -16,6 +16,7 @@ from g3.errors import FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION
 from g3.features.matrix import FeatureSpace
 from g3.short_repr import short_repr
+from g3.storage import regular_file
 from g3.storage.atomic_file import write_bytes
 
 MANIFEST = "shards.json"
@@ -170,7 +171,7 @@ def _read(path: Path) -> tuple[Shard, Origin, str]:
     """A shard, where it comes from, and its digest, which is checked."""
     _, pq = import_pyarrow()
     try:
-        with pq.ParquetFile(io.BytesIO(path.read_bytes())) as file:
+        with pq.ParquetFile(io.BytesIO(regular_file.read_bytes(path))) as file:
             about = file.metadata.metadata
             names = msgspec.json.decode(about[NAMES], type=_Names)
             origin = msgspec.json.decode(about[ORIGIN], type=Origin)
@@ -209,7 +210,7 @@ def read_manifest(folder: Path) -> Manifest:
     """
     path = folder / MANIFEST
     try:
-        manifest = msgspec.json.decode(path.read_bytes(), type=Manifest)
+        manifest = msgspec.json.decode(regular_file.read_bytes(path), type=Manifest)
     except OSError as error:
         raise FormatError(
             "there are no shards, or they aren't complete", where=str(path), fix=AGAIN

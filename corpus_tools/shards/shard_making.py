@@ -23,6 +23,7 @@ from g3.features.feature_registry import CATALOGUE_VERSION, select
 from g3.learning.examples import Example
 from g3.learning.factor_matrix import features_of_examples
 from g3.storage.only_writer import only_writer
+from g3.storage.system_errors import named_error
 
 EXAMPLES = 20_000
 """In one shard; what bounds the memory."""
@@ -132,6 +133,8 @@ def _names_of_sets(options: Options) -> tuple[str, ...]:
 
 
 def _line(corpus: str, error: Exception) -> str:
+    if isinstance(error, OSError):
+        error = named_error(error) or error
     if isinstance(error, CorpusError):
         return f"{corpus}: left out: {error}"
     return f"{corpus}: left out: {type(error).__name__}: {error}"

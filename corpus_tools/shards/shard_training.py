@@ -27,6 +27,7 @@ from g3.learning import crf
 from g3.learning.grounding_model import GroundingModel
 from g3.learning.optimum import MAX_ITERATIONS, Local, Problem, minimise
 from g3.storage.array_file import Field, read_arrays, write_arrays
+from g3.storage.system_errors import about
 
 PARTS = 16
 """Shards are summed in so many parts, whoever does it, so that the sums are always the same."""
@@ -166,7 +167,8 @@ def _write_columns(path: Path, space: FeatureSpace, first: npt.NDArray[np.intp])
         "keys": space.keys,
         "column": column,
     }
-    path.write_bytes(write_arrays(arrays, compressed=False))
+    with about(path):
+        path.write_bytes(write_arrays(arrays, compressed=False))
 
 
 @lru_cache(maxsize=1)
@@ -186,7 +188,7 @@ def _pack(file: File, *, scratch: Path, read: Read) -> Path:
     kept = column_of >= 0
     before = np.concatenate(([0], np.cumsum(kept)))
     packed = scratch / f"{file[0].stem}.npy"
-    with packed.open("wb") as out:
+    with about(packed), packed.open("wb") as out:
         for array in (column_of[kept], before[shard.offsets].astype(np.int32)):
             np.save(out, array)
         for array in (shard.right, shard.wrong):

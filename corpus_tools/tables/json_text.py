@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from g3.errors import FormatError
+from g3.storage import regular_file
 from g3.storage.text_lines import decode_text, place_in, split_lines
 
 T = TypeVar("T")
@@ -32,7 +33,7 @@ def read_text(path: Path, *, what: str = "file", fix: str = "give another file")
         If the file can't be read, or is no UTF-8 text.
     """
     try:
-        content = path.read_bytes()
+        content = regular_file.read_bytes(path)
     except OSError as error:
         raise FormatError(
             f"the {what} can't be read: {error.strerror}", where=str(path), fix=fix

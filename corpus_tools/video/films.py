@@ -10,6 +10,7 @@ from corpus_tools.video.frame_renderers import open_frames
 from corpus_tools.video.manifest import Settings
 from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
+from g3.storage.system_errors import about
 
 
 def film(
@@ -24,9 +25,10 @@ def film(
     world = build_world(recording.start, site=site, names=how.names)
     new = path.with_name(f".{path.name}.new.mp4")
     try:
-        with open_frames(world, shown, how.camera, how.size, how.quality) as frames:
-            pictures = map(frames.frame, range(len(shown.t_ns)))
-            encode(pictures, new, size=how.size, fps=how.fps, quality=how.quality)
-        new.replace(path)
+        with about(path, instead_of=new):
+            with open_frames(world, shown, how.camera, how.size, how.quality) as frames:
+                pictures = map(frames.frame, range(len(shown.t_ns)))
+                encode(pictures, new, size=how.size, fps=how.fps, quality=how.quality)
+            new.replace(path)
     finally:
         new.unlink(missing_ok=True)

@@ -6,7 +6,6 @@ study asks them, and its export says what each clip shows.
 
 from __future__ import annotations
 
-import csv
 import io
 import tempfile
 import zlib
@@ -19,6 +18,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.exporters.csv_tables import write_rows
 from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.video.drawing.canvas import Image
 from corpus_tools.video.encode import encode
@@ -79,13 +79,13 @@ def write_sheet(found: list[Crop], out: Path, *, force: bool = False) -> None:
     # Their order tells nothing of what they show.
     mixed = sorted(found, key=lambda crop: zlib.crc32(f"{crop.kind} {crop.camera}".encode()))
     files = {SHEET: _jpeg(sheet(found)), STUDY: _STUDY.encode()}
-    table = io.StringIO()
-    rows = csv.writer(table, lineterminator="\n")
-    rows.writerow(["video", "id", "kind", "camera", "width_px", "height_px"])
+    table, rows = io.StringIO(), []
     for number, crop in enumerate(mixed, start=1):
         name = f"{number:03}"
-        rows.writerow([f"{CLIPS}/{name}.mp4", name, crop.kind, crop.camera, *crop.pixels])
+        rows.append([f"{CLIPS}/{name}.mp4", name, crop.kind, crop.camera, *crop.pixels])
         files[f"{CLIPS}/{name}.mp4"] = _clip(crop.picture)
+    columns = ["video", "id", "kind", "camera", "width_px", "height_px"]
+    write_rows(table, columns, rows, line_end="\n")
     files[TABLE] = table.getvalue().encode()
     write_folder(out, files, force=force, marker=TABLE)
 

@@ -25,6 +25,7 @@ from corpus_tools.video.manifest import MANIFEST, Settings, input_hash, is_finis
 from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError
+from g3.storage.system_errors import about
 
 VIDEO, POSTER, LOG = "video.mp4", "poster.png", "log.mcap"
 SEGMENTATION, SEGMENTS = "segmentation.png", "segmentation.json"
@@ -71,7 +72,9 @@ def produce(
     files = {LOG: to_bytes(recording, name=story.id, metadata=metadata)}
     with (
         open_frames(world, shown, settings.camera, settings.size, settings.quality) as frames,
+        about(folder),
         tempfile.TemporaryDirectory(dir=out, prefix=f".{item.name}.") as scratch,
+        about(folder, instead_of=scratch),
     ):
         video = Path(scratch) / VIDEO
         posters: list[Image] = []

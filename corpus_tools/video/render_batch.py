@@ -14,6 +14,7 @@ from corpus_tools.video.items import Item
 from corpus_tools.video.manifest import Settings
 from corpus_tools.video.production import OnFrame, produce
 from g3.errors import CorpusError
+from g3.storage.system_errors import named_error
 
 THREADS = "LP_NUM_THREADS"
 """How many threads Mesa starts in a process; it would start them for all cores in each."""
@@ -69,10 +70,10 @@ def _outcome(
         return Outcome(item.name, produce(item, out, settings, force=force, on_frame=on_frame))
     except CorpusError as error:
         return Outcome(item.name, made=False, problem=str(error))
-    except OSError as error:
-        where = f"{os.fsdecode(error.filename)}: " if error.filename else ""
-        return Outcome(item.name, made=False, problem=f"{where}{error.strerror or error}")
     except Exception as error:
+        named = named_error(error) if isinstance(error, OSError) else None
+        if named is not None:
+            return Outcome(item.name, made=False, problem=str(named))
         problem = f"unexpected error: {type(error).__name__}: {error}"
         return Outcome(item.name, made=False, problem=problem, is_bug=True)
 

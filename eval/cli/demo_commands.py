@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from corpus_tools.options.format_option import TARGET_FOLDER
 from corpus_tools.runtime.terminal import note, say
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 @click.command(epilog="\b\nExamples:\n  ct demo\n  ct demo --out /tmp/demo")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=TARGET_FOLDER,
     default=Path("demo"),
     show_default=True,
     help="Folder for the results.",
@@ -31,10 +32,7 @@ def demo(*, out: Path) -> None:
     from time import monotonic
 
     from eval.cli.demo_steps import steps
-    from g3.errors import FormatError
 
-    if not out.parent.is_dir():
-        raise FormatError("there is no such folder", where=str(out.parent), fix="make it first")
     out.mkdir(exist_ok=True)
     plan, start = steps(out), monotonic()
     for number, step in enumerate(plan, start=1):

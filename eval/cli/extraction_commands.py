@@ -7,14 +7,13 @@ from typing import Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.format_option import FORMAT, OUT
 from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
     BY_SCENARIO,
     DIVIDED,
-    OUT,
     PERTURB,
     SEED,
     TESTED,

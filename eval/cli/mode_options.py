@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from corpus_tools.options.format_option import in_a_folder
+from corpus_tools.options.format_option import TARGET_FILE
 from corpus_tools.runtime.terminal import say
 
 Command = Callable[..., Any]
@@ -97,8 +97,7 @@ def form_options(given: str, made: str, form: str) -> Callable[[Command], Comman
     written = click.option(
         "--write-tasks",
         "tasks",
-        type=click.Path(path_type=Path, dir_okay=False),
-        callback=in_a_folder,
+        type=TARGET_FILE,
         help=f"Only write the form for {given}: {form}.",
     )
     return lambda command: taken(written(command))
@@ -110,12 +109,6 @@ TOP = click.option(
     default=10,
     show_default=True,
     help="How many phrases to list of each kind.",
-)
-OUT = click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    callback=in_a_folder,
-    help="Write to a file instead of the standard output.",
 )
 
 

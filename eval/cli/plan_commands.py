@@ -8,11 +8,11 @@ from typing import Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT
+from corpus_tools.options.format_option import FORMAT, OUT, TARGET_FOLDER
 from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import FOLLOWED, OUT, SEED, TRAIN, draws_option, is_terminal, write
+from eval.cli.mode_options import FOLLOWED, SEED, TRAIN, draws_option, is_terminal, write
 from eval.cli.modes import OptionSet, takes_one_of
 
 
@@ -38,7 +38,7 @@ def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[s
 @click.option(
     "--end-to-end",
     "folder",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=TARGET_FOLDER,
     metavar="FOLDER",
     required=True,
     help="Where the study is kept.",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, format_option, in_a_folder, tell
+from corpus_tools.options.format_option import FORMAT, OUT, TARGET, format_option, tell
 from corpus_tools.options.model_options import training_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
@@ -18,7 +18,6 @@ from corpus_tools.runtime.terminal import note
 from eval.cli.mode_options import (
     BY_SCENARIO,
     DIVIDED,
-    OUT,
     SEED,
     TESTED,
     THRESHOLD,
@@ -191,10 +190,10 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
     write(render_lists(lists, form, metadata, terminal=is_terminal(out)), out)
 
 
-def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path | None:
+def _plot_file(_ctx: click.Context, _option: click.Parameter, out: Path) -> Path:
     if out.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise click.UsageError("--learning-curve needs --out FILE.png, FILE.svg or FILE.pdf.")
-    return in_a_folder(ctx, option, out)
+    return out
 
 
 @click.command(
@@ -215,7 +214,7 @@ def _plot_file(ctx: click.Context, option: click.Parameter, out: Path) -> Path |
 @FORMAT
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=TARGET,
     required=True,
     callback=_plot_file,
     metavar="FILE.png|svg|pdf",

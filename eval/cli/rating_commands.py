@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, format_option
+from corpus_tools.options.format_option import FORMAT, OUT, format_option
 from corpus_tools.options.parallel_options import WORKERS
 from eval.cli.language_model_options import judge_of, language_model_options, used_of
-from eval.cli.mode_options import OUT, RATED, SEED, STUDY, draws_option, is_terminal, write
+from eval.cli.mode_options import RATED, SEED, STUDY, draws_option, is_terminal, write
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options.format_option import FORMAT, TARGET_FOLDER, tell
 from corpus_tools.options.model_options import L2, NEGATIVES
 from corpus_tools.runtime.progress import progress_bar
 from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_option
@@ -24,7 +24,7 @@ from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_o
 @click.option(
     "--report",
     "folder",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=TARGET_FOLDER,
     metavar="FOLDER",
     required=True,
     help="Where the page goes, its plots as SVG and PDF, and its figures as JSON, CSV and LaTeX.",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import format_option, tell
+from corpus_tools.options.format_option import OUT, format_option, tell
 from corpus_tools.options.model_options import ABLATE, L2
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
@@ -24,7 +24,6 @@ from eval.cli.mode_options import (
     FOLLOWED,
     HELD_OUT,
     MOST,
-    OUT,
     PERTURB,
     SEED,
     TRAIN,

@@ -19,6 +19,7 @@ from eval.table_3 import outcomes
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
 from g3.errors import FormatError
+from g3.storage import regular_file
 
 WHOLE = "all"
 """The part of the commands that tables without parts are of."""
@@ -186,7 +187,7 @@ def read_plans(path: Path) -> Plans:
     by another judge than the automatic one.
     """
     try:
-        text = path.read_bytes()
+        text = regular_file.read_bytes(path)
         document = msgspec.json.decode(text, type=dict[str, Any])
         if "planned" in document:
             raise ValueError("it is the result of a rating set")

@@ -5,7 +5,6 @@ Every function returns text without a final newline and leaves the writing to th
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import math
@@ -20,6 +19,7 @@ from rich.table import Table
 from rich.text import Text
 
 from corpus_tools.corpus.estimate import REASONS, Estimate, Reason
+from corpus_tools.exporters.csv_tables import write_rows
 from g3.storage.text_lines import split_lines
 
 Format = Literal["text", "json", "csv", "latex"]
@@ -95,10 +95,8 @@ def delimited(
         key: "" if plain(value) is None else _one_line(value) for key, value in metadata.items()
     }
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*columns, *constant])
-    for record in records:
-        writer.writerow([*(plain(record[name]) for name in columns), *constant.values()])
+    rows = ([*(plain(record[name]) for name in columns), *constant.values()] for record in records)
+    write_rows(out, [*columns, *constant], rows, line_end="\n")
     return out.getvalue().rstrip("\n")
 
 

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from numpy.lib import format as npy
 
 from g3.errors import CorpusError
+from g3.storage import regular_file
 
 Array: TypeAlias = npt.NDArray[Any]
 
@@ -102,9 +103,12 @@ def read_arrays(
     name = ""
     try:
         stored = len(source) if isinstance(source, bytes) else source.stat().st_size
-        with zipfile.ZipFile(
-            io.BytesIO(source) if isinstance(source, bytes) else source
-        ) as archive:
+        with (
+            (
+                io.BytesIO(source) if isinstance(source, bytes) else regular_file.opened(source)
+            ) as file,
+            zipfile.ZipFile(file) as archive,
+        ):
             members = _members(archive)
             arrays = {}
             for name, field in fields.items():

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from g3.errors import FormatError
+from g3.storage.system_errors import about
 
 
 def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
@@ -37,29 +38,36 @@ def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
 def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
     """A file to write to that takes its name at the end, for what is too long to be held.
 
-    An exception leaves the name what it had. See :func:`write_bytes`.
+    An exception leaves the name what it had, and an error of the machine names it. See
+    :func:`write_bytes`.
     """
     if path.exists() and not path.is_file():
-        with path.open("wb") as file:
+        with about(path), path.open("wb") as file:
             yield file
         return
-    path = path.resolve()
-    temporary = path.with_name(f".{path.name[:200]}.new-{secrets.token_hex(4)}")
-    try:
-        new = open(temporary, "xb", opener=_for_owner if private else None)  # noqa: SIM115
-    except FileNotFoundError:
-        raise FormatError(
-            "there is no such folder", where=str(path.parent), fix="make it first"
-        ) from None
-    try:
-        with new as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-        flush_folder(path.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
+    named, path = path, path.resolve()
+    temporary = path.with_name(f".{short_name(path.name)}.new-{secrets.token_hex(4)}")
+    with about(named, instead_of=temporary):
+        try:
+            new = open(temporary, "xb", opener=_for_owner if private else None)  # noqa: SIM115
+        except FileNotFoundError:
+            raise FormatError(
+                "there is no such folder", where=str(path.parent), fix="make it first"
+            ) from None
+        try:
+            with new as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(path)
+            flush_folder(path.parent)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def short_name(name: str) -> str:
+    """So much of a name that a longer one, made of it, isn't too long for a file system."""
+    return os.fsdecode(os.fsencode(name)[:200])
 
 
 def flush_folder(folder: Path) -> None:

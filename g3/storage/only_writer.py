@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from g3.errors import FormatError
+from g3.storage.atomic_file import short_name
+from g3.storage.system_errors import about
 
 try:
     import fcntl
@@ -34,7 +36,8 @@ def only_writer(target: Path) -> Iterator[None]:
     """
     path = lock_of(target)
     try:
-        descriptor = _taken(path)
+        with about(target, instead_of=path):
+            descriptor = _taken(path)
     except (BlockingIOError, FileExistsError):
         raise FormatError(
             "another program is writing this",
@@ -51,7 +54,7 @@ def only_writer(target: Path) -> Iterator[None]:
 
 def lock_of(target: Path) -> Path:
     """The file that is locked while something is written."""
-    return target.with_name(f".{target.name[:200]}.lock")
+    return target.with_name(f".{short_name(target.name)}.lock")
 
 
 def _taken(path: Path) -> int:

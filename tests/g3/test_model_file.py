@@ -220,7 +220,7 @@ def test_train_with_hard_negatives_is_repeatable(tmp_path):
     [
         (["--ablate", "smell"], "there is no feature set 'smell'"),
         (["--corpus", "nowhere"], "there is no folder or bundled corpus"),
-        (["--out", "no/folder/m"], "there is no folder no/folder"),
+        (["--out", "no/folder/m"], "there is no such folder"),
         (["--l2", "0"], "--l2"),
     ],
 )

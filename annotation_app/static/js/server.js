@@ -4,6 +4,7 @@ import { _ } from "./speech.js";
 
 const TIMEOUT_MS = 20000;
 const LONGEST_AGAIN_MS = 120000;
+const root = document.querySelector('meta[name="root"]')?.content ?? "";
 const meta = document.querySelector('meta[name="csrf-token"]');
 
 /**
@@ -24,7 +25,7 @@ export async function send(method, path, value, { keepalive = false } = {}) {
 }
 
 async function once(method, path, value, keepalive) {
-  const response = await fetch(path, {
+  const response = await fetch(root + path, {
     method,
     keepalive,
     body: value === undefined ? undefined : JSON.stringify(value),
@@ -43,4 +44,7 @@ function againMs(response) {
 /** Whether sending the same thing again may help. */
 export const isPassing = (status) => status === 408 || status === 429 || status >= 500;
 
-export const mediaUrl = (id) => (id.startsWith("/") ? id : `/media/${id}`);
+/** A path of the app as the browser knows it, which a proxy may serve under another path. */
+export const here = (path) => root + path;
+
+export const mediaUrl = (id) => here(id.startsWith("/") ? id : `/media/${id}`);

@@ -3,7 +3,7 @@
 import { $, announce, h, s } from "./dom.js";
 import { labelLayer, unitOf } from "./label-layer.js";
 import { boxAround } from "./labels.js";
-import { send } from "./server.js";
+import { here, send } from "./server.js";
 
 const LOOK_MS = 700;
 const PHASES = {
@@ -24,7 +24,7 @@ $("ask").addEventListener("submit", (event) => {
   begin({ scenario: $("scenario").value, text: $("text").value });
 });
 
-const showScene = () => { $("scene").src = `/try/scenes/${$("scenario").value}`; };
+const showScene = () => { $("scene").src = here(`/try/scenes/${$("scenario").value}`); };
 $("scenario").addEventListener("change", showScene);
 showScene(); // browsers keep what was chosen before a page was loaded again
 $("go").disabled = false;
@@ -139,7 +139,7 @@ function question(plan, asked) {
 function tree(id, clauses) {
   const alt = clauses.map((clause) => `${clause.type} “${clause.text}”`).join(", ");
   return h("div", { class: "drawing", tabindex: 0, role: "group", "aria-label": "The clauses as a tree" },
-    h("img", { src: `/try/${id}/tree.svg`, alt: alt ? `Among them: ${alt}` : "There are no clauses." }));
+    h("img", { src: here(`/try/${id}/tree.svg`), alt: alt ? `Among them: ${alt}` : "There are no clauses." }));
 }
 
 function meanings(clauses, draw, picture) {
@@ -182,12 +182,12 @@ function shownPicture(id, picture, clauses) {
     ? `What “${clause.text}” may mean, as the world is at the start. The likeliest is yellow.`
     : "The world at the start.";
   return [
-    h("div", { class: "screen" }, h("img", { src: `/try/${id}/picture.png`, alt: "The world at the start", width: picture.width, height: picture.height }), layer),
+    h("div", { class: "screen" }, h("img", { src: here(`/try/${id}/picture.png`), alt: "The world at the start", width: picture.width, height: picture.height }), layer),
     h("p", { class: "note" }, caption),
   ];
 }
 
 function film(id) {
   return h("div", { class: "screen" },
-    h("video", { src: `/try/${id}/video.mp4`, controls: true, muted: true, playsinline: true, preload: "auto", "aria-label": "The robot carries the plan out" }));
+    h("video", { src: here(`/try/${id}/video.mp4`), controls: true, muted: true, playsinline: true, preload: "auto", "aria-label": "The robot carries the plan out" }));
 }

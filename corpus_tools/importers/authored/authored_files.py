@@ -26,6 +26,7 @@ from g3.actions.forklift_actions import PICK_UP, PUT_DOWN, WAIT
 from g3.errors import FormatError
 from g3.groundings import Context, PhysicalObject, Place
 from g3.short_repr import short_repr
+from g3.storage import regular_file
 
 MANUAL = "docs/authored-corpora.md"
 
@@ -136,7 +137,7 @@ def read_world(folder: Path, scenario: Scenario, start_s: float, journal: Journa
     log = scenario_log(scenario, folder)
     path = log_file(scenario, folder)
     name = path.relative_to(folder).as_posix()
-    note_file(name, path.read_bytes(), len(log.recording.t_ns), journal)
+    note_file(name, regular_file.read_bytes(path), len(log.recording.t_ns), journal)
     context = to_context(log.recording, start_s)
     moved = _moved(scenario)
     return World(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import codecs
 import hashlib
+import io
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ import yaml_rs
 from corpus_tools.importers.report import Journal, SourceFile
 from g3.errors import FormatError
 from g3.short_repr import short_repr
+from g3.storage import regular_file
 
 IMPORTER = "slu-core"
 SOURCE = "The authors' release of the AAAI-11 corpus, https://github.com/h2r/slu_core"
@@ -29,6 +31,8 @@ EVALUATIONS = ("evaluations.yaml", "evaluations.run1.yaml")
 NOT_IMPORTED = ("objects.xml", "properties.yaml")
 
 COMPRESSED = ".bz2"
+MOST_BYTES = 1 << 29
+"""So large a file may be that is compressed."""
 
 
 @short_repr
@@ -74,7 +78,7 @@ def read_text(data: Path, name: str, journal: Journal) -> str | None:
     What isn't UTF-8 is read as Windows-1252; the journal notes it.
     """
     try:
-        content = (data / name).read_bytes()
+        content = regular_file.read_bytes(data / name)
     except FileNotFoundError:
         journal.missing.append(name)
         return None
@@ -101,16 +105,21 @@ def load_records(data: Path, name: str) -> Loaded:
     FormatError if it is damaged, or holds no list; OSError if it isn't there or can't be read.
     """
     file = _existing(data, name) or name
-    content = (data / file).read_bytes()
+    content = regular_file.read_bytes(data / file)
     digest = hashlib.sha256(content).hexdigest()
     if not file.endswith(COMPRESSED):
         return digest, _parse(content)
     try:
-        plain = bz2.decompress(content)
+        with bz2.open(io.BytesIO(content)) as unpacked:
+            plain = unpacked.read(MOST_BYTES + 1)
     except (OSError, ValueError, EOFError) as error:
         raise FormatError(
             "the compressed file is damaged or cut off", fix="fetch the file again"
         ) from error
+    if len(plain) > MOST_BYTES:
+        raise FormatError(
+            f"the compressed file holds more than {MOST_BYTES} bytes", fix="fetch the file again"
+        )
     return digest, _parse(plain)
 
 

@@ -16,6 +16,7 @@ import yaml
 
 from g3.errors import FormatError
 from g3.short_repr import short_repr
+from g3.storage import regular_file
 from g3.storage.text_lines import decode_text, place_in
 
 Field: TypeAlias = tuple[str | int, ...]
@@ -32,6 +33,7 @@ _LONGEST_NUMBER = 40
 _DEEPEST = 20
 _OTHER_LINE_ENDS = "\x85\u2028\u2029"
 _PRIVATE_USE = range(0x10FF00, 0x10FFFE)
+_MOST_BYTES = 1 << 24
 _OWN_WORDS = {
     "array": "a list",
     "object": "fields",
@@ -106,7 +108,7 @@ def read_document(path: Path, name: str | None = None) -> Document:
     """
     shown = str(path) if name is None else name
     try:
-        content = path.read_bytes()
+        content = regular_file.read_bytes(path, most=_MOST_BYTES)
         return parse_document(content, shown)
     except OSError as error:
         raise FormatError(

@@ -38,6 +38,7 @@ from g3.language.similarity import static_embeddings
 from g3.language.similarity.resources import wordnet, wordnet_identity
 from g3.language.similarity.word_similarity import MEASURES
 from g3.short_repr import short_repr
+from g3.storage import regular_file
 from g3.storage.atomic_file import write_bytes
 
 SCHEMA_VERSION = 1
@@ -217,7 +218,7 @@ class Lexicon:
             If it is missing or damaged.
         """
         try:
-            content = msgspec.json.decode(path.read_bytes(), type=_File)
+            content = msgspec.json.decode(regular_file.read_bytes(path), type=_File)
         except OSError as error:
             raise FormatError(
                 f"the lexicon can't be read: {error.strerror}", where=str(path), fix=MEND

@@ -7,7 +7,6 @@ What was read of WordNet is kept as arrays in the folder for caches.
 
 from __future__ import annotations
 
-import gzip
 import hashlib
 import os
 from collections.abc import Iterator
@@ -24,6 +23,7 @@ from g3.language.similarity.wordnet_tables import (
     wordnet_from_bytes,
     wordnet_to_bytes,
 )
+from g3.storage import regular_file
 from g3.storage.atomic_file import write_bytes
 from g3.storage.cache_folder import cache_folder
 from g3.storage.text_lines import decode_text, split_lines
@@ -126,7 +126,7 @@ def _kept_at(digest: str) -> Path:
 
 def _parse_wordnet(folder: Path) -> WordNet:
     with _readable("WordNet", folder, _INSTALL_WORDNET):
-        contents = [file.read_bytes() for file in _wordnet_files(folder)]
+        contents = [regular_file.read_bytes(file) for file in _wordnet_files(folder)]
         return read_wordnet(*contents, *[b""] * (len(_WORDNET_FILES) - len(contents)))
 
 
@@ -138,7 +138,7 @@ def _tag_file() -> Path:
 @cache
 def _read_tag_table(file: Path) -> TagTable:
     with _readable("the tag table", file, _MEND_TAGS):
-        content = file.read_bytes()
+        content = regular_file.read_bytes(file)
         if content.startswith(b"PK"):
             return table_from_bytes(content, where=str(file), fix=_MEND_TAGS)
         return count_list(split_lines(decode_text(content, str(file))))
@@ -153,10 +153,9 @@ def _vectors_file() -> Path:
 
 @cache
 def _read_word_vectors(file: Path) -> WordVectors:
-    opened = gzip.open if file.suffix == ".gz" else open
     with (
         _readable("the vectors of words", file, _MEND_VECTORS),
-        opened(file, "rt", encoding="utf-8", errors="replace", newline="\n") as lines,
+        regular_file.text_of(file) as lines,
     ):
         return read_vectors(lines)
 
@@ -165,7 +164,7 @@ def _read_word_vectors(file: Path) -> WordVectors:
 def _digest(what: str, fix: str, *files: Path) -> str:
     digest = hashlib.sha256()
     for file in files:
-        with _readable(what, file, fix), file.open("rb") as content:
+        with _readable(what, file, fix), regular_file.opened(file) as content:
             for part in iter(lambda: content.read(1 << 20), b""):
                 digest.update(part)
     return f"sha256:{digest.hexdigest()}"

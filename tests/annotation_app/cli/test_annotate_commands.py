@@ -146,9 +146,51 @@ def test_words_with_their_clauses(app: Flask, tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", ["=1", "+1", "-1", "@A1", "\t=1", "  =1", "\r1"])
+@pytest.mark.parametrize(
+    "text",
+    ["=1", "+1", "-1", "@A1", "\t=1", "  =1", "\r1", "\n1", "＝1", "＋1", "－1", "＠A1", "﹦1",
+     "−1", "\u3000=1", "\u00a0＝1", "\ufeff=1", "\u200b＝1"],
+)  # fmt: skip
 def test_no_cell_is_a_formula(text: str) -> None:
     assert safe_cell(text) == f"'{text}"
+
+
+@pytest.mark.parametrize("text", ["", "a=1", "Go to +1", "≠", "１", "'=1", "–"])
+def test_other_cells_stay_as_they_are(text: str) -> None:
+    assert safe_cell(text) == text
+
+
+READERS = (
+    ["export", "out"],
+    ["export", "out.csv", "--format", "csv"],
+    ["backup", "out.gz", "--without-keys"],
+    ["copy-media", "media"],
+    ["check"],
+    ["audit"],
+    ["people", "list"],
+    ["people", "block", "ann"],
+    ["people", "erase", "--expired", "--dry-run"],
+    ["tokens", "list"],
+)
+
+
+@pytest.mark.parametrize("command", READERS, ids=" ".join)
+@pytest.mark.parametrize("database", ["", "no.sqlite", "sqlite:///no.sqlite"])
+def test_commands_that_read_make_nothing(
+    command: list[str],
+    database: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = ["--database", database] if database else []
+    assert run(["annotate", *command, *given]) == 2
+    assert "there is no installation here" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+    assert run(["annotate", "init", "my.yaml"]) == 0
+    assert run(["annotate", "check", "my.yaml", *given]) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["my.yaml"]
 
 
 def test_a_corpus_can_be_imported_edited_and_exported(tmp_path: Path) -> None:

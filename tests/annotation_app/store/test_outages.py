@@ -385,4 +385,50 @@ def test_a_server_that_starts_without_its_database(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = done.stderr.splitlines()
-    assert "the database can't be opened" in line
+    assert "postgresql+psycopg://me@/x?host=" in line
+    assert "the database can't be reached" in line
+    assert "--database" in line
+
+
+def served(*options: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "corpus_tools", "annotate", *map(str, options)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+
+
+def test_a_server_that_starts_in_an_outage_of_its_file(config: Config, tmp_path: Path) -> None:
+    """The folder of the database is missing, or the database is no database."""
+    missing = tmp_path / "missing" / "x.sqlite"
+    done = served("serve", "--port", 0, "--instance", config.instance, "--database", missing)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"{missing}: the database can't be reached" in done.stderr
+    assert "run the command again" in done.stderr
+    damaged = tmp_path / "damaged.sqlite"
+    damaged.write_bytes(b"This is no database. " * 1000)
+    done = served("serve", "--port", 0, "--instance", config.instance, "--database", damaged)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert f"{damaged}: the database is damaged" in done.stderr
+    assert "ct annotate restore" in done.stderr
+
+
+def test_commands_on_a_full_disk_name_the_database(
+    app: Flask, config: Config, tmp_path: Path
+) -> None:
+    engine_of(app).dispose()
+    with small_disk(tmp_path / "disk") as (folder, fill):
+        database = Path(shutil.copyfile(config.database, folder / DATABASE_FILE))
+        (folder / f"{DATABASE_FILE}-turn").touch()
+        with opened(database) as engine, reading(engine):
+            pass
+        fill(None, True)  # type: ignore[arg-type]
+        place = ("--instance", config.instance, "--database", database)
+        done = served("people", "invite", "--role", "admin", *place)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert str(database) in done.stderr
+        assert "unexpected" not in done.stderr
+        assert "make room" in done.stderr or "check the disk" in done.stderr
+        backup = folder / "backup.gz"
+        done = served("backup", backup, "--without-keys", *place)
+        assert done.returncode == 2
+        assert "make room" in done.stderr
+        assert not backup.exists()
+        assert [path for path in folder.iterdir() if ".new-" in path.name] == []

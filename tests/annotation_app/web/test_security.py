@@ -19,7 +19,8 @@ from annotation_app.core.problems import Refusal
 from annotation_app.people.participants import accept_invitation, find_or_add, invitation
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import opened, reading, transaction
-from annotation_app.store.models import Media, Person
+from annotation_app.store.models import Media, Person, Study
+from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, described, engine_of, installation_of
 from tests.annotation_app.rendered import VIDEOS, WORDS
 
@@ -181,6 +182,45 @@ def test_media(app: Flask) -> None:
         manifest = session.scalars(select(Media.id).where(Media.role == "manifest")).first()
     for path in (manifest, "../secret-key", "..%2fsecret-key", "%2e%2e/%2e%2e/etc/passwd"):
         assert person.client.get(f"/media/{path}").status_code == 404
+
+
+def test_a_film_opens_for_who_takes_part_in_its_study(app: Flask) -> None:
+    """And for staff; it doesn't for a worker of another study, who knows its name."""
+    name = Browser(app).take("describe")["payload"]["video"]
+    address = f"/media/{name}"
+    with transaction(engine_of(app)) as session:
+        own = session.get_one(Media, name)
+        here = session.get_one(Study, own.study_id)
+        other = Study(id="other", name="other", config=here.config, created_at=0.0)
+        session.add(other)
+    assert Browser(app, study="tests").client.get(address, buffered=True).status_code == 200
+    assert Browser(app, study="other").client.get(address, buffered=True).status_code == 404
+    assert Browser(app, study=None).client.get(address, buffered=True).status_code == 404
+    for role in ("annotator", "adjudicator", "admin"):
+        assert Browser(app, role, study=None).client.get(address, buffered=True).status_code == 200
+
+
+def test_an_invitation_to_one_study_is_none_to_another(app: Flask) -> None:
+    with transaction(engine_of(app)) as session:
+        here = find_study(session, "tests")
+        invited = {**here.config, "access": "invited"}
+        for name in ("one", "other"):
+            session.add(Study(id=name, name=name, config=invited, created_at=0.0))
+    key = installation_of(app).config.secret_key
+    client = app.test_client()
+    reply = client.get(f"/s/one/invitation/{invitation(key, 'one', 'guest')}")
+    assert reply.status_code == 302
+    csrf = client.get("/api/session").json["csrf"]
+
+    def agrees(study: str) -> bool:
+        form = {"csrf_token": csrf, "agree": "on"}
+        return bool(client.post(f"/s/{study}/welcome", data=form).status_code == 303)
+
+    assert not agrees("other")
+    assert agrees("one")
+    assert not agrees("other")
+    assert client.get("/s/one").status_code == 200
+    assert "other" not in client.get("/").text
 
 
 def test_too_much_is_refused(app: Flask) -> None:

@@ -72,4 +72,4 @@ def test_what_is_wrong_is_told(tmp_path, monkeypatch, capsys):
     assert run(["similarity", "show", "washer", "--lexicon", "words.json"]) == 2
     assert "no lexicon" in capsys.readouterr().err
     assert run(["similarity", "learn", "warehouse", "--out", "no/words.json"]) == 2
-    assert "no folder" in capsys.readouterr().err
+    assert "no such folder" in capsys.readouterr().err

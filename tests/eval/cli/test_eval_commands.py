@@ -283,7 +283,7 @@ def test_slicing_gives_what_training_on_the_slice_gives():
             ["--learning-curve", "--model", "m", "--test", "two", "--out", "c.png"],
             "--model doesn't go",
         ),
-        (["--table", "1", *CV, "--out", "no/file"], "there is no folder no"),
+        (["--table", "1", *CV, "--out", "no/file"], "there is no such folder"),
         (["--table", "1", *CV, "--l2", "0"], "--l2"),
         (["--table", "1", "--corpus", "nowhere"], "there is no folder or bundled corpus"),
         (["--table", "1", "--corpus", "tiny", "--test-scenarios", "x"], "give one of put_on"),

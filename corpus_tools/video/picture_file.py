@@ -1,0 +1,128 @@
+"""Pictures from elsewhere: measured by their headers, then decoded if they aren't too large.
+
+A file of some kilobytes may hold billions of equal pixels. Its header says how many.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import numpy.typing as npt
+
+from g3.errors import FormatError
+
+MOST_PIXELS = 1 << 26
+"""A picture may have so many: as a square, 8192 on a side."""
+_AS = "save it as PNG or JPEG"
+
+
+def decoded(content: bytes, *, where: str) -> npt.NDArray[np.uint8]:
+    """Decode a picture: PNG, JPEG, WebP or BMP.
+
+    Parameters
+    ----------
+    content
+        The file's bytes.
+    where
+        Its name in errors.
+
+    Returns
+    -------
+    array of shape (height, width, 3)
+        Blue, green and red, turned as the file says that it is shown.
+
+    Raises
+    ------
+    FormatError
+        If it is damaged, of another kind, or larger than `MOST_PIXELS`.
+    """
+    import cv2  # noqa: PLC0415 - large, and not always installed
+
+    check_pixels(*size_of(content, where=where), where=where)
+    try:
+        picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:
+        picture = None
+    if picture is None:
+        raise FormatError("the picture can't be read", where=where, fix=_AS)
+    return picture.astype(np.uint8, copy=False)
+
+
+def check_pixels(width: int, height: int, *, where: str) -> None:
+    """Refuse a picture without pixels or with more than `MOST_PIXELS`; FormatError."""
+    if width <= 0 or height <= 0 or width * height > MOST_PIXELS:
+        raise FormatError(
+            f"the picture has {width} by {height} pixels, and from 1 to {MOST_PIXELS} are read",
+            where=where,
+            fix="make it smaller",
+        )
+
+
+def size_of(content: bytes, *, where: str) -> tuple[int, int]:
+    """Width and height that a picture's header names, in pixels; nothing is decoded.
+
+    Raises
+    ------
+    FormatError
+        If the header is damaged, or of another kind than :func:`decoded` reads.
+    """
+    try:
+        for starts, read in _HEADERS.items():
+            if content.startswith(starts):
+                return read(content)
+    except (struct.error, ValueError) as error:
+        what = "the picture's header is damaged or cut off"
+        raise FormatError(what, where=where, fix=_AS) from error
+    raise FormatError("this is no picture of a kind that is read", where=where, fix=_AS)
+
+
+def _png(content: bytes) -> tuple[int, int]:
+    kind, width, height = struct.unpack_from(">4sII", content, 12)
+    if kind != b"IHDR":
+        raise ValueError
+    return width, height
+
+
+def _jpeg(content: bytes) -> tuple[int, int]:
+    """The first frame header; segments before it are passed over."""
+    at = 2
+    while True:
+        mark, kind, length = struct.unpack_from(">BBH", content, at)
+        if mark != 0xFF:
+            raise ValueError
+        if kind == 0xFF:  # a filler
+            at += 1
+        elif 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack_from(">HH", content, at + 5)
+            return width, height
+        else:
+            at += 2 if kind == 0x01 or 0xD0 <= kind <= 0xD7 else 2 + length
+
+
+def _webp(content: bytes) -> tuple[int, int]:
+    kind = content[8:16]
+    if kind == b"WEBPVP8X":
+        low_width, high_width, low_height, high_height = struct.unpack_from("<HBHB", content, 24)
+        return (high_width << 16 | low_width) + 1, (high_height << 16 | low_height) + 1
+    if kind == b"WEBPVP8L":
+        (bits,) = struct.unpack_from("<I", content, 21)
+        return (bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1
+    if kind == b"WEBPVP8 ":
+        width, height = struct.unpack_from("<HH", content, 26)
+        return width & 0x3FFF, height & 0x3FFF
+    raise ValueError
+
+
+def _bmp(content: bytes) -> tuple[int, int]:
+    (length,) = struct.unpack_from("<I", content, 14)
+    width, height = struct.unpack_from("<HH" if length == 12 else "<ii", content, 18)
+    return abs(width), abs(height)
+
+
+_HEADERS = {
+    b"\x89PNG\r\n\x1a\n": _png,
+    b"\xff\xd8": _jpeg,
+    b"RIFF": _webp,
+    b"BM": _bmp,
+}
