@@ -74,7 +74,8 @@ def check_not_replaced(
     about = {payload.get("video") for payload in session.scalars(asked)}
     return [
         FormatError(
-            f"the file of the video {video!r} has been replaced since people were asked about it",
+            f"the file of the video {video!r} has been replaced, or is cut at other times, since "
+            "people were asked about it",
             where=str(digests[video][1]),
             fix=FIX,
         )

@@ -217,8 +217,9 @@ class _Clock:
 
     def number(self, seconds: float) -> int:
         """The number of the frame that has a time; -1 if none has it."""
-        nearest = int(np.argmin(np.abs(self.times - seconds)))
-        return nearest if abs(self.times[nearest] - seconds) <= self.slack_s else -1
+        nearest = int(np.searchsorted(self.times, seconds - self.slack_s))
+        is_near = nearest < len(self.times) and self.times[nearest] <= seconds + self.slack_s
+        return nearest if is_near else -1
 
     def seek(self, container: Any, stream: Any) -> None:
         """Go to the last key frame before the span, in a container that was just opened."""
