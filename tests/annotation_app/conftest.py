@@ -133,7 +133,6 @@ def app(config: Config) -> Iterator[Flask]:
         yield create_app(config, engine)
 
 
-
 @pytest.fixture
 def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
     """Sets the machine's clock forward or back from now, as far as Python is concerned."""
