@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 import urllib.request
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,9 +37,8 @@ def free_port() -> int:
 class Server:
     """A process of ``ct annotate`` that can be killed and started again."""
 
-    def __init__(self, config: Config, threads: int, program: Sequence[str] = CT) -> None:
+    def __init__(self, config: Config, threads: int) -> None:
         self.config = config
-        self.program = program
         self.threads = threads
         self.port = free_port()
         self.process = self._start()
@@ -49,7 +48,7 @@ class Server:
         return f"http://127.0.0.1:{self.port}"
 
     def _start(self) -> subprocess.Popen[bytes]:
-        command = [sys.executable, *self.program, "annotate", "serve"]
+        command = [sys.executable, *CT, "annotate", "serve"]
         options = ["--instance", str(self.config.instance), "--port", str(self.port)]
         options += ["--database", str(self.config.database), "--threads", str(self.threads)]
         return subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
@@ -74,10 +73,8 @@ class Server:
 
 
 @contextlib.contextmanager
-def servers(
-    config: Config, count: int, threads: int, program: Sequence[str] = CT
-) -> Iterator[list[Server]]:
-    running = [Server(config, threads, program) for _ in range(count)]
+def servers(config: Config, count: int, threads: int) -> Iterator[list[Server]]:
+    running = [Server(config, threads) for _ in range(count)]
     try:
         for server in running:
             server.wait()

@@ -5,9 +5,8 @@ they go on with the next items, whose leases count, too:
 
     --databases sqlite --workers 50 --slots 15000 --each 20 --at-once 50
 
-With ``--beside CHECKOUT`` the app of another checkout takes turns with this one, with the same
-client. What the servers, PostgreSQL and the workers' own program take of the processor is counted
-apart (from /proc, so on Linux only).
+What the servers, PostgreSQL and the workers' own program take of the processor is counted apart
+(from /proc, so on Linux only).
 """
 
 from __future__ import annotations
@@ -15,9 +14,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-import re
-import subprocess
-import sys
 import tempfile
 import time
 import uuid
@@ -25,23 +21,27 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
 
 import numpy as np
+from flask.sessions import SecureCookieSessionInterface
+from sqlalchemy.orm import Session
 
 from annotation_app.core.config import Config, open_instance
-from annotation_app.store.database import opened, transaction
+from annotation_app.core.random_ids import new_id
+from annotation_app.people.participants import hashed, keep_consent
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import open_database, opened, transaction
+from annotation_app.store.models import Person
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import RatedPair, StudyConfig, TaskConfig
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
-from benchmarks.app import add_workers, cookies
 from benchmarks.app_client import Client
 from benchmarks.app_servers import PATIENCE_S, processor_s, servers
-from benchmarks.app_workers import STUDY
-from benchmarks.timing import aim
+from benchmarks.timing import row
 
 PAIRS = 20
-WHY_NOT_TWICE = "leases no longer take half; what is left is Flask, SQLAlchemy and the disk's turn"
+STUDY = "load"
+"""The study that workers work at."""
 
 
 def add_study(config: Config, videos: Path, workers: int, slots: int, each: int) -> list[str]:
@@ -59,6 +59,36 @@ def add_study(config: Config, videos: Path, workers: int, slots: int, each: int)
             made = put_study(session, study, rendered_videos(videos))
             people = add_workers(session, made.id, workers)
     return people
+
+
+def add_workers(session: Session, study: str, count: int) -> list[str]:
+    """Add workers who have agreed to a study; return their ids."""
+    people = [
+        Person(
+            id=new_id(),
+            role="worker",
+            provider="load",
+            external_hash=hashed(b"", "load", str(i)),
+            profile={},
+            created_at=0.0,
+        )
+        for i in range(count)
+    ]
+    for person in people:
+        keep_consent(person, study, {})
+    session.add_all(people)
+    return [person.id for person in people]
+
+
+def cookies(config: Config, people: Sequence[str]) -> list[str]:
+    """What the browsers of people who have signed in hold."""
+    engine = open_database(config.database)
+    app = create_app(config, engine)
+    signer = SecureCookieSessionInterface().get_signing_serializer(app)
+    assert signer is not None
+    signed = [str(signer.dumps({"person": person})) for person in people]
+    engine.dispose()
+    return signed
 
 
 async def lease(client: Client) -> str:
@@ -125,18 +155,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, prog="python -m benchmarks.app_submissions"
     )
-    parser.add_argument("--workers", type=int, default=1000)
+    parser.add_argument("--workers", type=int, default=600)
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--at-once", type=int, nargs="+", default=[2, 8, 32])
+    parser.add_argument("--at-once", type=int, nargs="+", default=[8])
     parser.add_argument("--databases", nargs="+", default=["postgresql"])
     parser.add_argument("--slots", type=int, default=0, help="at least (one for each answer)")
     parser.add_argument("--each", type=int, default=1, help="answers of a worker")
-    parser.add_argument("--beside", type=Path, metavar="PATH", help="another checkout")
-    parser.add_argument("--rounds", type=int, default=2, help="with --beside, of each (2)")
     given = parser.parse_args()
-    if given.beside is not None:
-        in_turn(given.beside.resolve(), given.rounds)
-        return
 
     from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
     from tests.annotation_app.postgres import cluster  # noqa: PLC0415
@@ -158,53 +183,13 @@ def main() -> None:
                     signed = cookies(config, people)
                     with servers(config, given.processes, threads=8) as running:
                         ports = [server.port for server in running]
-                        show(at_once, asyncio.run(run(ports, signed, at_once, given.each)))
-
-
-def in_turn(beside: Path, rounds: int) -> None:
-    """Run this benchmark with the app of another checkout and with ours, one after the other."""
-    ours = Path(__file__).resolve().parents[1]
-    arguments = [a for a in sys.argv[1:] if a != "--beside" and Path(a).resolve() != beside]
-    command = [sys.executable, "-m", "benchmarks.app_submissions", *arguments]
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "benchmarks").symlink_to(ours / "benchmarks")
-        rates: dict[str, list[float]] = {"beside": [], "ours": []}
-        spent: dict[str, list[dict[str, float]]] = {"beside": [], "ours": []}
-        for _ in range(rounds):
-            for name, checkout in (("beside", beside), ("ours", ours)):
-                path = f"{folder}{os.pathsep}{checkout}"
-                surroundings = {**os.environ, "PYTHONPATH": path}
-                done = subprocess.run(
-                    command, cwd=folder, env=surroundings, check=True, stdout=subprocess.PIPE
-                )
-                said = done.stdout.decode()
-                print(f"{name}: {said}", end="", flush=True)
-                rates[name] += map(float, re.findall(r"(\d+) submissions/s", said))
-                each = re.findall(r"(\w+) ([\d.]+) ms", said.partition("each: ")[2])
-                spent[name].append({part: float(ms) for part, ms in each})
-    before, now = median(rates["beside"]), median(rates["ours"])
-    measured = f"{now:.0f}, before {before:.0f}: {now / before:.2f} times"
-    what = "submissions a second, in turn with the checkout beside"
-    aim(what, measured, "2 times", reached=now >= 2 * before, reason=WHY_NOT_TWICE)
-    servers_ms, workers_ms = (
-        {name: median(one[part] for one in of) for name, of in spent.items()}
-        for part in ("servers", "workers")
-    )
-    gain = servers_ms["beside"] / servers_ms["ours"]
-    after, first = servers_ms["ours"], servers_ms["beside"]
-    share = workers_ms["ours"] / (after + workers_ms["ours"])
-    measured = f"{after:.1f} ms, before {first:.1f}: {gain:.2f} times less; "
-    measured += f"the benchmark's workers {workers_ms['ours']:.1f} ms, {share:.0%} of both"
-    what = "the same, processor time of the servers alone, a submission and its lease"
-    aim(what, measured, "2 times less", reached=gain >= 2, reason=WHY_NOT_TWICE)
-
-
-def show(at_once: int, found: Figures) -> None:
-    print(
-        f"  {at_once:3} at once: {found.per_s:5.0f} submissions/s, p50 {found.p50:.0f} ms, "
-        f"p95 {found.p95:.0f} ms; processor time each: "
-        + ", ".join(f"{name} {ms:.1f} ms" for name, ms in found.processor.items())
-    )
+                        found = asyncio.run(run(ports, signed, at_once, given.each))
+                    each = ", ".join(f"{n} {ms:.1f} ms" for n, ms in found.processor.items())
+                    row(
+                        f"submissions, {database}, {at_once} at once",
+                        f"{found.per_s:.0f}/s, p50 {found.p50:.0f} ms, p95 {found.p95:.0f} ms",
+                        f"processor time of each: {each}",
+                    )
 
 
 if __name__ == "__main__":

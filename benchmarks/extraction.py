@@ -1,39 +1,35 @@
-"""Features of all examples, and how the time grows with the number of candidates."""
+"""Features of a corpus's examples: ``python -m benchmarks.extraction CORPUS``."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
 from functools import partial
 
 import numpy as np
-from scipy import sparse
 
-from benchmarks.timing import best, heading, show
+from benchmarks.timing import best, growth, heading, row, show
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.features.feature_registry import select
 from g3.features.matrix import fit_space, transform
-from g3.learning.examples import Example, to_batch
+from g3.learning.examples import examples, to_batch
 
 TIMES = (1, 2, 4, 8, 16)
 
 
-def run(items: Sequence[Example]) -> sparse.csr_array:
-    """Measure on examples; return their matrix."""
+def main(corpus: str) -> None:
+    items, sets = examples(open_corpus(corpus).annotations), select()
     heading(f"Features of {len(items)} examples")
-    sets = select()
     packing, batch = best(lambda: to_batch(items))
     fitting, (space, matrix) = best(lambda: fit_space(batch, sets))
-    show("pack", packing, "s")
-    show("extract", fitting, "s", f"{matrix.shape[1]} features, {matrix.nnz} active")
-    show("pack and extract", packing + fitting, "s")
-    show("examples a second", len(items) / (packing + fitting), "1/s")
-
-    print("  growth with the number of candidates (1 is linear):")
-    one = 0.0
+    seconds = []
     for times in TIMES:
-        rows = np.tile(np.arange(len(items)), times)
-        larger = batch.take(rows)
-        seconds, _ = best(partial(transform, larger, sets, space))
-        each = seconds / len(rows)
-        one = one or each
-        show(f"  {len(rows)} candidates", 1e6 * each, "µs each", f"{each / one:.2f} of the first")
-    return matrix
+        larger = batch.take(np.tile(np.arange(len(items)), times))
+        seconds.append(best(partial(transform, larger, sets, space))[0])
+        show(f"{times * len(items)} candidates", 1e6 * seconds[-1] / len(larger), "µs each")
+    rate = len(items) / (packing + fitting)
+    what = f"features of {len(items)} examples ({matrix.shape[1]})"
+    row(what, f"{rate:,.0f} examples/s", f"grows with candidates to {growth(TIMES, seconds):.2f}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "warehouse")

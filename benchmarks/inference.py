@@ -1,6 +1,6 @@
-"""Inference: time for a command by the number of objects, and beside re-scoring one by one.
+"""Time for a command by the number of objects: ``python -m benchmarks.inference``.
 
-``python -m benchmarks.inference`` trains the bundled model first, if it hasn't been.
+The bundled model is trained first, if it hasn't been.
 """
 
 from __future__ import annotations
@@ -12,20 +12,12 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.timing import heading, show
+from benchmarks.timing import growth, heading, row, show
 from corpus_tools.following.bundled_grounder import default_model
 from corpus_tools.importers.authored.bundled import open_corpus
-from g3.actions.grounding_candidates import object_groups
-from g3.actions.robot_state import start_state
-from g3.features.bodies import IntArray
-from g3.features.factor_batch import FactorBatch
-from g3.features.matrix import transform
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
 from g3.inference.grounder import Grounder
-from g3.inference.problem.packed_scene import Scene, scene_of
 from g3.inference.problem.scoring import Scorer
-from g3.learning.examples import factor_words
-from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import parse_brackets
 
 COMMANDS = {
@@ -39,10 +31,9 @@ REPEATS = 5
 LABELS = (("tire", "pallet"), ("box", "pallet"), ("crate",), ("barrel",))
 
 
-def run() -> None:
+def main() -> None:
     """Measure in processor time of one thread."""
-    scorer = Scorer(default_model())
-    grounder = Grounder(scorer)
+    grounder = Grounder(Scorer(default_model()))
     clauses = {name: parse_brackets(text) for name, text in COMMANDS.items()}
     medians = []
     for size in SIZES:
@@ -52,10 +43,12 @@ def run() -> None:
             times = [_timed(partial(grounder.follow, sdcs, context)) for _ in range(REPEATS)]
             show(name, 1000 * float(np.median(times)), "ms")
             medians.append((size, float(np.median(times))))
-    sizes, times_of = np.log(np.array(medians)).T
-    growth = np.polyfit(sizes, times_of, 1)[0]
-    show("growth: time goes with the number of objects to the power of", growth, "")
-    _against_one_by_one(scorer)
+    objects, times_of = zip(*medians, strict=True)
+    row(
+        f"a command of one clause, {SIZES[0]} to {SIZES[-1]} objects",
+        f"{1000 * min(times_of):.0f} to {1000 * max(times_of):.0f} ms",
+        f"grows with objects to {growth(objects, times_of):.2f}",
+    )
 
 
 def world(size: int) -> Context:
@@ -80,35 +73,5 @@ def _timed(work: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def _against_one_by_one(scorer: Scorer) -> None:
-    """Score the candidates of a noun together, and each by itself as training does."""
-    heading("OBJECT candidates in a world of 100 objects")
-    state = start_state(world(100))
-    scene = scene_of(state.context, object_groups(state.context))
-    (sdc,) = parse_brackets("OBJ(f = the tire pallet)")
-    together = min(_timed(lambda: _scores(scorer, scene, sdc)) for _ in range(REPEATS))
-    alone = _timed(lambda: _one_by_one(scorer, scene, sdc))
-    show("all together", 1000 * together, "ms")
-    show("one by one", 1000 * alone, "ms")
-    show("times faster", alone / together, "")
-
-
-def _batch(scene: Scene, sdc: SDC, figure: IntArray) -> FactorBatch:
-    factor = np.zeros(len(figure), dtype=np.intp)
-    return scene.batch("OBJECT", [factor_words(sdc)], factor, figure=figure)
-
-
-def _scores(scorer: Scorer, scene: Scene, sdc: SDC) -> object:
-    return scorer.log_probability(_batch(scene, sdc, np.arange(len(scene.groups))))
-
-
-def _one_by_one(scorer: Scorer, scene: Scene, sdc: SDC) -> object:
-    model = scorer.model
-    return [
-        transform(_batch(scene, sdc, np.array([i])), model.sets, model.space_) @ model.weights_
-        for i in range(len(scene.groups))
-    ]
-
-
 if __name__ == "__main__":
-    run()
+    main()

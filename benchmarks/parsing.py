@@ -1,67 +1,39 @@
-"""Extraction of SDCs: commands a second of one core's time, beside spaCy's own pipe."""
+"""Extraction of SDCs against spaCy's own pipe: ``python -m benchmarks.parsing CORPUS``."""
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 import time
+from collections.abc import Callable
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.timing import best, best_of, compare, heading, show
-from corpus_tools.corpus.corpus_model import Corpus
+from benchmarks.timing import best_of, heading, row
+from corpus_tools.importers.authored.bundled import open_corpus
 from g3.language.parsing.extractor import BATCH, default_extractor
-from g3.language.parsing.spacy_pipeline import analyse, language_model
+from g3.language.parsing.spacy_pipeline import language_model
 
 COMMANDS = 1000
-LOAD = """
-import time
-import numpy
-start = time.process_time()
-from g3.language.parsing.extractor import default_extractor
-from g3.language.parsing.spacy_pipeline import language_model
-language_model(), default_extractor()
-print(time.process_time() - start)
-"""
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
-def run(corpus: Corpus) -> None:
+def main(corpus: str) -> None:
     """Measure on about a thousand commands of a corpus, in processor time of one thread."""
-    own = [command.text for command in corpus.commands.values()]
+    own = [command.text for command in open_corpus(corpus).commands.values()]
     texts = (own * (COMMANDS // len(own) + 1))[:COMMANDS]
     heading(f"SDCs of {len(texts)} commands")
-    show("import spaCy, load its model and the extractor", min(_load() for _ in range(3)), "s")
     with threadpool_limits(limits=1):
-        _throughput(texts)
+        nlp, extractor = language_model(), default_extractor()
+        actions: dict[str, Callable[[], object]] = {
+            "spaCy's pipe": lambda: list(nlp.pipe(texts, batch_size=BATCH)),
+            "text to trees": lambda: extractor.predict(texts),
+        }
+        seconds = {
+            name: taken for name, (taken, _) in best_of(actions, clock=time.process_time).items()
+        }
+    rate = f"{len(texts) / seconds['text to trees']:.0f} commands/s"
+    ratio = seconds["text to trees"] / seconds["spaCy's pipe"]
+    row("text to SDC trees", rate, f"{ratio:.2f} of spaCy's pipe alone, which is in both")
 
 
-def _load() -> float:
-    arguments = [sys.executable, "-c", LOAD]
-    environment = {**os.environ, **ONE_THREAD}
-    found = subprocess.run(arguments, env=environment, check=True, capture_output=True)
-    return float(found.stdout)
-
-
-def _throughput(texts: list[str]) -> None:
-    nlp, extractor = language_model(), default_extractor()
-    analyses = list(analyse(texts))
-    times = best_of(
-        {
-            "spaCy's pipe": lambda: len(list(nlp.pipe(texts, batch_size=BATCH))),
-            "text to trees": lambda: len(extractor.predict(texts)),
-            "analysed text to trees": lambda: len(extractor.predict(analyses)),
-        },
-        clock=time.process_time,
-    )
-    plain = times["spaCy's pipe"][0]
-    for name, (seconds, count) in times.items():
-        show(name, count / seconds, "1/s", f"{plain / seconds:.2f} of spaCy's pipe")
-    whole = times["text to trees"][0] / plain
-    compare("text to SDC trees", "spaCy's pipe alone", whole, "spaCy's networks, which are in both")
-    few = analyses[:64]
-    seconds, parses = best(
-        lambda: list(extractor.predict_proba(few, n_best=5)), clock=time.process_time
-    )
-    show("analysed text to 5 best trees", len(parses) / seconds, "1/s")
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "warehouse")

@@ -9,14 +9,12 @@ import time
 import uuid
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 from urllib.parse import urlencode
 
 from annotation_app.core.config import open_instance
-from benchmarks.app import cookies
 from benchmarks.app_servers import CT
-from benchmarks.app_submissions import add_study
-from benchmarks.app_workers import STUDY
+from benchmarks.app_submissions import STUDY, add_study, cookies
 
 RATING = 4
 TRIES = 30
@@ -81,39 +79,10 @@ class Client:
         self.connection.close()
 
 
-class Program(Protocol):
-    """A server, and how people work with it."""
-
-    name: ClassVar[str]
-    about: ClassVar[str]
-
-    def command(self, folder: Path, port: int) -> list[str]:
-        """What starts it; its data are in a new folder."""
-
-    def surroundings(self, folder: Path) -> dict[str, str]:
-        """Environment variables."""
-
-    def fill(self, port: int, workers: int, each: int) -> None:
-        """Make items for so many workers, and so many for each."""
-
-    def sign_in(self, client: Client, number: int) -> None:
-        """Make somebody known."""
-
-    def open(self, client: Client, number: int, turn: int) -> Any:
-        """Open an item; it."""
-
-    def answer(self, client: Client, item: Any) -> None:
-        """Rate it."""
-
-
 class Ours:
     """The app of this checkout, before SQLite."""
 
     name: ClassVar[str] = "corpus-tools-g3"
-    about: ClassVar[str] = (
-        "gives each item to a fixed number of people, once each; an opening is a request for data. "
-        "An answer is in SQLite when it is acknowledged."
-    )
     WORKERS, EACH = 200, 40
 
     def command(self, folder: Path, port: int) -> list[str]:
@@ -155,9 +124,6 @@ class Potato:
     python: Path
     name: ClassVar[str] = "Potato"
     package: ClassVar[str] = "potato-annotation"
-    about: ClassVar[str] = (
-        "an opening is a whole page. Answers are in a file for each person, which is written anew."
-    )
     ITEMS: ClassVar[int] = 400
 
     def command(self, folder: Path, port: int) -> list[str]:
@@ -217,11 +183,6 @@ class LabelStudio:
     python: Path
     name: ClassVar[str] = "Label Studio"
     package: ClassVar[str] = "label-studio"
-    about: ClassVar[str] = (
-        "all workers share one account, since it shows each task to whoever opens it: nothing is "
-        "given out. An opening is a request for data. An answer is in SQLite when it is "
-        "acknowledged."
-    )
     TOKEN: ClassVar[str] = uuid.uuid4().hex
 
     def command(self, folder: Path, port: int) -> list[str]:
@@ -273,4 +234,6 @@ class LabelStudio:
         assert reply.status == 201, reply
 
 
-PEERS: tuple[type[Potato | LabelStudio], ...] = (Potato, LabelStudio)
+Peer = Potato | LabelStudio
+Program = Ours | Peer
+PEERS: tuple[type[Peer], ...] = (Potato, LabelStudio)

@@ -1,4 +1,4 @@
-"""The annotation app beside Potato and Label Studio: ``python -m benchmarks.peers``.
+"""The annotation app against Potato and Label Studio: ``python -m benchmarks.peers``.
 
 Both are installed into environments of their own, which are kept. One server process of each is
 driven by the same client: 50 workers open an item, rate it and open the next, first as fast as it
@@ -25,7 +25,7 @@ import numpy as np
 
 from benchmarks.app_servers import free_port, processes
 from benchmarks.peer_programs import PEERS, Client, LabelStudio, Ours, Potato, Program
-from benchmarks.timing import aim
+from benchmarks.timing import row
 
 PATIENCE_S = 300.0
 INSTALL_S = 1200
@@ -33,12 +33,11 @@ INSTALL_S = 1200
 
 @dataclass(frozen=True)
 class Figures:
-    """Answers a second, milliseconds of an answer and an opening, errors of the server."""
+    """Answers a second, milliseconds of an answer, errors of the server."""
 
     per_s: float
     answer_p50: float
     answer_p95: float
-    open_p95: float
     processor_ms: float
     refused: int
 
@@ -110,7 +109,6 @@ def drive(
     clients = [Client(port) for _ in range(workers)]
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(program.sign_in, clients, range(workers)))
-        opened: list[float] = []
         answered: list[float] = []
 
         def work(number: int) -> None:
@@ -118,15 +116,12 @@ def drive(
             for i in range(each):
                 if think_s:
                     time.sleep(luck.expovariate(1 / think_s))
-                begin = time.perf_counter()
                 item = program.open(clients[number], number, i)
-                middle = time.perf_counter()
-                opened.append(middle - begin)
                 if think_s:
                     time.sleep(luck.expovariate(1 / think_s))
-                    middle = time.perf_counter()
+                begin = time.perf_counter()
                 program.answer(clients[number], item)
-                answered.append(time.perf_counter() - middle)
+                answered.append(time.perf_counter() - begin)
 
         before, start = processor_s(process), time.perf_counter()
         list(pool.map(work, range(workers)))
@@ -136,9 +131,7 @@ def drive(
         client.close()
     p50, p95 = 1000 * np.percentile(answered, [50, 95])
     taken = 1000 * (processor_s(process) - before) / len(answered)
-    return Figures(
-        len(answered) / wall_s, p50, p95, 1000 * np.percentile(opened, 95), taken, refused
-    )
+    return Figures(len(answered) / wall_s, p50, p95, taken, refused)
 
 
 def processor_s(process: int) -> float:
@@ -151,8 +144,8 @@ def processor_s(process: int) -> float:
     return sum(one.seconds for pid, one in there.items() if belongs(pid))
 
 
-def measure(program: Program, workers: int, each: int, think_s: float) -> tuple[float, str]:
-    """Print the figures of a program; return answers a second, and the most important in words."""
+def measure(program: Program, workers: int, each: int, think_s: float) -> None:
+    """Measure a program, and add its row to the table."""
     with (
         tempfile.TemporaryDirectory() as name,
         running(program, Path(name)) as (port, start_s, process),
@@ -160,14 +153,12 @@ def measure(program: Program, workers: int, each: int, think_s: float) -> tuple[
         program.fill(port, workers, 2 * each)
         fast = drive(program, (port, process.pid), workers, each, 0.0)
         slow = drive(program, (port, process.pid), workers, max(1, each // 4), think_s)
-    print(
-        f"| {program.name} | {start_s:.1f} s | {fast.per_s:.0f} | {fast.processor_ms:.1f} ms | "
-        f"{fast.answer_p50:.0f}; {fast.answer_p95:.0f} ms | {fast.open_p95:.0f} ms | "
-        f"{slow.answer_p50:.0f}; {slow.answer_p95:.0f} ms | {slow.open_p95:.0f} ms | "
-        f"{fast.refused + slow.refused} |",
-        flush=True,
+    row(
+        f"{workers} workers, one process: {program.name}",
+        f"{fast.per_s:.0f} answers/s, p95 {fast.answer_p95:.0f} ms; first page {start_s:.1f} s; "
+        f"{fast.processor_ms:.1f} ms of processor an answer; {fast.refused + slow.refused} errors",
+        f"with {think_s:g} s to think p50 {slow.answer_p50:.0f} ms, p95 {slow.answer_p95:.0f} ms",
     )
-    return fast.per_s, f"{fast.per_s:.0f} answers/s; first page {start_s:.1f} s"
 
 
 def made(kind: type[Ours | Potato | LabelStudio], folder: Path) -> Program:
@@ -185,30 +176,15 @@ def main() -> None:
         "--folder", type=Path, default=Path("benchmark-data/peers"), help="environments"
     )
     given = parser.parse_args()
-    print(
-        f"{given.workers} workers, one server process, {os.cpu_count()} cores, "
-        f"load {os.getloadavg()[0]:.1f}\n\n"
-        "| | first page | answers/s | processor time of an answer and its opening "
-        f"| answer, p50; p95 | opening, p95 | with {given.think:g} s to think: answer | opening "
-        "| errors |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|",
-        flush=True,
-    )
     missing = []
-    said: dict[str, tuple[float, str]] = {}
     for kind in (Ours, *PEERS):
         if given.only.lower() in kind.name.lower():
             try:
                 program = made(kind, given.folder.resolve())
-                said[kind.name] = measure(program, given.workers, given.each, given.think)
+                measure(program, given.workers, given.each, given.think)
             except (OSError, subprocess.SubprocessError, AssertionError) as error:
                 missing.append(f"{kind.name}: left out: {error}")
     print("", *missing, sep="\n")
-    fastest = max((per_s for per_s, _ in said.values()), default=0.0)
-    for name, (_, measured) in said.items():
-        first = Ours.name in said and said[Ours.name][0] == fastest
-        aim(f"{given.workers} workers, one process: {name}", measured, "ours first", reached=first)
-    print("What is compared: an item is opened and rated, and the answer is on the disk.")
-    print("What isn't:", *(f"- {p.name}: {p.about}" for p in (Ours, *PEERS)), sep="\n")
 
 
 if __name__ == "__main__":

@@ -1,27 +1,24 @@
-"""Videos against gymnasium's MujocoRenderer with imageio, and several jobs against one.
+"""Videos against gymnasium's MujocoRenderer with imageio: ``python -m benchmarks.rendering``.
 
-``python -m benchmarks.rendering`` compares where the extra ``bench`` is installed. For figures of
-one core, run it under ``taskset -c 0`` with ``--jobs 1``.
+The peer needs the extra ``bench``. Processor time; for figures of one core, run it under
+``taskset -c 0``.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.timing import aim, compare, heading, show
+from benchmarks.timing import heading, row, show
 from corpus_tools.video.drawing.gl import choose_back_end
 
 if TYPE_CHECKING:
@@ -32,79 +29,38 @@ SCENARIO = "dock_pick_up_tires"
 FPS = 25
 FRAMES = 250
 PEER = "gymnasium's MujocoRenderer, imageio"
-WHY_SLOW = "there is no GPU; fewer rows draw in 26 ms, but thin lines break (docs/videos.md)"
 CAMERAS = ("overview", "follow", "operator")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.rendering", description=__doc__)
-    parser.add_argument("--scenario", default=SCENARIO)
-    parser.add_argument("--jobs", type=int, default=2, help="how many at a time (default: 2)")
-    parser.add_argument("--frames", type=int, default=FRAMES, help=f"drawn ({FRAMES})")
-    arguments = parser.parse_args()
     choose_back_end()
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    print(f"{cores} cores, load {os.getloadavg()[0]:.1f}, {os.environ['MUJOCO_GL']}")
-    run(arguments.scenario, arguments.frames)
-    if arguments.jobs > 1:
-        _jobs(arguments.jobs)
-
-
-def run(scenario: str = SCENARIO, count: int = FRAMES) -> None:
-    from corpus_tools.logs.log_writing import to_bytes  # noqa: PLC0415 - after the back end's choice
+    # After the back end's choice.
     from corpus_tools.video.drawing.drawn_moments import sampled  # noqa: PLC0415
     from corpus_tools.video.items import scenario_items, story_of  # noqa: PLC0415
 
-    heading(f"Drawing and encoding {scenario}, {SIZE[0]} x {SIZE[1]}, {FPS} frames per second")
-    story = story_of(scenario_items("warehouse", (scenario,))[0])
-    whole = story.record()
-    recording = _first_seconds(whole, count / FPS)
-    shown = sampled(recording, FPS)
-    seconds: dict[str, float] = {}
+    heading(f"Drawing and encoding {SCENARIO}, {SIZE[0]} x {SIZE[1]}, {FPS} frames per second")
+    story = story_of(scenario_items("warehouse", (SCENARIO,))[0])
+    shown = sampled(_first_seconds(story.record(), FRAMES / FPS), FPS)
+    rates: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "video.mp4"
         ways: dict[str, Callable[[], None]] = {
-            f"{camera}, {quality}": lambda camera=camera, quality=quality: _ours(  # type: ignore[misc]
-                shown, path, camera, quality
-            )
+            f"{camera}, {quality}": partial(_ours, shown, path, camera, quality)
             for camera in CAMERAS
             for quality in ("draft", "standard", "high")
         }
         if all(map(find_spec, ("gymnasium", "imageio"))):
-            ways[PEER] = lambda: _gymnasium(shown, path)
-        else:
-            print(f"  left out: {PEER} (extra bench)")
+            ways[PEER] = partial(_gymnasium, shown, path)
         for name, way in ways.items():
-            start, cpu = time.perf_counter(), time.process_time()
+            start = time.process_time()
             way()
-            seconds[name] = time.process_time() - cpu
-            wall = time.perf_counter() - start
-            rate = len(shown.t_ns) / seconds[name]
-            show(name, rate, "frames/s", f"{seconds[name]:.1f} s of processor, {wall:.1f} s")
-        start = time.process_time()
-        to_bytes(recording, name=scenario, metadata={})
-        log = time.process_time() - start
-    for camera in ("follow", "operator"):
-        each = 1000 * seconds[f"{camera}, standard"] / len(shown.t_ns)
-        aim(
-            f"a frame of the camera {camera}, standard",
-            f"{each:.0f} ms",
-            "30 ms",
-            reached=each <= 30,
-            reason=WHY_SLOW,
-        )
-    slower = [c for c in CAMERAS if seconds[f"{c}, draft"] > seconds[f"{c}, standard"]]
-    aim(
-        "cameras whose draft is slower than standard",
-        ", ".join(slower) or "none",
-        "none",
-        reached=not slower,
-    )
-    ours = seconds["overview, standard"]
-    if PEER in seconds:
-        limit = "encoding, and filling pixels without a GPU"
-        compare("drawing and encoding", "gymnasium with imageio", ours / seconds[PEER], limit)
-    show("10 s of video and its log", (ours + log) * FRAMES / len(shown.t_ns), "s of processor")
+            rates[name] = len(shown.t_ns) / (time.process_time() - start)
+            show(name, rates[name], "frames/s")
+    for camera in CAMERAS:
+        ours = rates[f"{camera}, standard"]
+        is_compared = camera == "overview" and PEER in rates
+        ratio = f"{ours / rates[PEER]:.1f} times the frames of {PEER}" if is_compared else ""
+        row(f"frames of the camera {camera}", f"{ours:.0f} frames/s", ratio)
 
 
 def _first_seconds(recording: Recording, duration_s: float) -> Recording:
@@ -167,25 +123,6 @@ def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
             mujoco.mj_camlight(world.model, data)
             video.write_frame(renderer.render("rgb_array"))
     renderer.close()
-
-
-def _jobs(jobs: int) -> None:
-    heading(f"ct render-videos, {jobs} jobs against one")
-    seconds = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for count in (1, jobs):
-            out = Path(folder) / str(count)
-            command = [sys.executable, "-m", "corpus_tools", "render-videos", "--only", "[dh]*"]
-            start = time.perf_counter()
-            subprocess.run(
-                [*command, "--out", str(out), "--jobs", str(count)],
-                check=True,
-                stdout=subprocess.DEVNULL,
-                env={**os.environ, "LP_NUM_THREADS": "1"},
-            )
-            seconds[count] = time.perf_counter() - start
-            show(f"{count} at a time", seconds[count], "s", f"{len(list(out.iterdir()))} videos")
-    show(f"{jobs} jobs / one", seconds[1] / seconds[jobs], "times as fast")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Taking times and printing them."""
+"""Times, and the rows of the README's table."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 T = TypeVar("T")
+MEASURED = "BENCHMARKS_MEASURED"
+"""An environment variable: the file that :func:`row` writes to."""
 
 
 def best(
     action: Callable[[], T], repeats: int = 3, clock: Callable[[], float] = time.perf_counter
 ) -> tuple[float, T]:
-    """The least of a few times in seconds, which load disturbs least, and the result."""
+    """Return the least of a few times in seconds, which load disturbs least, and the result."""
     return best_of({"": action}, repeats, clock)[""]
 
 
@@ -28,7 +31,7 @@ def best_of(
     repeats: int = 3,
     clock: Callable[[], float] = time.perf_counter,
 ) -> dict[str, tuple[float, T]]:
-    """The least times of actions that take turns, so that load disturbs all of them alike."""
+    """Return the least times of actions that take turns, so that load disturbs all alike."""
     results: dict[str, tuple[float, T]] = {}
     for _ in range(repeats):
         for name, action in actions.items():
@@ -41,10 +44,17 @@ def best_of(
 
 
 def in_own_process(*arguments: str) -> Any:
-    """What another Python process prints in its last line, as JSON."""
+    """Return the last line that another Python process prints, which is JSON."""
     command = [sys.executable, *arguments]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def growth(sizes: Sequence[float], values: Sequence[float]) -> float:
+    """Return the exponent of the power of the sizes that is nearest to the values."""
+    if len(sizes) < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
 
 
 def heading(text: str) -> None:
@@ -56,73 +66,25 @@ def show(what: str, value: float, unit: str, note: str = "") -> None:
     print(f"  {what:<52}{number:>12} {unit}{f'  ({note})' if note else ''}", flush=True)
 
 
-@dataclass(frozen=True, slots=True)
-class Comparison:
-    """Our time through a peer's, for the same work in the same run.
+def row(what: str, measured: str, against: str = "") -> None:
+    """Print a figure, and keep it for the table.
 
     Parameters
     ----------
     what
         The work.
-    peer
-        Who does it too.
-    ratio
-        Ours through theirs; less than 1 is faster.
-    limit
-        What no program gets below on this machine.
-    """
-
-    what: str
-    peer: str
-    ratio: float
-    limit: str
-
-
-MEASURED = "BENCHMARKS_MEASURED"
-"""Names the file that :func:`aim` writes to, in the surroundings."""
-
-
-def aim(what: str, measured: str, reach: str, *, reached: bool, reason: str = "") -> None:
-    """Print a figure with its aim, and keep it for the table of ``benchmarks.everything``.
-
-    Parameters
-    ----------
-    what
-        What was measured.
     measured
         The figure.
-    reach
-        What it should be.
-    reached
-        Whether it is.
-    reason
-        Why it may not be, as far as it is known.
+    against
+        Our time through a peer's, the exponent of growth, or what the figure is compared with.
     """
-    outcome = "yes" if reached else f"no{': ' * bool(reason)}{reason}"
-    print(f"  {what}: {measured} (aim: {reach}; reached: {outcome})", flush=True)
+    print(f"  {what}: {measured}{f' ({against})' if against else ''}", flush=True)
     if MEASURED in os.environ:
         with Path(os.environ[MEASURED]).open("a", encoding="utf-8") as file:
-            file.write(json.dumps([what, measured, reach, outcome]) + "\n")
-
-
-COMPARISONS: list[Comparison] = []
-"""All of this run."""
-
-
-def compare(what: str, peer: str, ratio: float, limit: str) -> None:
-    """Print our time through a peer's, and keep it for the table."""
-    show(f"{what}: ours / {peer}", ratio, "")
-    COMPARISONS.append(Comparison(what, peer, ratio, limit))
-
-
-def table() -> None:
-    """Print all comparisons of this run in Markdown."""
-    heading("| What | Beside | Our time / theirs | Limit |\n|---|---|---:|---|")
-    for one in COMPARISONS:
-        print(f"| {one.what} | {one.peer} | {one.ratio:.2f} | {one.limit} |")
+            file.write(json.dumps([what, measured, against]) + "\n")
 
 
 def most_mib() -> float:
-    """The most memory so far; what getrusage tells includes that of the parent."""
+    """Return the most memory so far; getrusage includes that of the parent."""
     status = Path("/proc/self/status").read_text()
     return int(re.findall(r"VmHWM:\s+(\d+) kB", status)[0]) / 1024

@@ -1,17 +1,14 @@
 """Table 1's F-scores where neither the scenario nor, in some rows, the corpus was learned from.
 
-``python -m benchmarks.unseen_worlds choices REAL BUNDLED [OTHER]... [--ablate SET]...`` (or
+``python -m benchmarks.unseen_worlds REAL BUNDLED [OTHER]... [--ablate SET]...`` (or
 ``--with SET``) shows how well clauses are told with each scenario held out, and with whole corpora
 held out: what helps in all of these rows may help in worlds that nobody looked at.
-
-``python -m benchmarks.unseen_worlds curve REAL BUNDLED`` learns from the bundled corpus and from
-more and more scenarios of the real one, and tests on the real scenarios that are left.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,8 +22,6 @@ from g3.features.feature_registry import select
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.grounding_model import GroundingModel
 
-SIZES = (0, 3, 6, 9, 12, 14)
-DRAWS = 3
 PARTS = 7
 """Of the bundled corpus, each held out in turn."""
 
@@ -35,10 +30,9 @@ Side: TypeAlias = tuple[BoolArray, BoolArray]
 
 
 def main(arguments: list[str]) -> None:
-    mode, *rest = arguments
-    names = [name for name in rest if not name.startswith("--")]
-    options = [i for i, name in enumerate(rest) if name.startswith("--")]
-    named = {rest[i + 1]: rest[i] for i in options}
+    names = [name for name in arguments if not name.startswith("--")]
+    options = [i for i, name in enumerate(arguments) if name.startswith("--")]
+    named = {arguments[i + 1]: arguments[i] for i in options}
     names = [name for name in names if name not in named]
     sets = select(
         without=[name for name, option in named.items() if option == "--ablate"],
@@ -49,19 +43,6 @@ def main(arguments: list[str]) -> None:
     corpus = np.array([name for name, _ in items])
     scenario = np.char.add(np.char.add(corpus, "/"), factors.scenario.astype(np.str_))
     types = np.array([e.sdc.type for _, e in items])
-    if mode == "curve":
-        _curve(factors, types, corpus, scenario, names)
-    else:
-        _choices(factors, types, corpus, scenario, names)
-
-
-def _choices(
-    factors: FactorMatrix,
-    types: Names,
-    corpus: Names,
-    scenario: Names,
-    names: Sequence[str],
-) -> None:
     real, bundled, *others = names
     known = np.isin(corpus, (real, bundled))
     own = corpus == real
@@ -79,35 +60,6 @@ def _choices(
     for name, sides in rows.items():
         label, said, kind = _told(factors, types, sides)
         print(f"| {name} | {_row(label, said, kind)} |", flush=True)
-
-
-def _curve(
-    factors: FactorMatrix,
-    types: Names,
-    corpus: Names,
-    scenario: Names,
-    names: Sequence[str],
-) -> None:
-    real, bundled = names
-    scenes = np.unique(scenario[corpus == real])
-    print(f"| real scenarios | {' | '.join(TYPES)} | overall |")
-    for size in (s for s in SIZES if s < len(scenes)):
-        sides = []
-        for learned in _drawn(scenes, size):
-            test = (corpus == real) & ~np.isin(scenario, learned)
-            sides.append(((corpus == bundled) | np.isin(scenario, learned), test))
-        label, said, kind = _told(factors, types, sides)
-        print(f"| {size} | {_row(label, said, kind)} |", flush=True)
-
-
-def _drawn(scenes: Names, size: int) -> Iterator[Names]:
-    """Scenarios to learn from; all ways of leaving one out, a few draws of fewer."""
-    if size == len(scenes) - 1:
-        yield from (scenes[scenes != left_out] for left_out in scenes)
-        return
-    rng = np.random.default_rng(size)
-    for _ in range(DRAWS if size else 1):
-        yield rng.choice(scenes, size=size, replace=False)
 
 
 def _without(known: BoolArray, scenario: Names, held_out: Sequence[str] | Names) -> Side:
@@ -134,4 +86,4 @@ def _f(label: BoolArray, said: BoolArray) -> float:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or ["choices", "aaai11", "warehouse"])
+    main(sys.argv[1:] or ["aaai11", "warehouse"])

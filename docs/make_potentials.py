@@ -1,9 +1,10 @@
 """Write the tables of ``potentials.md``, with each potential's record.
 
-The record is what ``ct eval --on-trial --json`` says, of one run or of several::
+The record is in files that ``benchmarks.potentials_off`` writes::
 
-    ct eval --on-trial --train aaai11,warehouse,automatic --test aaai11 --out aaai11.json --json
-    python docs/make_potentials.py aaai11.json automatic.json
+    python -m benchmarks.potentials_off --test aaai11,automatic,warehouse --out corpora.json
+    python -m benchmarks.potentials_off --set second --set fourth --set eighth --out written.json
+    python docs/make_potentials.py corpora.json written.json
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from eval.on_trial.ablation_report import verdict
 from g3.inference.potentials.potential_registry import KINDS, Potential, potentials
 
 PAGE = Path(__file__).parent / "potentials.md"
@@ -51,6 +51,20 @@ def listed(rule: Potential) -> str:
     of = ", ".join(rule.roles) or "the command"
     said = re.sub(r"\s+", " ", rule.description)
     return f"| `{rule.name}` | {said} | {', '.join(rule.types)} | {of} | {weight} |"
+
+
+def verdict(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Sum up a potential's rows by counts alone."""
+    wins = sum(row["won"] > row["lost"] for row in rows)
+    loses = sum(row["won"] < row["lost"] for row in rows)
+    if wins and loses:
+        return "wins in some and loses in others"
+    if loses:
+        return "loses"
+    if wins:
+        return f"wins in {wins} corpora" if wins > 1 else "wins in one only"
+    changes = any(row["won"] or row["lost"] for row in rows)
+    return "wins as much as it loses" if changes else "changes nothing"
 
 
 def _cell(row: Mapping[str, Any] | None) -> str:

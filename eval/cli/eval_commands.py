@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from eval.cli.extraction_commands import absent, sdc
+from eval.cli.extraction_commands import sdc
 from eval.cli.modes import Modes
 from eval.cli.plan_commands import end_to_end
 from eval.cli.prediction_commands import errors, learning_curve, table_1
 from eval.cli.rating_commands import judge_validity, power, table_2
 from eval.cli.report_commands import report
-from eval.cli.table_3_commands import ablations, table_3
+from eval.cli.table_3_commands import table_3
 
 evaluate = Modes(
     "eval",
@@ -19,8 +19,6 @@ evaluate = Modes(
         learning_curve,
         errors,
         sdc,
-        absent,
-        ablations,
         end_to_end,
         judge_validity,
         report,

@@ -1,4 +1,4 @@
-"""``ct eval --sdc`` and ``--absent``: extracting SDC trees, and seeing that a thing isn't there."""
+"""``ct eval --sdc``: scores of extracted SDC trees."""
 
 from __future__ import annotations
 
@@ -102,33 +102,3 @@ def sdc(
             "--corpus with --cv scenario holds them out"
         )
     write(render(tested, form, metadata, top=top, terminal=is_terminal(out)), out)
-
-
-@click.command(
-    "--absent",
-    short_help="Count alarms about what isn't there, right and false.",
-    epilog="\b\nExamples:\n"
-    "  ct eval --absent --corpus warehouse\n"
-    "  ct eval --absent --corpus warehouse,aaai11,automatic --json",
-)
-@click.option(
-    "--corpus", metavar="CORPUS,...", required=True, help="The corpora whose commands are given."
-)
-@SEED
-@FORMAT
-@OUT
-def absent(*, corpus: str, seed: int, form: Literal["text", "json"], out: Path | None) -> None:
-    """Measure how often "I see no truck here" is the answer, where it is right and where not.
-
-    Each command is given in its own world, in that world without what it means, and nouns of
-    WordNet are asked for. Scenarios are held out from what is learned of words.
-    """
-    from corpus_tools.importers.authored.bundled import open_corpus
-    from eval.absence.absence_evidence import absence_evidence
-    from eval.absence.absence_report import render
-
-    corpora = [open_corpus(name) for name in corpus.split(",")]
-    with progress_bar("looking for what isn't there") as on_progress:
-        evidence = absence_evidence(corpora, seed, on_progress)
-    metadata = {"corpora": {c.name: c.hash for c in corpora}, "seed": seed}
-    write(render(evidence, form, metadata, terminal=is_terminal(out)), out)

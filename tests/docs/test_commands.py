@@ -90,7 +90,6 @@ ELSEWHERE = {
     r"ct demo": ("tests/eval/cli/test_demo.py", "three minutes"),
     r"ct eval --end-to-end": ("tests/eval/plan_study/test_plan_study.py", "half an hour"),
     r"ct eval --table 3": ("tests/eval/table_3/test_end_to_end.py", "minutes"),
-    r"ct eval --on-trial": ("tests/eval/on_trial/test_ablation_runs.py", "minutes"),
     r"ct eval --report": ("tests/eval/report/test_report.py", "needs plans and videos"),
     r"ct eval --table 2 .* (--models|--study)": (
         "tests/eval/table_2/test_table_2.py",

@@ -40,8 +40,8 @@ Labels = tuple[str, ...]
 SPELT_ALIKE = 0.9
 """Jaro-Winkler similarity from which a noun is a label, misspelt."""
 LEAST_WITH_VECTORS, LEAST_BY_WORDNET = 0.316, 0.42
-"""What is less like all labels isn't there: with embeddings, and by WordNet alone. Chosen
-for at most 5 % false alarms on the commands of each of three corpora (`ct eval --absent`)."""
+"""Least likeness to a label, with embeddings and by WordNet alone. Chosen for at most 5 % false
+alarms on the commands of each of three corpora (``benchmarks.absent_things``)."""
 MATERIAL = ("whole", "matter")
 """What can be seen to be there or not: things and stuff, but no distances, turns or seconds."""
 MOSTLY = 0.5

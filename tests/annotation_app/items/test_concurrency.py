@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from annotation_app.core.config import Config
-from benchmarks.app import check, run_load
-from benchmarks.app_workers import Tally
 from tests.annotation_app.conftest import new_database
+from tests.annotation_app.load import Tally, check, run_load
 from tests.annotation_app.postgres import running_cluster
 from tests.annotation_app.rendered import render
 

@@ -4,17 +4,30 @@ from __future__ import annotations
 
 import pytest
 from flask import Flask
+from sqlalchemy import and_, func, or_, select
 
+from annotation_app.items import assignment
+from annotation_app.items.assignment import ITEM, SLOT
 from annotation_app.pages.study_progress import progress
 from annotation_app.store.database import reading
 from annotation_app.store.models import Person
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.work.handing_out import find_study
-from benchmarks.app_dashboard import EACH_ASKED
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.conftest import NO_PRACTICE, study_of
 
 pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+
+_OPEN_FOR_THEM = or_(
+    assignment._OPEN.where(SLOT.c.person_id == assignment._WHO),
+    and_(assignment._OPEN, *assignment._is_new()),
+)
+EACH_ASKED = (
+    select(ITEM.c.task, func.count())
+    .where(ITEM.c.study_id == assignment._STUDY, ITEM.c.attention.is_(False), _OPEN_FOR_THEM)
+    .group_by(ITEM.c.task)
+)
+"""The simpler way, without an index: each item is asked."""
 
 
 @pytest.fixture

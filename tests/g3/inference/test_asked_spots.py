@@ -8,12 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from g3.actions.arrangements import arrangements_of
-from g3.actions.grounding_candidates import SpotsAsked, object_groups
+from g3.actions.grounding_candidates import object_groups
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
-from g3.inference.problem.asked_spots import counts_said, spots_asked
 from tests.g3.actions.yards import box, forklift
-from tests.g3.inference.ruled import tree_of
 from tests.g3.inference.test_coverage import (
     ANGLES,
     HALF_M,
@@ -29,32 +27,6 @@ from tests.g3.inference.test_coverage import (
     worlds,
 )
 from tests.worlds import scene
-
-
-@pytest.mark.parametrize(
-    ("relation", "asked"),
-    [
-        ("to the left of", SpotsAsked()),
-        ("a few feet right of", SpotsAsked()),
-        ("two metres behind", SpotsAsked()),
-        ("about 5 metres to the left of", SpotsAsked(apart=5.0)),
-        ("twelve feet in front of", SpotsAsked(apart=12 * 0.3048)),
-        ("by the front corner of", SpotsAsked(corner=True)),
-        ("on the left of", SpotsAsked(side=True)),
-        ("on top of", SpotsAsked(top=True)),
-    ],
-)
-def test_what_a_relation_asks_of_spots(relation, asked):
-    tree = tree_of(f"PLACE(r = {relation}, l = OBJ(f = the crate))")
-    assert spots_asked(tree, 0) == asked
-
-
-@pytest.mark.parametrize(("verb", "top"), [("put", False), ("stack", True), ("pile", True)])
-def test_who_stacks_asks_for_spots_on_top(verb, top):
-    where = "PLACE(r = on, l = OBJ(f = the crate))"
-    tree = tree_of(f"EVENT(r = {verb}, l = OBJ(f = the box), l2 = {where})")
-    node = next(n for n, sdc in enumerate(tree.nodes) if sdc.type == "PLACE")
-    assert spots_asked(tree, node) == SpotsAsked(top=top)
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -131,13 +103,6 @@ def test_so_many_of_a_row_from_either_end(count, gap, data):
     found = {frozenset(getattr(o, "id", "") for o in group) for group in groups}
     first = {frozenset(f"c{i}" for i in part) for part in (range(some), range(count)[-some:])}
     assert first <= found
-
-
-def test_how_many_things_words_count():
-    tree = tree_of("EVENT(r = Lift, l = OBJ(f = the three leftmost crates))")
-    assert counts_said(tree) == (3,)
-    # Pairs are candidates in any case.
-    assert not counts_said(tree_of("EVENT(r = Lift, l = OBJ(f = both crates))"))
 
 
 def test_a_row_may_turn_a_corner_but_a_block_is_none():

@@ -5,8 +5,7 @@ import pytest
 
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import BACK_UP, GO_STRAIGHT, PUT_DOWN, TURN, WAIT
-from g3.inference.problem.frames import told_side
-from tests.g3.inference.ruled import WEIGHT, of_actions, tree_of
+from tests.g3.inference.ruled import WEIGHT, of_actions
 
 ACTIONS = {
     "wait": Action(WAIT),
@@ -40,23 +39,3 @@ def test_another_way_than_words_name_costs(notation, free):
     # What handles a load leads to more than a way.
     assert {name for name, c in cost.items() if c == 0.0} == {*free, "put"}
     assert set(cost.values()) <= {0.0, WEIGHT["way"]}
-
-
-@pytest.mark.parametrize(
-    ("notation", "sides"),
-    [
-        (
-            "EVENT(r = Swing left); EVENT(r = proceed, l = PATH(r = to, l = OBJ(f = the truck)))",
-            "l l",
-        ),
-        ("EVENT(r = Go, l = PATH(r = to, l = OBJ(f = your right)))", "r"),
-        # The truck on the left is not on the left of all that comes.
-        ("EVENT(r = Go, l = PATH(r = to the left of, l = OBJ(f = the truck)))", "-"),
-        ("EVENT(r = Turn left); EVENT(r = turn right); EVENT(r = stop)", "l r r"),
-        ("EVENT(r = Turn left); EVENT(r = lift, l = OBJ(f = it)); EVENT(r = go)", "l l -"),
-    ],
-)
-def test_a_side_is_told_until_something_is_handled(notation, sides):
-    tree = tree_of(notation)
-    told = [told_side(tree, root)[:1] or "-" for root in range(len(tree.sdcs))]
-    assert " ".join(told) == sides

@@ -8,7 +8,6 @@ from g3.groundings import Context, Place
 from g3.inference.potentials.cases import CandidateCase
 from g3.inference.potentials.meant import UNLIKELY
 from g3.inference.potentials.potential_registry import added
-from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.inference.problem.phrases import named_places
@@ -269,21 +268,6 @@ def test_several_things_are_those_that_words_count(words, meant):
     cost = of_examples("counted-things", world, "OBJECT", groups, f"OBJ(f = {words})", words=words)
     assert set(cost) <= {0.0, WEIGHT["counted-things"]}
     assert {p for p, c in zip(pairs, cost, strict=True) if c == 0} == set(meant.split())
-
-
-def test_the_other_has_the_noun_before_it():
-    tree = Tree(
-        parse_brackets(
-            "EVENT(r = Move, l = OBJ(f = the boxes), l2 = [PATH(r = from, l = OBJ(f = one truck)), "
-            "PATH(r = to, l = OBJ(f = the other))])",
-            command="Move the boxes from one truck to the other",
-        )
-    )
-    (other,) = (
-        n for n, sdc in enumerate(tree.nodes) if [w.text for w in sdc.words][-1:] == ["other"]
-    )
-    assert tree.words[other]["name"][-1] == "truck"
-    assert tree.words[other]["figure"][-1] == "truck"
 
 
 def test_its_old_position_is_where_the_load_stood():

@@ -15,7 +15,6 @@ from g3.inference.potentials.potential_registry import allowed
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
-from g3.inference.problem.phrases import is_area, is_measure, is_there, unstressed
 from g3.inference.search.arguments import arguments
 from g3.inference.search.thing_search import ground_place, ground_places, landmarks_of
 from g3.sdc.sdc_notation import parse_brackets
@@ -149,26 +148,6 @@ def test_what_is_carried_is_no_landmark_and_the_other_truck_is_not_the_one_it_is
     spoken = around(load="a", spoken=frozenset({"truck"}))
     best = ground_places(tree, tree.below(0, ("l2",), "PLACE"), spoken)[0]
     assert best.nodes[mark][0] not in ((ROW[0],), (TRUCK,))
-
-
-def test_phrases():
-    area, pallet = parse_brackets(
-        "OBJ(f = OBJ(f = the empty space), r = between, l = OBJ(f = the pallets)); "
-        "OBJ(f = OBJ(f = the pallet), r = between, l = OBJ(f = the pallets))"
-    )
-    assert is_area(area)
-    assert not is_area(pallet)
-    floor, row_of = parse_brackets("OBJ(f = the floor); OBJ(f = the row)")
-    assert is_area(floor)
-    assert not is_area(row_of)
-    for noun, measures in (("a bit", True), ("two squares", True), ("the spot", False)):
-        (sdc,) = parse_brackets(f"OBJ(f = {noun})")
-        assert is_measure(sdc) is measures
-    there, right = parse_brackets("PLACE(f = over there); PLACE(f = to the right)")
-    assert is_there(there)
-    assert not is_there(right)
-    assert unstressed(("right", "in", "front", "of")) == ("in", "front", "of")
-    assert unstressed(("to", "the", "right", "of")) == ("to", "the", "right", "of")
 
 
 @pytest.mark.parametrize(

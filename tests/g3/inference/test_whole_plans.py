@@ -1,7 +1,6 @@
 """What all words of a text say of whole plans."""
 
 import numpy as np
-import pytest
 
 from corpus_tools.following.plan_steps import carried_out
 from g3.actions.action_kinds import Action
@@ -13,8 +12,6 @@ from g3.inference.potentials.whole_plans import (
     CUES,
     ENDS,
     THINGS,
-    cues,
-    named_things,
     of_ends,
     of_things,
 )
@@ -42,32 +39,6 @@ DRIVE = (Action(DRIVE_TO, target=(BERM,)),)
 def case_of(text, *plans):
     ends = [PlanEnd(plan, carried_out(PROBLEM.state, plan)) for plan in plans]
     return PlanCase(tuple(text.split()), ends, PROBLEM)
-
-
-@pytest.mark.parametrize(
-    ("text", "there"),
-    [
-        ("lift the crate", {"taking", "last taking"}),
-        ("pick it up and set it on the truck", {"taking", "placing", "on", "last placing"}),
-        ("carry it next to the berm", {"carrying", "beside", "to", "last placing"}),
-        ("put it on the ground by the truck", {"placing", "on", "floor", "beside", "last placing"}),
-        ("go to the berm", {"going", "to", "last going"}),
-        ("go to the berm and don't unload it", {"going", "to", "last going"}),
-        ("crate", set()),
-    ],
-)
-def test_cues_are_verbs_by_class_and_where_to(text, there):
-    assert cues(text.split()) == there | {"any"}
-    assert cues(text.split()) <= set(CUES)
-
-
-def test_words_name_what_they_are_as_likely_for_as_for_anything():
-    words = ["take", "the", "tires", "to", "the", "dirt", "mound", "quickly"]
-    assert named_things(words, PROBLEM.state) == [{"tires"}, {"berm"}, {"berm"}]
-
-
-def test_nothing_is_named_by_verbs_sides_and_the_robots_names():
-    assert named_things(["forklift", "go", "left", "and", "lift", "it"], PROBLEM.state) == []
 
 
 def test_a_plan_has_one_end():

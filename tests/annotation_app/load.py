@@ -1,22 +1,37 @@
-"""Workers of the annotation app who lose their connection, send twice and try again."""
+"""Workers of the annotation app who lose their connection, send twice and try again.
+
+Servers are killed and started again meanwhile, and the database too. Afterwards every answer that
+was acknowledged must be there once, quotas must be exact, and nobody may have had an item twice.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import random
+import resource
 import time
 import uuid
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
-from benchmarks.app_client import LOST, Client
-from benchmarks.app_servers import PATIENCE_S, Server
+from sqlalchemy import func, select
 
-STUDY = "load"
-"""The study that they work at."""
+from annotation_app.core.config import Config
+from annotation_app.store.database import open_database, reading, transaction
+from annotation_app.store.models import Answer, Event, Item, Slot, Study
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
+from annotation_app.study_setup.rendered_study import put_study, rendered_videos
+from benchmarks.app_client import LOST, Client
+from benchmarks.app_servers import PATIENCE_S, Server, processor_s, servers
+from benchmarks.app_submissions import STUDY, add_workers, cookies
+
+RATINGS = 1
 UNAVAILABLE = 503
 """What servers answer while the database is gone."""
 
@@ -178,3 +193,111 @@ def spread(makers: Sequence[Callable[[], None]], total: int) -> dict[int, list[C
     for i, make in enumerate(makers, start=1):
         found.setdefault(total * i // (len(makers) + 1), []).append(make)
     return found
+
+
+def add_study(config: Config, videos: Path, workers: int, answers: int) -> list[str]:
+    """Fill a new database; return the workers' ids."""
+    engine = open_database(config.database)
+    migrate(engine)
+    study = StudyConfig(
+        name=STUDY,
+        title="Load",
+        tasks={
+            "describe": TaskConfig(answers=answers, practice=False),
+            "rate": TaskConfig(answers=RATINGS, practice=False),
+        },
+    )
+    with transaction(engine) as session:
+        made = put_study(session, study, rendered_videos(videos))
+        people = add_workers(session, made.id, workers)
+    engine.dispose()
+    return people
+
+
+def check(config: Config, tally: Tally, *, whole: bool = True) -> Counter[str]:
+    """Fail unless all that was acknowledged is there once and quotas are exact.
+
+    Parameters
+    ----------
+    whole
+        Whether people worked until nothing was left; else quotas are only not exceeded.
+    """
+    engine = open_database(config.database)
+    with reading(engine) as session:
+        events = Counter(session.scalars(select(Event.uuid)))
+        rows = session.execute(select(Event.uuid, Answer).join(Answer, Answer.event_id == Event.id))
+        by_event = {row.uuid: row.Answer for row in rows}
+        answers = session.scalars(select(Answer)).all()
+        slots = session.execute(
+            select(Item.id, Item.task, func.count(Slot.id)).join(Slot).group_by(Item.id, Item.task)
+        ).all()
+        study = session.scalars(select(Study)).one()
+    engine.dispose()
+    for event, state in tally.acknowledged.items():
+        assert events[event] == 1, f"{event} is there {events[event]} times"
+        if state != "repeated":
+            assert by_event[event].surplus == (state == "surplus")
+    quotas = {task: value["answers"] for task, value in study.config["tasks"].items()}
+    counted = Counter(a.item_id for a in answers if not a.surplus)
+    for item, task, count in slots:
+        assert count == quotas[task]
+        right = counted[item] == quotas[task] if whole else counted[item] <= quotas[task]
+        assert right, f"{task} {item}: {counted[item]} answers"
+    pairs = Counter((a.person_id, a.task, a.subject) for a in answers)
+    assert max(pairs.values()) == 1
+    assert len({a.event_id for a in answers}) == len(answers)
+    return Counter(tally.acknowledged.values())
+
+
+def run_load(
+    config: Config,
+    videos: Path,
+    *,
+    workers: int,
+    answers: int,
+    processes: int,
+    think_s: float,
+    kills: int = 1,
+    database_troubles: Sequence[Callable[[], None]] = (),
+    threads: int = 8,
+    seconds: float = math.inf,
+    warm_up_s: float = 0.0,
+) -> Tally:
+    """Let workers work until nothing is left or their time is over; return what they saw.
+
+    Parameters
+    ----------
+    answers
+        How many people describe each video.
+    think_s
+        How long a worker waits between requests, on average.
+    kills
+        How often a server is killed and started again, one after the other in turn.
+    database_troubles
+        What is done to the database, one after the other, while people work.
+    seconds
+        After which nobody sends anything more.
+    warm_up_s
+        How long requests don't count at first.
+    """
+    people = add_study(config, videos, workers, answers)
+    signed = cookies(config, people)
+    tally = Tally()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with servers(config, processes, threads) as running:
+        start = time.monotonic()
+        processor = processor_s()
+        tally.counts_from = start + warm_up_s
+        killed = [running[i % processes].kill_and_restart for i in range(kills)]
+        total = len(list(videos.iterdir())) * answers * (1 + 2 * RATINGS)
+        troubles = spread(killed, total)
+        for count, makers in spread(database_troubles, total).items():
+            troubles.setdefault(count, []).extend(makers)
+        asyncio.run(work_all(running, signed, tally, think_s, troubles, seconds=seconds))
+        tally.wall_s = time.monotonic() - tally.counts_from
+        tally.processor = {name: s - processor[name] for name, s in processor_s().items()}
+    if kills:  # only those who are over tell what killed servers took
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        own = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        tally.processor["servers"] = own
+    return tally

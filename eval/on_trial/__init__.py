@@ -1,1 +1,0 @@
-"""Ablations: what each rule and feature set wins and loses, corpus by corpus."""
