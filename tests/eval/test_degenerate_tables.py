@@ -22,7 +22,6 @@ from corpus_tools.corpus import rater_agreement
 from corpus_tools.corpus.estimate import REASONS, Estimate
 from corpus_tools.corpus.rater_agreement import fleiss_kappa, krippendorff_alpha
 from eval.judging.judge_agreement import agreement, cohens_kappa
-from eval.on_trial.ablation_report import sign_test
 from eval.parsing import sdc_scores
 from eval.plan_study.plan_validity import agreements
 from eval.plan_study.rating_power import half_widths
@@ -323,7 +322,6 @@ TRIED = {
     "reliability.calibration_error": lambda t: [
         (found, calibration_error(found)) for found in [bins(predictions(t), seed=0, draws=DRAWS)]
     ],
-    "ablation_report.sign_test": lambda t: sign_test(int(t.agrees.sum()), int(t.original.sum())),
     "judge_agreement.cohens_kappa": lambda t: np.nan_to_num(
         cohens_kappa(np.histogram2d(t.agrees * 1.0, t.original * 1.0, bins=2)[0])
     ),
@@ -334,7 +332,6 @@ TRIED = {
 }  # fmt: skip
 """Estimators by module and name, and how each takes a table."""
 ELSEWHERE = {
-    "absence_report.figures": "tests/eval/absence",
     "estimates.beside": "the paper's figures",
     "estimates.confusion": "counts",
     "estimates.figures": "NaN by definition; tests/eval/statistics/test_estimates.py",
@@ -412,8 +409,10 @@ def mentions(annotation, names):
 def test_every_estimator_is_tried():
     """A new one must be put into one of the two lists."""
     assert estimators() - TRIED.keys() - ELSEWHERE.keys() == set()
-    others = {"ablation_report.sign_test", "judge_agreement.cohens_kappa", "sdc_scores.Counts"}
-    listed = (TRIED.keys() | ELSEWHERE.keys()) - others - {"absence_report.figures"}
+    listed = (TRIED.keys() | ELSEWHERE.keys()) - {
+        "judge_agreement.cohens_kappa",
+        "sdc_scores.Counts",
+    }
     assert listed - estimators() == set()
 
 
