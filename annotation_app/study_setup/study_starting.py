@@ -36,6 +36,7 @@ from annotation_app.study_setup.rendered_study import (
     knows_things,
     put_study,
     rendered_videos,
+    spelled_names,
 )
 from annotation_app.study_setup.study_reading import read_study
 from corpus_tools.runtime.progress import OnProgress, no_progress
@@ -163,8 +164,13 @@ def changed_since_asked(session: Session, parts: StudyParts) -> list[FormatError
     if study is None:
         return []
     own = [item for item in parts.videos if isinstance(item, OwnVideo)]
+    there = spelled_names(session, study.id)
     digests = {
-        item.video: (part_of(item).digest(file_digest(item.file)), item.file) for item in own
+        there.get(normal_name(item.video), item.video): (
+            part_of(item).digest(file_digest(item.file)),
+            item.file,
+        )
+        for item in own
     }
     return check_not_replaced(session, study.id, digests)
 

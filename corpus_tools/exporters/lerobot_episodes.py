@@ -23,6 +23,8 @@ from corpus_tools.lerobot.episode_reading import INFO, NEW
 from corpus_tools.lerobot.language_rows import SUBTASK, Language
 from corpus_tools.lerobot.task_tables import TASKS_PARQUET, tasks_parquet
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
+from corpus_tools.video.cutting import first_picture, whole
+from corpus_tools.video.probe import probe
 from g3.annotation import Annotation, Command
 from g3.errors import FormatError
 from g3.groundings import Context, Place, Trajectory
@@ -257,16 +259,11 @@ def _measures(values: npt.NDArray[Any]) -> dict[str, Any]:
 
 def _colours(films: Sequence[_Film]) -> dict[str, Any]:
     """Statistics of red, green and blue from 0 to 1 in the first frames of videos, (3, 1, 1)."""
-    import cv2  # noqa: PLC0415 - comes with what renders videos
-
     pictures = []
     for film in films:
-        capture = cv2.VideoCapture(str(film.file))
-        is_read, frame = capture.read()
-        capture.release()
-        if not is_read:
-            raise FormatError("the video can't be read", where=str(film.file), fix=_RENDER)
-        pictures.append(frame[::4, ::4, ::-1].reshape(-1, 3) / 255)
+        info = probe(film.file)
+        frame = first_picture(film.file, info, whole(info))
+        pictures.append(frame[::4, ::4].reshape(-1, 3) / 255)
     measured = _measures(np.concatenate(pictures))
     return {
         name: value if name == "count" else [[[number]] for number in value]
@@ -339,8 +336,6 @@ def _films(folder: Path) -> dict[str, _Film]:
 
 def _check(film: _Film) -> None:
     """Check that a video is whole and has the frames of its manifest."""
-    from corpus_tools.video.probe import probe  # noqa: PLC0415 - PyAV may be missing
-
     info = probe(film.file)
     what = info.problem
     if not what and len(info.frame_times) != film.frames:

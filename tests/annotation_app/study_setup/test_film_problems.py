@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import shutil
+import unicodedata
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -231,3 +232,17 @@ def test_half_a_film_of_others(tmp_path: Path, capsys: pytest.CaptureFixture[str
     shutil.copy(case("15-cut-off-faststart/half.mp4"), tmp_path / "clips")
     assert check(study(tmp_path)) == 2
     assert "cut off" in capsys.readouterr().out
+
+
+def test_a_replaced_film_is_noticed_whatever_form_its_name_has(tmp_path: Path):
+    composed, apart = (unicodedata.normalize(form, "café") for form in ("NFC", "NFD"))
+    clip = film(tmp_path / f"clips/{composed}.mp4", 20)
+    file = study(tmp_path)
+    with set_up(file) as app:
+        worker = Browser(app, study="arm")
+        page, _ = shown(app, worker, tmp_path)
+        assert worker.answer(page["item"], described("Push the cup.")).status_code == 200
+    clip.unlink()
+    film(tmp_path / f"clips/{apart}.mp4", 30)
+    with pytest.raises(CorpusError, match="replaced"), set_up(file):
+        pass
