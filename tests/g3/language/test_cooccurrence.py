@@ -5,7 +5,7 @@ from itertools import chain, combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
@@ -95,6 +95,7 @@ def test_similarities_are_degrees(drawn: list[frozenset[str]]) -> None:
 
 
 @given(images)
+@example([frozenset({"a\u2028b", "c\x85d"})])
 def test_a_table_survives_a_file(drawn: list[frozenset[str]]) -> None:
     table = count_together(drawn, frequent_tags(drawn, 100))
     content = table_to_bytes(table)
