@@ -37,6 +37,7 @@ from annotation_app.store.compaction import compact_if_asked
 from annotation_app.store.database import lock_set_up, opened
 from annotation_app.store.migrating import changing_tables, upgrade
 from annotation_app.store.models import Base, Record, Secret
+from annotation_app.store.outages import outage_of
 from annotation_app.store.salt import SALT, keep_check
 from annotation_app.store.schema import NEWEST
 from annotation_app.store.tombstones import Tombstone
@@ -102,6 +103,8 @@ def restore(
                     _fill(connection, Reader(file, str(archive)), contents)
                     again = _finish(connection, found, erased)
             except (SQLAlchemyError, OverflowError, ValueError) as error:
+                if outage_of(error) is not None:
+                    raise  # it isn't the backup's fault
                 reason = str(getattr(error, "orig", None) or error).splitlines()[0]
                 raise FormatError(
                     f"the database refuses what the backup holds: {reason[:200]}",

@@ -29,6 +29,7 @@ from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
 from tests.annotation_app.copies.test_backups import rows
 from tests.annotation_app.old_installations import KEY, SALT, old_archive, write_lines
+from tests.full_disks import full_disk, left_in
 
 PASSPHRASE = "correct horse battery"
 FLIPS, CUTS = 120, 40
@@ -371,3 +372,14 @@ def test_a_folder_that_cannot_be_made_is_named(archive: Path, tmp_path: Path) ->
     (tmp_path / "file").write_text("")
     with pytest.raises(FormatError, match="instance"):
         restore(archive, tmp_path / "file" / "new", keys=tmp_path / "instance" / KEY_FILE)
+
+
+def test_a_restore_on_a_full_disk_leaves_nothing(filled: Config, tmp_path: Path) -> None:
+    archive = tmp_path / "backup.jsonl.gz"
+    back_up(filled, archive, PASSPHRASE)
+    with full_disk(tmp_path / "disk", free_bytes=16384) as disk:
+        with pytest.raises((FormatError, OSError)) as found:
+            restore(archive, disk / "new", passphrase=PASSPHRASE)
+        assert str(disk / "new") in str(found.value)
+        assert "take another backup" not in str(found.value)
+        assert [name for name in left_in(disk) if "sqlite" in name or "key" in name] == []
