@@ -176,7 +176,9 @@ def _check_options(
     plan_only: bool,
 ) -> None:
     if (scenario is None) == (context_name is None):
-        raise click.UsageError("Give either --scenario or --context.")
+        raise click.UsageError(
+            "Give either --scenario or --context. `ct scenarios list` shows the bundled scenarios."
+        )
     if interactive == (text is not None):
         raise click.UsageError("Give either TEXT or --interactive.")
     if interactive and video is not None:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from itertools import compress, islice
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from corpus_tools.world.physics import room
 from corpus_tools.world.physics.behaviours import ActionError, Goal, Load, Robot, behaviour
 from corpus_tools.world.physics.driving_actions import SHIFT_COST, go
 from corpus_tools.world.physics.pacing import CAREFUL
-from corpus_tools.world.planning.clearance import clearance, outline
+from corpus_tools.world.planning.clearance import outline
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.robot_script import LOWER_FORKS, PICK_UP, PUT_DOWN, RAISE_FORKS
@@ -36,6 +41,12 @@ EPSILON_M = 0.02
 LONG_COST_M = 5.0
 """What lifting a load lengthwise costs in metres of way: it reaches less far over decks."""
 SETTLE_S = 0.3
+AT_ONCE = 64
+"""So many spots are looked at together: numpy is slow for one."""
+
+
+_Spot: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""How far a spot is from a place's middle, where a load's frame is there, and the robot's pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,14 +172,15 @@ def _to_put(robot: Robot, load: Load, place: Place, support: room.Support) -> li
     for yaw in quarters(support.axis):
         entry = yaw - load.yaw
         inside = rotate(corners - corners.mean(axis=0), np.full(4, entry))
-        for shift in room.spots(place, inside):
-            spot = centre(place.prism) + shift
-            if not support.holds(spot):
-                continue
-            xy = spot - rotate(shape.middle[:2], yaw)
-            final = np.array([*(xy - rotate(load.xy, entry)), entry])
-            if clearance(final[None], carried, boxes.between(*band)) < room.STRAIGHT_MARGIN_M:
-                continue
+        off, ahead = rotate(shape.middle[:2], yaw), rotate(load.xy, entry)
+        spots = (
+            (shift, xy, np.array([*(xy - ahead), entry]))
+            for shift in room.spots(place, inside)
+            if support.holds(centre(place.prism) + shift)
+            for xy in (centre(place.prism) + shift - off,)
+        )
+        fits = partial(room.fits, boxes=boxes, carried=carried, band=band)
+        for shift, xy, final in _fitting(spots, fits):
             run_in = room.ready_behind(final, around, boxes, ENTER_M)
             run_out = room.ready_behind(final, room.robot_outline(robot, None), boxes, ENTER_M)
             if run_in is None or run_out is None:
@@ -185,6 +197,14 @@ def _to_put(robot: Robot, load: Load, place: Place, support: room.Support) -> li
                 found.append(_Docking(final, run_in, run_out, goal, cost))
                 break
     return found
+
+
+def _fitting(
+    spots: Iterator[_Spot], fits: Callable[[FloatArray], npt.NDArray[np.bool_]]
+) -> Iterator[_Spot]:
+    """The spots at which the robot has room, in their order."""
+    while some := list(islice(spots, AT_ONCE)):
+        yield from compress(some, fits(np.array([final for *_, final in some])))
 
 
 def _bottom(robot: Robot, thing: str) -> float:

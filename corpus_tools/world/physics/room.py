@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from corpus_tools.world.physics.behaviours import ActionError, Load, Robot
-from corpus_tools.world.planning.clearance import Boxes, Rect, clearance, outline, room
+from corpus_tools.world.planning.clearance import Boxes, Rect, outline, room
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.shapes import Shape
@@ -81,6 +82,12 @@ def behind(pose: FloatArray, metres: float) -> FloatArray:
     return np.array([*(pose[:2] - metres * direction(pose[2])), pose[2]])
 
 
+def all_behind(pose: FloatArray, metres: FloatArray) -> FloatArray:
+    """The poses (n, 3) straight back from another, so many metres (n,)."""
+    xy = pose[:2] - metres[:, None] * direction(pose[2])
+    return np.column_stack((xy, np.full(len(metres), pose[2])))
+
+
 def fits_straight(
     final: FloatArray, back_m: float, boxes: Boxes, carried: FloatArray, band: tuple[float, float]
 ) -> bool:
@@ -90,10 +97,19 @@ def fits_straight(
     are.
     """
     steps = np.linspace(0, back_m, max(int(np.ceil(back_m / 0.1)), 1) + 1)
-    poses = np.array([behind(final, step) for step in steps])
-    if clearance(poses, CHASSIS_OUTLINE, boxes.between(*_CHASSIS_Z)) < STRAIGHT_MARGIN_M:
-        return False
-    return clearance(poses, carried, boxes.between(*band)) >= STRAIGHT_MARGIN_M
+    return bool(fits(all_behind(final, steps), boxes, carried, band).all())
+
+
+def fits(
+    poses: FloatArray, boxes: Boxes, carried: FloatArray, band: tuple[float, float]
+) -> npt.NDArray[np.bool_]:
+    """Whether the robot has room at each of poses (n, 3) where it goes straight in; shape (n,).
+
+    The parameters are those of :func:`fits_straight`.
+    """
+    free = room(poses, CHASSIS_OUTLINE, boxes.between(*_CHASSIS_Z)) >= STRAIGHT_MARGIN_M
+    free[free] = room(poses[free], carried, boxes.between(*band)) >= STRAIGHT_MARGIN_M
+    return free
 
 
 def ready_behind(
@@ -101,8 +117,7 @@ def ready_behind(
 ) -> float | None:
     """How far behind a pose the robot is clear of everything; None if it nowhere is."""
     backs = np.arange(least_m, most_m, 0.1)
-    poses = np.array([behind(final, back) for back in backs])
-    free = room(poses, around, boxes) >= READY_MARGIN_M
+    free = room(all_behind(final, backs), around, boxes) >= READY_MARGIN_M
     return float(backs[np.argmax(free)]) if free.any() else None
 
 

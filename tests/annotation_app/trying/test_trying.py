@@ -122,6 +122,26 @@ def test_what_is_not_there_is_told_and_can_be_insisted_on(
     assert shown.plan.note.startswith("I see no elephant here. There are: ")
 
 
+def test_what_the_forks_cannot_reach_is_said_and_nothing_moves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grounders: dict[Path | None, Grounder] = {tmp_path: Grounder(RandomCost(1))}
+    monkeypatch.setattr(attempt_module, "_grounders", grounders)
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_state(folder, Shown(Asked("yard_put_tires_on_truck", "Pick up the boxes.", insist=True)))
+    attempt(folder, tmp_path)
+    shown = read_state(folder)
+    assert shown is not None
+    assert shown.plan is not None
+    assert shown.plan.steps == ["pick up boxes-1"]
+    assert shown.phase == "done"
+    assert "can't be carried out" in shown.problem
+    assert "over truck-1" in shown.problem
+    assert shown.picture is None
+    assert not (folder / "video.mp4").exists()
+
+
 @pytest.mark.parametrize(("insist", "status"), [(True, 429), ("yes", 422)])
 def test_insisting_is_yes_or_no(
     open_app: Flask, insist: Any, status: int, monkeypatch: pytest.MonkeyPatch
