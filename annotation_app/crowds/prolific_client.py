@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterator, Sequence
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
+from math import isfinite
 from typing import Any, TypeAlias
 
 import httpx
@@ -167,13 +168,14 @@ class Prolific:
     def paid(self, submission: Submission) -> Sequence[Decimal]:
         """The amounts of all bonuses that have arrived: what was ordered may not have, yet."""
         found = self._submission(submission)
-        amounts = found.get(PAID)
         try:
-            return [(Decimal(str(cents)) / CENTS).quantize(CENT) for cents in amounts or ()]
-        except (InvalidOperation, TypeError) as error:
-            raise PlatformError(
-                f"{PAID} can't be read: {amounts!r:.200}", where=f"{NAME}, {submission.assignment}"
-            ) from error
+            amounts = [_cents(cents) for cents in found.get(PAID) or ()]
+        except TypeError:
+            amounts = [None]
+        if None in amounts:
+            where = f"{NAME}, {submission.assignment}"
+            raise PlatformError(f"its {PAID} can't be read: {found.get(PAID)!r:.200}", where=where)
+        return [amount for amount in amounts if amount is not None]
 
     def close(self) -> None:
         """Close the connections."""
@@ -368,9 +370,14 @@ def open_prolific(*, sandbox: bool, endpoint: str | None = None) -> Prolific:
 
 
 def _reward(study: Record) -> Decimal | None:
-    reward = study.get("reward")
-    is_number = isinstance(reward, int | float) and not isinstance(reward, bool)
-    return (Decimal(str(reward)) / CENTS).quantize(CENT) if is_number else None
+    return _cents(study.get("reward"))
+
+
+def _cents(value: Any) -> Decimal | None:
+    """An amount that is given in cents; None if it isn't one."""
+    if not isinstance(value, int | float) or isinstance(value, bool) or not isfinite(value):
+        return None
+    return (Decimal(str(value)) / CENTS).quantize(CENT)
 
 
 def _filters(posting: Posting) -> Iterator[dict[str, Any]]:

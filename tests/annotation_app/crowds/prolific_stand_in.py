@@ -56,6 +56,8 @@ class Prolific:
         self.freedoms = Freedoms()
         self.failed: list[tuple[str, Decimal]] = []
         """Orders that were accepted and weren't carried out."""
+        self.project_page: int | None = None
+        """How many studies of a project are on a numbered page, which names no next one."""
         self.unlisted = 0
         """For how many more lists new studies are missing in them."""
         self._hidden: dict[str, int] = {}
@@ -70,6 +72,8 @@ class Prolific:
         self.calls.append(operation)
         where = f"{headers.get('address', 'http://' + headers.get('HTTP_HOST', ''))}{path}"
         query = parse_qs(headers.get("QUERY_STRING", ""))
+        if route[1:2] == ["projects"]:
+            return lossy(self.losses, operation, lambda: self._of_project(query))
         return lossy(
             self.losses,
             operation,
@@ -102,6 +106,13 @@ class Prolific:
     def has_arrived(self) -> bool:
         """Whether nothing is left of what was ordered and isn't paid yet."""
         return self._landed == len(self.orders)
+
+    def _of_project(self, query: dict[str, list[str]]) -> Reply:
+        """Studies on numbered pages, by the reference of this one list."""
+        found = [*self.freedoms.others, *self._listed()]
+        size = min(int(query.get("page_size", ["20"])[0]), self.project_page or len(found))
+        start = (int(query.get("page", ["1"])[0]) - 1) * size
+        return (200, {"results": found[start : start + size]}) if start < len(found) else _missing()
 
     def _in_pages(self, reply: Reply, address: str, query: dict[str, list[str]]) -> Reply:
         """A reply, or a page of it, with the links and the count of the reference."""
