@@ -141,7 +141,7 @@ def test_all_hits_and_assignments_are_read(
     app: Flask, config: Config, mturk: MechanicalTurk, page: int, is_endless: bool
 ) -> None:
     mturk.page, mturk.is_endless = page, is_endless
-    mturk.others = [{"HITId": f"OTHER{number}"} for number in range(100)]
+    mturk.others = [{"HITId": f"OTHER{number}"} for number in range(3 * page)]
     lab = Lab(config, mturk.address)  # type: ignore[attr-defined]
     lab.publish("--task", "describe", "--items", "1", "--people", "3")
     address = external_url(next(iter(mturk.hits.values()))["Question"])
