@@ -142,7 +142,8 @@ def restore(
     Any kind of database will do.
 
     All of the backup is checked first, and nothing is left behind if something is wrong. People
-    whose data were erased since are erased again.
+    whose data were erased since are erased again. `ct crowd` pays nobody from the restored database
+    before you have confirmed that it knows all earlier payments.
 
     \b
     Examples:
@@ -163,6 +164,8 @@ def restore(
     rows = done.contents.rows
     record = {"rows": rows, "verified": is_verified, "erased_again": done.erased}
     lines = [f"restored {rows} rows", _told(is_verified)]
+    if done.contents.counts.get("participation", 0):
+        lines.append("payments at crowd platforms wait: the next `ct crowd` says what for")
     if files:
         names = ", ".join(map(str, files))
         lines.append(f"erased again: the data of {done.erased} of {len(gone)} people in {names}")

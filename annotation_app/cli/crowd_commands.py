@@ -13,9 +13,9 @@ from corpus_tools.options.format_option import FORMAT, tell
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from annotation_app.crowds.comparison import Deed
     from annotation_app.crowds.ledger import Entry
     from annotation_app.crowds.reconciliation import Finding
-    from annotation_app.crowds.settlement import Deed
 
 SANDBOX = click.option(
     "--sandbox", is_flag=True, help="Use the platform's test mode, in which no money is paid."
@@ -106,7 +106,8 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
     """Compare what was received here with what a crowd platform has. Nothing is paid.
 
     It also shows what was approved and paid in all, and which calls are in doubt: they were sent
-    and no answer came. --json lists every call.
+    and no answer came. What the platform shows and the ledger doesn't have is noted as found there.
+    --json lists every call.
 
     \b
     Examples:
@@ -122,9 +123,16 @@ def reconcile(*, provider_name: str, study_name: str, form: str, **options: Any)
     from annotation_app.crowds.ledger import doubt_lines, entry_records, total_lines
 
     with open_session(known[provider_name], study_name, **_whereabouts(options)) as session:
-        findings, entries = session.findings(), session.ledger.entries()
-    record = {"assignments": _records(findings), "ledger": entry_records(entries)}
-    tell(form, record, *_lines(findings), *total_lines(entries), *doubt_lines(entries))
+        deeds, findings = session.compare()
+        entries, restored = session.ledger.entries(), session.restored_line()
+    record = {
+        "deeds": deeds,
+        "assignments": _records(findings),
+        "ledger": entry_records(entries),
+        "restored": restored,
+    }
+    shown = (*map(_deed_line, deeds), *_lines(findings), *total_lines(entries))
+    tell(form, record, *filter(None, (restored,)), *shown, *doubt_lines(entries))
 
 
 def _publish_command(provider: Provider) -> click.Command:
@@ -185,6 +193,7 @@ def _collect_command(provider: Provider) -> click.Command:
 
     A payment that was sent and not answered is in doubt: it may have been made. It is shown with
     its ID and never repeated by itself. Look at {provider.title}, then confirm it or pay it again.
+    So is what was found there and not done from here: it holds payments until you have decided.
 
     \b
     Examples:
@@ -236,14 +245,27 @@ def _collect_command(provider: Provider) -> click.Command:
         type=int,
         multiple=True,
         metavar="ID",
-        help="What is in doubt under this ID was done, as you have seen at the platform.",
+        help="What is in doubt under this ID was done, as you have seen at the platform; what was "
+        "found there is what would be done now.",
     )
     @click.option(
         "--pay-again",
         type=int,
         multiple=True,
         metavar="ID",
-        help="What is in doubt under this ID was not done, as you have seen: do it now.",
+        help="What is in doubt under this ID was not done, as you have seen: do it now. What was "
+        "found there was paid for something else.",
+    )
+    @click.option("--confirm-found", is_flag=True, help="Confirm all that was found there at once.")
+    @click.option(
+        "--confirm-restored",
+        is_flag=True,
+        help="The database was restored, and all payments from before that have arrived.",
+    )
+    @click.option(
+        "--keep-unknown",
+        is_flag=True,
+        help="Keep the answers of people whom the platform doesn't know.",
     )
     @INSTALLATION
     @FORMAT
@@ -255,24 +277,33 @@ def _collect_command(provider: Provider) -> click.Command:
         dry_run: bool,
         confirm_paid: tuple[int, ...],
         pay_again: tuple[int, ...],
+        confirm_found: bool,
+        confirm_restored: bool,
         form: str,
         **options: Any,
     ) -> None:
         from annotation_app.crowds.crowd_session import open_session, read_wishes
-        from annotation_app.crowds.ledger import OPEN, doubt_lines, entry_records
+        from annotation_app.crowds.decisions import Decisions
+        from annotation_app.crowds.ledger import DOUBTED, OPEN, doubt_lines, entry_records
 
-        if dry_run and (confirm_paid or pay_again):
+        decisions = Decisions(confirm_paid, pay_again, confirm_found, confirm_restored)
+        if dry_run and decisions != Decisions():
             raise click.UsageError("--dry-run decides nothing: leave it out.")
         with open_session(provider, study_name, **_whereabouts(options)) as session:
             wishes = read_wishes(session, **options)
-            deeds = [] if dry_run else session.settle(wishes, confirm_paid, pay_again)
-            findings, doubts = session.findings(), session.ledger.entries(*OPEN)
+            deeds = [] if dry_run else session.settle(wishes, decisions)
+            findings = session.findings(session.submissions(take_in=False))
+            entries, restored = session.ledger.entries(*OPEN, *DOUBTED), session.restored_line()
+        doubts = [entry for entry in entries if entry.state in OPEN]
         record = {
             "deeds": deeds,
             "assignments": _records(findings),
             "in_doubt": entry_records(doubts),
+            "found_there": entry_records([e for e in entries if e.state == "found there"]),
+            "restored": restored,
         }
-        tell(form, record, *map(_deed_line, deeds), *_lines(findings), *doubt_lines(doubts))
+        shown = (*map(_deed_line, deeds), *_lines(findings), *doubt_lines(entries))
+        tell(form, record, *filter(None, (restored,)), *shown)
         _check(provider, deeds, doubts)
 
     return command
@@ -322,6 +353,7 @@ def _records(findings: Sequence[Finding]) -> list[Mapping[str, object]]:
             "items": finding.items,
             "due": finding.due,
             "was_paid": finding.part == "paid",
+            "platform": finding.standing,
         }
         for finding in findings
     ]

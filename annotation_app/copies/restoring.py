@@ -33,6 +33,7 @@ from annotation_app.core.key_file import KEY_FILE, Keys, read_keys, write_keys
 from annotation_app.core.sealed_keys import unseal
 from annotation_app.privacy import erasure
 from annotation_app.store import tombstones
+from annotation_app.store.audit import COMMAND_LINE, RESTORED, note
 from annotation_app.store.compaction import compact_if_asked
 from annotation_app.store.database import lock_set_up, opened
 from annotation_app.store.migrating import changing_tables, upgrade
@@ -101,7 +102,7 @@ def restore(
             try:
                 with changing_tables(engine) as connection:
                     _fill(connection, Reader(file, str(archive)), contents)
-                    again = _finish(connection, found, erased)
+                    again = _finish(connection, found, erased, contents.head.made_at)
             except (SQLAlchemyError, OverflowError, ValueError) as error:
                 if outage_of(error) is not None:
                     raise  # it isn't the backup's fault
@@ -240,16 +241,22 @@ def _insert(connection: Connection, table: Table, rows: Iterator[Record]) -> Non
         connection.execute(insert(table), batch)
 
 
-def _finish(connection: Connection, keys: Keys, erased: Collection[Tombstone]) -> int:
-    """Bring the tables up to date, and erase again whom the backup still had."""
+def _finish(
+    connection: Connection, keys: Keys, erased: Collection[Tombstone], made_at: float | None
+) -> int:
+    """Bring the tables up to date, and erase again whom the backup still had.
+
+    The audit trail shows that the database was restored: its ledger may be behind the platforms'.
+    """
     upgrade(connection, NEWEST)
+    if connection.dialect.name == "postgresql":
+        _set_sequences(connection)
     with Session(connection, expire_on_commit=False) as session:
         assert keys.salt is not None  # noqa: S101 - it fits the backup
         keep_check(session, keys.salt)
         again = erasure.erase_again(session, erased)
+        note(session, COMMAND_LINE, RESTORED, backup_of=made_at or 0.0)
         session.flush()
-    if connection.dialect.name == "postgresql":
-        _set_sequences(connection)
     return again
 
 

@@ -6,6 +6,7 @@
 :mod:`~annotation_app.crowds.reconciliation` holds that against what the platform has.
 :mod:`~annotation_app.crowds.publishing` offers work and
 :mod:`~annotation_app.crowds.settlement` approves, rejects and pays: each call is in the
-:mod:`~annotation_app.crowds.ledger` before it is made, and
-:mod:`~annotation_app.crowds.doubts` finds out what came of those that weren't answered.
+:mod:`~annotation_app.crowds.ledger` before it is made.
+:mod:`~annotation_app.crowds.comparison` holds the platform's record against the ledger before that,
+and :mod:`~annotation_app.crowds.decisions` does what somebody decides about the rest.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
@@ -14,12 +14,20 @@ from pathlib import Path
 from sqlalchemy import Engine
 
 from annotation_app.core.config import Config, existing_instance
+from annotation_app.crowds.comparison import (
+    Comparison,
+    Deed,
+    compare_offers,
+    is_open,
+    terms_offered,
+)
 from annotation_app.crowds.crowd_registry import Provider
-from annotation_app.crowds.doubts import decide, read_decisions, resolve
-from annotation_app.crowds.ledger import Ledger, one_at_a_time
-from annotation_app.crowds.platform import Bonus, Platform
+from annotation_app.crowds.decisions import Decisions, check_decisions, decide
+from annotation_app.crowds.ledger import Ledger, moment, one_at_a_time
+from annotation_app.crowds.platform import Bonus, Platform, PlatformError, Submission
 from annotation_app.crowds.reconciliation import CENT, Finding, reconcile
-from annotation_app.crowds.settlement import Deed, Wishes, settle
+from annotation_app.crowds.settlement import Wishes, settle
+from annotation_app.crowds.unknown_people import leave_out
 from annotation_app.dashboard.workers import flagged_people
 from annotation_app.export.corpus_export import find_only_study
 from annotation_app.store.audit import COMMAND_LINE, note
@@ -28,10 +36,11 @@ from annotation_app.store.models import Study
 from annotation_app.store.salt import installation_salt
 from annotation_app.store.schema import check_current
 from annotation_app.studies.study_file import restored
-from g3.errors import FormatError
+from g3.errors import CorpusError, FormatError
 
 MOST = Decimal(1000)
 """Larger bonuses are slips of the finger."""
+UNDECIDED = Decisions()
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,15 +53,27 @@ class CrowdSession:
     study: Study
     platform: Platform | None
 
-    def findings(self) -> list[Finding]:
+    def submissions(self, *, take_in: bool) -> list[Submission]:
+        """All that the platform has of the study's work.
+
+        `take_in` notes in the ledger what work it shows that wasn't offered from here.
+        """
+        assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
+        offered = self.platform.offered(self.study.id, terms_offered(self.ledger).keys())
+        if take_in:
+            compare_offers(self.ledger, offered)
+        return [one for work in offered for one in self.platform.submissions(work)]
+
+    def findings(self, there: Iterable[Submission]) -> list[Finding]:
         """How each assignment stands here and there."""
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
-        there = list(self.platform.submissions(self.study.id))
         return reconcile(
             self.engine,
             self.study,
             self.provider.name,
             there,
+            terms=terms_offered(self.ledger),
+            lists_all=self.platform.lists_all,
             salt=installation_salt(self.engine, self.config),
             now=time.time(),
         )
@@ -64,25 +85,78 @@ class CrowdSession:
         name = f"{self.provider.name} {self.platform.realm}".rstrip()
         return Ledger(self.engine, self.study.id, name)
 
-    def settle(
-        self, wishes: Wishes, confirm_paid: tuple[int, ...] = (), pay_again: tuple[int, ...] = ()
-    ) -> list[Deed]:
-        """Look at what is in doubt; then approve, reject and pay.
+    def check_current(self) -> None:
+        """See that the database isn't a restored one of which nobody has said that it is complete.
 
-        `confirm_paid` and `pay_again` are entries of the ledger in doubt that somebody has decided
-        about; a FormatError says if there are no such entries.
+        Raises
+        ------
+        CorpusError
+            If it is.
         """
+        line = self.restored_line()
+        if line:
+            raise CorpusError(
+                line,
+                where=self.study.name,
+                fix="look at it with `ct crowd reconcile`; when all payments from before the "
+                "restore have arrived there, run `ct crowd collect` with --confirm-restored",
+            )
+
+    def restored_line(self) -> str:
+        """What people are told of a restored database; empty if there is nothing to say."""
+        at = self.ledger.restored_at()
+        if at is None:
+            return ""
+        return (
+            f"this database was restored from a backup at {moment(at)}: what was offered, approved "
+            "or paid after the backup may be missing in the ledger"
+        )
+
+    def compare(self) -> tuple[list[Deed], list[Finding]]:
+        """Compare all of the platform's record with the ledger. Nothing is approved or paid."""
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         with one_at_a_time(self.engine, self.study.id):
             self.ledger.doubt_what_stopped()
-            decisions = read_decisions(self.ledger, confirm_paid, pay_again)
-            there = {f.assignment: f.submission for f in self.findings() if f.submission}
-            deeds = [
-                *resolve(self.ledger, self.platform, there),
-                *decide(self.ledger, self.platform, there, decisions),
-            ]
-            # What was found out may change what is due.
-            deeds += settle(self.ledger, self.platform, self.findings(), wishes)
+            there = self.submissions(take_in=True)
+            findings = self.findings(there)
+            comparison = Comparison(self.ledger, self.platform)
+            deeds = list(_compared(comparison, there, findings, everything=True))
+            return deeds, self.findings(there)
+
+    def settle(self, wishes: Wishes, decisions: Decisions = UNDECIDED) -> list[Deed]:
+        """Compare the platform's record with the ledger; then approve, reject and pay.
+
+        Raises
+        ------
+        FormatError
+            If somebody has decided about what isn't in doubt.
+        CorpusError
+            If the database was restored, and nobody has said that its ledger is complete.
+        """
+        assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
+        with one_at_a_time(self.engine, self.study.id):
+            ledger, started = self.ledger, time.time()
+            ledger.doubt_what_stopped()
+            check_decisions(ledger, decisions)
+            if not decisions.current:
+                self.check_current()
+            there = self.submissions(take_in=True)
+            by_assignment = {one.assignment: one for one in there}
+            comparison = Comparison(ledger, self.platform)
+            everything = ledger.restored_at() is not None
+            findings = self.findings(there)
+            deeds = list(_compared(comparison, there, findings, everything=everything))
+            if decisions.current:
+                ledger.confirm_current()
+            deeds += decide(ledger, self.platform, by_assignment, decisions)
+            # What was found out and decided may change what is due.
+            deeds += settle(comparison, self.findings(there), wishes)
+            new = [e for e in ledger.entries() if is_open(e) and e.attempted_at >= started]
+            paid = {entry.call.assignment for entry in new}
+            again = Comparison(ledger, self.platform)
+            deeds += _payments(again, [one for one in there if one.assignment in paid], findings)
+            if wishes.leave_out_unknown:
+                deeds += leave_out(self.engine, self.study, self.provider.name)
             if deeds:
                 counts = Counter(deed.what for deed in deeds if not deed.problem)
                 self.note("collected", **{str(what): count for what, count in counts.items()})
@@ -93,6 +167,31 @@ class CrowdSession:
         platform = self.ledger.provider
         with transaction(self.engine) as session:
             note(session, COMMAND_LINE, action, self.study.name, platform=platform, **details)
+
+
+def _compared(
+    comparison: Comparison,
+    there: Sequence[Submission],
+    findings: Sequence[Finding],
+    *,
+    everything: bool,
+) -> Iterator[Deed]:
+    """Compare what was approved and rejected, and payments: all, or those that aren't settled."""
+    yield from comparison.standings(there, {f.assignment: f.participation_id for f in findings})
+    open_ = {e.call.assignment for e in comparison.ledger.entries() if is_open(e)}
+    chosen = [one for one in there if everything or one.assignment in open_]
+    yield from _payments(comparison, chosen, findings)
+
+
+def _payments(
+    comparison: Comparison, there: Iterable[Submission], findings: Sequence[Finding]
+) -> Iterator[Deed]:
+    here = {finding.assignment: finding.participation_id for finding in findings}
+    for one in there:
+        try:
+            yield from comparison.payments(one, here.get(one.assignment))
+        except PlatformError as error:
+            yield Deed(one.assignment, "bonus", f"what was paid could not be looked up: {error}")
 
 
 @contextmanager
@@ -129,6 +228,7 @@ def read_wishes(
     hold_flagged: bool,
     pay_bonus: bool,
     pay_partial: bool,
+    keep_unknown: bool,
 ) -> Wishes:
     """What somebody wants done; an error if an amount isn't one, or the study has no bonus."""
     with reading(session.engine, one_state=True) as reader:
@@ -142,6 +242,7 @@ def read_wishes(
         reject=dict(reject),
         bonuses=[(assignment, _bonus(amount, reason)) for assignment, amount, reason in bonus],
         pay_partial=pay_partial,
+        leave_out_unknown=not keep_unknown,
     )
 
 

@@ -1,9 +1,11 @@
 """The ledger: each call that offers, approves, rejects or pays, noted before it is made.
 
 Nothing else writes this table. A call is ``attempted`` while it is under way. After an answer it
-is ``done`` or ``refused``. Without one it is ``in doubt``, and is not made again until somebody,
-or the platform itself, has said what came of it. A refused call may be made again, and one that
-is done where the platform says otherwise, unless it is a payment.
+is ``done`` or ``refused``; a payment is ``ordered`` until the platform lists it. Without an answer
+a call is ``in doubt``, and is not made again until somebody, or the platform's own record, has
+said what came of it (``confirmed`` is somebody's word). A call that the platform shows and this
+ledger didn't make is ``found there``. A refused call may be made again, and one that is done where
+the platform says otherwise, unless it is a payment.
 """
 
 from __future__ import annotations
@@ -23,11 +25,11 @@ from sqlalchemy.orm import Session
 
 from annotation_app.crowds.platform import LostReplyError, PlatformError
 from annotation_app.people.participants import subject_of
-from annotation_app.store.audit import COMMAND_LINE, note
+from annotation_app.store.audit import COMMAND_LINE, RESTORED, note
 from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
-from annotation_app.store.models import Person, Record, Study
+from annotation_app.store.models import AuditEntry, Person, Record, Study
 from g3.errors import CorpusError
 
 try:
@@ -36,13 +38,21 @@ except ImportError:  # there is none on Windows
     fcntl = None  # type: ignore[assignment]
 
 What: TypeAlias = Literal["publish", "approve", "reject", "bonus", "partial payment"]
-State: TypeAlias = Literal["attempted", "in doubt", "done", "refused"]
+State: TypeAlias = Literal[
+    "attempted", "ordered", "in doubt", "done", "confirmed", "found there", "refused"
+]
 T = TypeVar("T")
 
 OPEN: tuple[State, ...] = ("attempted", "in doubt")
 """States in which nobody knows whether the call was carried out."""
 PAYMENTS: tuple[What, ...] = ("bonus", "partial payment")
+DOUBTED: tuple[State, ...] = ("in doubt", "found there")
+"""States of which somebody has to decide."""
+CURRENT = "confirmed as complete"
+"""The action in the audit trail after which a restored ledger is taken as complete."""
 STOPPED = "the program stopped before there was an answer"
+UNDER_WAY = "under way, or its program has stopped"
+FOUND = " found "
 LONGEST = 2000
 """Characters of what a platform says that are kept."""
 
@@ -61,8 +71,6 @@ class Call:
     amount: Decimal | None = None
     """What it pays; None if nothing, or nobody knows."""
     reason: str = ""
-    listed_before: int | None = None
-    """How many bonuses of this amount the assignment had before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,17 +99,27 @@ class Ledger:
     study_id: str
     provider: str
 
-    def entries(self, *states: State) -> list[Entry]:
-        """All calls, or those in some states, the oldest first."""
+    def entries(
+        self, *states: State, assignment: str | None = None, everywhere: bool = False
+    ) -> list[Entry]:
+        """All calls, the oldest first.
+
+        Only those in some states, if any are given; only those by an assignment; also those to
+        other platforms, and to the sandbox.
+        """
         wanted = (
             select(LedgerEntry, Person)
             .outerjoin(Participation, Participation.id == LedgerEntry.participation_id)
             .outerjoin(Person, Person.id == Participation.person_id)
-            .where(LedgerEntry.study_id == self.study_id, LedgerEntry.provider == self.provider)
+            .where(LedgerEntry.study_id == self.study_id)
             .order_by(LedgerEntry.id)
         )
+        if not everywhere:
+            wanted = wanted.where(LedgerEntry.provider == self.provider)
         if states:
             wanted = wanted.where(LedgerEntry.state.in_(states))
+        if assignment is not None:
+            wanted = wanted.where(LedgerEntry.assignment == assignment)
         with reading(self.engine) as session:
             return [_entry(row, person) for row, person in session.execute(wanted)]
 
@@ -120,6 +138,8 @@ class Ledger:
         instead_of: Entry | None = None,
     ) -> T:
         """Note a call, make it, and note what came of it.
+
+        A payment that the platform has accepted is ordered, anything else done.
 
         Parameters
         ----------
@@ -149,8 +169,58 @@ class Ledger:
         except PlatformError as error:
             self.end(entry, "refused" if repeats is None else "in doubt", str(error))
             raise
-        self.end(entry, "done")
+        self.end(entry, "ordered" if call.what in PAYMENTS else "done")
         return result
+
+    def take_in(self, call: Call, reference: str | None = None) -> None:
+        """Note a call that the platform shows and that wasn't made from here."""
+        with transaction(self.engine) as session:
+            row = LedgerEntry(study_id=self.study_id, provider=self.provider)
+            row.what, row.key, row.attempted_at = call.what, call.key, now()
+            row.reference = reference
+            _fill(row, call)
+            row.state, row.ended_at = "found there", now()
+            session.add(row)
+
+    def adopt(self, entry: Entry, call: Call) -> None:
+        """Let a payment that was found there be that of a call, which isn't made any more."""
+        with transaction(self.engine) as session:
+            refused = session.scalars(self._row(call.what, call.key)).first()
+            if refused is not None:
+                refused.key = f"{refused.key} refused {refused.id}"
+                session.flush()
+            row = session.get_one(LedgerEntry, entry.id, with_for_update=True)
+            row.what, row.key, row.reason = call.what, call.key, call.reason[:LONGEST]
+            row.participation_id = call.participation_id
+
+    def set_apart(self, entry: Entry) -> None:
+        """Note that a payment that was found there is none of those that are wished for."""
+        with transaction(self.engine) as session:
+            row = session.get_one(LedgerEntry, entry.id, with_for_update=True)
+            row.key, row.state, row.ended_at = apart(row.key), "done", now()
+            _note_decision(session, row, "paid apart from that")
+
+    def restored_at(self) -> float | None:
+        """When the database was restored from a backup.
+
+        None if it never was, or somebody has confirmed since that this ledger is complete.
+        """
+        wanted = select(AuditEntry).order_by(AuditEntry.id.desc())
+        with reading(self.engine) as session:
+            restored = session.scalars(wanted.where(AuditEntry.action == RESTORED)).first()
+            if restored is None:
+                return None
+            name = session.get_one(Study, self.study_id).name
+            later = wanted.where(AuditEntry.action == CURRENT, AuditEntry.id > restored.id)
+            confirmed = session.scalars(later.where(AuditEntry.about == name))
+            is_confirmed = self.provider in {one.details.get("platform") for one in confirmed}
+            return None if is_confirmed else restored.at
+
+    def confirm_current(self) -> None:
+        """Note that somebody says that this ledger is complete again after a restore."""
+        with transaction(self.engine) as session:
+            name = session.get_one(Study, self.study_id).name
+            note(session, COMMAND_LINE, CURRENT, name, platform=self.provider)
 
     def refer(self, entry: Entry, reference: str) -> None:
         """Note what the platform knows a call by."""
@@ -165,10 +235,10 @@ class Ledger:
                 row.state, row.problem, row.ended_at = state, problem[:LONGEST], now()
 
     def decide(self, entry: Entry, state: State, decision: str) -> None:
-        """Note what somebody says came of a call in doubt, here and in the audit trail."""
+        """Note what somebody says of a call in doubt or found there, also in the audit trail."""
         with transaction(self.engine) as session:
             row = session.get_one(LedgerEntry, entry.id, with_for_update=True)
-            if row.state == "in doubt":
+            if row.state in DOUBTED:
                 row.state, row.ended_at = state, now()
                 _note_decision(session, row, decision)
 
@@ -194,7 +264,7 @@ class Ledger:
                     row = LedgerEntry(study_id=self.study_id, provider=self.provider)
                     session.add(row)
                     row.what, row.key, row.attempted_at = call.what, call.key, now()
-                elif row.state == "refused" or (row.state == "done" and row.what not in PAYMENTS):
+                elif row.state == "refused" or (row.what not in PAYMENTS and row.state not in OPEN):
                     row.attempted_at, row.reference = now(), None
                 else:
                     doubted = repeats or instead_of
@@ -217,7 +287,6 @@ def _fill(row: LedgerEntry, call: Call) -> None:
     row.assignment = call.assignment
     row.amount = "" if call.amount is None else str(call.amount)
     row.reason = call.reason[:LONGEST]
-    row.listed_before = call.listed_before
     row.state, row.ended_at, row.problem = "attempted", None, ""
 
 
@@ -235,7 +304,6 @@ def _entry(row: LedgerEntry, person: Person | None) -> Entry:
         row.participation_id,
         Decimal(row.amount) if row.amount else None,
         row.reason,
-        row.listed_before,
     )
     return Entry(
         id=row.id,
@@ -311,8 +379,8 @@ def entry_records(entries: Sequence[Entry]) -> list[Record]:
             "amount": None if entry.call.amount is None else str(entry.call.amount),
             "reason": entry.call.reason,
             "reference": entry.reference,
-            "attempted_at": _moment(entry.attempted_at),
-            "ended_at": None if entry.ended_at is None else _moment(entry.ended_at),
+            "attempted_at": moment(entry.attempted_at),
+            "ended_at": None if entry.ended_at is None else moment(entry.ended_at),
             "problem": entry.problem,
         }
         for entry in entries
@@ -320,9 +388,9 @@ def entry_records(entries: Sequence[Entry]) -> list[Record]:
 
 
 def doubt_lines(entries: Sequence[Entry]) -> Iterator[str]:
-    """Each call of which nobody knows whether it was carried out, for people."""
+    """Each call of which nobody knows whether it was carried out or who has made it, for people."""
     for entry in entries:
-        if entry.state not in OPEN:
+        if entry.state not in (*OPEN, *DOUBTED):
             continue
         call = entry.call
         what = call.what if call.amount is None else f"{call.what} {call.amount}"
@@ -330,8 +398,9 @@ def doubt_lines(entries: Sequence[Entry]) -> Iterator[str]:
             whom = call.reason
         else:
             whom = f"assignment {_meant(entry)}, person {entry.subject or 'unknown'}"
-        why = entry.problem or "under way, or its program has stopped"
-        yield f"in doubt: {entry.id}: {what}, {whom}, {_moment(entry.attempted_at)}: {why}"
+        state = "in doubt" if entry.state in OPEN else entry.state
+        why = entry.problem or call.reason if state == "found there" else entry.problem or UNDER_WAY
+        yield f"{state}: {entry.id}: {what}, {whom}, {moment(entry.attempted_at)}: {why}"
 
 
 def total_lines(entries: Sequence[Entry]) -> Iterator[str]:
@@ -339,9 +408,24 @@ def total_lines(entries: Sequence[Entry]) -> Iterator[str]:
     kinds = sorted({(entry.call.what, entry.state) for entry in entries})
     for what, state in kinds:
         amounts = [e.call.amount for e in entries if (e.call.what, e.state) == (what, state)]
-        known = [amount for amount in amounts if amount is not None]
+        known = [amount for amount in amounts if amount is not None and what != "publish"]
         total = f", {sum(known, Decimal(0))} in all" if known else ""
         yield f"{len(amounts):6} {what} {state}{total}"
+
+
+def found_key(assignment: str, amount: Decimal, number: int) -> str:
+    """The key of a payment that was found there, the one of a number with its amount."""
+    return f"{assignment}{FOUND}{amount} {number}"
+
+
+def is_found(entry: Entry) -> bool:
+    """Whether a payment was found there, and isn't that of any call here."""
+    return FOUND in entry.call.key
+
+
+def apart(key: str) -> str:
+    """The key of a payment that was found there and is none of those that are wished for."""
+    return key.replace(FOUND, " apart ")
 
 
 def _meant(entry: Entry) -> str:
@@ -349,5 +433,6 @@ def _meant(entry: Entry) -> str:
     return "" if entry.call.what == "publish" else entry.call.key.partition(" ")[0]
 
 
-def _moment(at: float) -> str:
+def moment(at: float) -> str:
+    """A time, for people."""
     return datetime.fromtimestamp(at, timezone.utc).isoformat(" ", "seconds")

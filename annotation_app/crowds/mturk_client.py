@@ -7,9 +7,9 @@ sent again from here: the ledger decides that.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from datetime import datetime, timedelta, timezone
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from hashlib import sha256
 from typing import Any
 from xml.sax.saxutils import escape
@@ -27,10 +27,12 @@ from botocore.exceptions import (
     ProxyConnectionError,
 )
 
+from annotation_app.crowds.paging import Page, read_pages
 from annotation_app.crowds.platform import (
     Bonus,
     Calls,
     LostReplyError,
+    Offered,
     PlatformError,
     Posted,
     Posting,
@@ -38,10 +40,12 @@ from annotation_app.crowds.platform import (
     Submission,
     label_prefix,
 )
+from annotation_app.store.models import Record
 
 NAME = "Mechanical Turk"
 FIX = "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and the network"
 READING_ATTEMPTS = 4
+PAGE = 100
 REGION = "us-east-1"
 SANDBOX = "https://mturk-requester-sandbox.us-east-1.amazonaws.com"
 PAGES = {False: "https://worker.mturk.com", True: "https://workersandbox.mturk.com"}
@@ -80,6 +84,7 @@ class MechanicalTurk:
     """A requester's account; see :class:`annotation_app.crowds.platform.Platform`."""
 
     token_lasts_s = TOKEN_LASTS_S
+    lists_all = False
 
     def __init__(self, reading: Any, writing: Any, *, sandbox: bool) -> None:
         self._reading = reading
@@ -92,7 +97,7 @@ class MechanicalTurk:
 
         HITs whose time ran out before all of their assignments were done are opened again.
         """
-        hits = list(self._hits(posting.label))
+        hits = [hit for hit in self._hits() if _label(hit).startswith(f"{posting.label} ")]
         for hit in hits:
             calls.settle(hit["RequesterAnnotation"], hit["HITId"])
             self._open_again(hit, calls)
@@ -105,22 +110,27 @@ class MechanicalTurk:
         address = f"{PAGES[self._sandbox]}/mturk/preview?groupId={group}"
         return Posted(tuple(hit["HITId"] for hit in hits), people, people - before, address)
 
-    def submissions(self, study_id: str) -> Iterator[Submission]:
+    def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
+        """All HITs that have a label of a study, or one of the ids."""
+        prefix = label_prefix(study_id)
+        return [
+            Offered(hit["HITId"], _label(hit), _money(hit.get("Reward")))
+            for hit in self._hits()
+            if _label(hit).startswith(prefix) or hit["HITId"] in ids
+        ]
+
+    def submissions(self, work: Offered) -> Iterator[Submission]:
         """All assignments that workers have sent in; the others aren't listed."""
-        for hit in self._hits(label_prefix(study_id)):
-            pages = self._pages(
-                "list_assignments_for_hit", HITId=hit["HITId"], AssignmentStatuses=[*STANDINGS]
-            )
-            for page in pages:
-                for found in page["Assignments"]:
-                    standing = STANDINGS[found["AssignmentStatus"]]
-                    yield Submission(
-                        found["AssignmentId"],
-                        found["WorkerId"],
-                        hit["HITId"],
-                        standing,
-                        Decimal(hit["Reward"]),
-                    )
+        asked = {"HITId": work.id, "AssignmentStatuses": [*STANDINGS]}
+        for entry in self._list("list_assignments_for_hit", "Assignments", "AssignmentId", **asked):
+            standing = STANDINGS.get(entry.get("AssignmentStatus", ""), "working")
+            person = entry.get("WorkerId", "")
+            yield Submission(entry["AssignmentId"], person, work.id, standing, work.reward)
+
+    def standing(self, submission: Submission) -> Standing:
+        """What the platform says now of an assignment that was sent in."""
+        reply = _ask(self._reading.get_assignment, AssignmentId=submission.assignment)
+        return STANDINGS.get(reply.get("Assignment", {}).get("AssignmentStatus", ""), "working")
 
     def approve(self, submission: Submission) -> None:
         """Approve an assignment."""
@@ -149,22 +159,23 @@ class MechanicalTurk:
             UniqueRequestToken=reference,
         )
 
-    def listed(self, submission: Submission, amount: Decimal) -> int:
-        """How many bonuses of an amount were paid for an assignment."""
-        pages = self._pages("list_bonus_payments", AssignmentId=submission.assignment)
-        paid = [Decimal(bonus["BonusAmount"]) for page in pages for bonus in page["BonusPayments"]]
-        return paid.count(amount)
+    def paid(self, submission: Submission) -> Sequence[Decimal]:
+        """The amounts of all bonuses that were paid for an assignment."""
+        where = f"{NAME}, bonuses of {submission.assignment}"
+        asked = {"AssignmentId": submission.assignment}
+        bonuses = self._list("list_bonus_payments", "BonusPayments", "", **asked)
+        amounts = [_money(bonus.get("BonusAmount")) for bonus in bonuses]
+        if None in amounts:
+            raise PlatformError("a bonus has no amount", where=where)
+        return [amount for amount in amounts if amount is not None]
 
     def close(self) -> None:
         """Close the connections."""
         self._reading.close()
         self._writing.close()
 
-    def _hits(self, prefix: str) -> Iterator[Any]:
-        for page in self._pages("list_hits"):
-            for hit in page["HITs"]:
-                if f"{hit.get('RequesterAnnotation', '')} ".startswith(f"{prefix.rstrip()} "):
-                    yield hit
+    def _hits(self) -> list[Any]:
+        return self._list("list_hits", "HITs", "HITId")
 
     def _open_again(self, hit: Any, calls: Calls) -> None:
         now, hit_id, left = datetime.now(timezone.utc), hit["HITId"], "NumberOfAssignmentsAvailable"
@@ -217,14 +228,25 @@ class MechanicalTurk:
             return str(reply["HIT"]["HITId"])
 
         about = f"{count} assignments at {posting.reward}"
-        calls.make(key, about, do, token_lasts_s=TOKEN_LASTS_S)
+        calls.make(key, about, do, reward=posting.reward, token_lasts_s=TOKEN_LASTS_S)
         return made
 
-    def _pages(self, operation: str, **arguments: Any) -> Iterator[Any]:
-        pages = self._reading.get_paginator(operation).paginate(
-            **arguments, PaginationConfig={"PageSize": 100}
-        )
-        yield from _ask(lambda: list(pages))
+    def _list(self, operation: str, field: str, key: str, **arguments: Any) -> list[Record]:
+        """A list; bonuses have no `key`, and are told apart by all that is known of them."""
+
+        def read(token: str | None) -> Page:
+            more = {} if token is None else {"NextToken": token}
+            request = getattr(self._reading, operation)
+            reply = _ask(request, MaxResults=PAGE, **arguments, **more)
+            entries = reply.get(field) or ()
+            if not key:
+                entries = [
+                    {**entry, "": f"{entry if 'GrantTime' in entry else (token, number)}"}
+                    for number, entry in enumerate(entries)
+                ]
+            return Page(entries, reply.get("NextToken"))
+
+        return read_pages(read, key, f"{NAME}, {operation}")
 
 
 def open_mturk(*, sandbox: bool, endpoint: str | None = None) -> MechanicalTurk:
@@ -276,6 +298,19 @@ def _change(request: Callable[..., Any], **arguments: Any) -> Any:
         raise PlatformError(str(error), where=NAME, fix=FIX) from error
     except BotoCoreError as error:
         raise LostReplyError(f"there was no answer: {error}", where=NAME, fix=FIX) from error
+
+
+def _label(hit: Record) -> str:
+    return str(hit.get("RequesterAnnotation") or "")
+
+
+def _money(value: Any) -> Decimal | None:
+    """An amount as the platform writes it; None if it isn't one."""
+    try:
+        amount = Decimal(value)
+    except (InvalidOperation, TypeError, ValueError):
+        return None
+    return amount if amount.is_finite() else None
 
 
 def _told(error: ClientError) -> str:

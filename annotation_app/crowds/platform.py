@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Literal, Protocol, TypeAlias
@@ -81,6 +81,17 @@ class Submission:
 
 
 @dataclass(frozen=True, slots=True)
+class Offered:
+    """Work as a platform offers it: a study there, or a HIT."""
+
+    id: str
+    label: str
+    """What the platform has as its label, which anybody with the account may change."""
+    reward: Decimal | None
+    """For an assignment; None if the platform doesn't say."""
+
+
+@dataclass(frozen=True, slots=True)
 class Bonus:
     """A payment beyond the reward. `key` distinguishes the bonuses of an assignment."""
 
@@ -111,7 +122,13 @@ class Calls(Protocol):
         """
 
     def make(
-        self, key: str, about: str, call: Callable[[], str], *, token_lasts_s: float = 0.0
+        self,
+        key: str,
+        about: str,
+        call: Callable[[], str],
+        *,
+        reward: Decimal | None = None,
+        token_lasts_s: float = 0.0,
     ) -> str:
         """Make a call, unless it is in doubt whether an earlier one was carried out.
 
@@ -121,6 +138,8 @@ class Calls(Protocol):
             What it offers, for people.
         call
             Gives the platform's id of what was made.
+        reward
+            For an assignment of what is made.
         token_lasts_s
             How long the platform knows a repeated call by its token.
         """
@@ -141,12 +160,20 @@ class Platform(Protocol):
 
     0 where that would pay twice.
     """
+    lists_all: bool
+    """Whether the platform also lists assignments on which somebody is still at work."""
 
     def post(self, posting: Posting, calls: Calls) -> Posted:
         """Offer work, as far as it isn't offered already."""
 
-    def submissions(self, study_id: str) -> Iterator[Submission]:
-        """All assignments of a study's work."""
+    def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
+        """All work that has a label of a study, or one of the ids."""
+
+    def submissions(self, work: Offered) -> Iterator[Submission]:
+        """All assignments of some work."""
+
+    def standing(self, submission: Submission) -> Standing:
+        """What the platform says now of one assignment."""
 
     def approve(self, submission: Submission) -> None:
         """Accept and pay an assignment that was sent in."""
@@ -160,8 +187,8 @@ class Platform(Protocol):
     def pay(self, submission: Submission, bonus: Bonus, reference: str) -> None:
         """Pay a prepared bonus."""
 
-    def listed(self, submission: Submission, amount: Decimal) -> int:
-        """How many bonuses of an amount the platform says it has paid for an assignment."""
+    def paid(self, submission: Submission) -> Sequence[Decimal]:
+        """The amounts of all bonuses that the platform says it has paid for an assignment."""
 
     def close(self) -> None:
         """Close the connections."""

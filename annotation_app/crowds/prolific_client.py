@@ -7,16 +7,19 @@ lists may show a new study late. What was sent and not answered is never sent ag
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from decimal import Decimal
-from typing import Any
+from math import isfinite
+from typing import Any, TypeAlias
 
 import httpx
 
+from annotation_app.crowds.paging import Page, read_pages
 from annotation_app.crowds.platform import (
     Bonus,
     Calls,
     LostReplyError,
+    Offered,
     PlatformError,
     Posted,
     Posting,
@@ -24,6 +27,7 @@ from annotation_app.crowds.platform import (
     Submission,
     label_prefix,
 )
+from annotation_app.store.models import Record
 from g3.errors import FormatError
 
 NAME = "Prolific"
@@ -31,9 +35,11 @@ ADDRESS = "https://api.prolific.com"
 TOKEN, PROJECT = "PROLIFIC_TOKEN", "PROLIFIC_PROJECT"
 TIMEOUT_S = 30.0
 PAGE = 100
+"""Studies of a project on one page."""
 SHORTEST_REASON = 100
 CENTS, CENT = 100, Decimal("0.01")
 UNPUBLISHED = "UNPUBLISHED"
+LABEL, PAID = "internal_name", "bonus_payments"
 PLACES, PUBLISHED = " places ", " published"
 """How the ledger's keys of changes of a study go on after its label."""
 MISSING, SLOW, SERVER_ERROR = 404, 408, 500
@@ -54,8 +60,10 @@ STANDINGS: dict[str, Standing] = {
     "SCREENED OUT": "approved",
     "REJECTED": "rejected",
     "RETURNED": "returned",
-    "TIMED-OUT": "returned",
+    "TIMED OUT": "returned",
 }
+Change: TypeAlias = tuple[str, str, dict[str, Any]]
+"""A method, the end of a study's path, and what is sent."""
 
 
 class Prolific:
@@ -64,6 +72,7 @@ class Prolific:
     realm = ""
     token_lasts_s = 0.0
     """Paying again by the same reference pays again, by Prolific's own word."""
+    lists_all = True
 
     def __init__(self, client: httpx.Client, *, project: str, sandbox: bool) -> None:
         self._client = client
@@ -81,17 +90,21 @@ class Prolific:
         if study is None:
             study_id, status = self._make(posting, about, calls), UNPUBLISHED
         else:
-            study_id, status = study["id"], study["status"]
+            study_id, status = study["id"], _text(study, "status")
+            places = study.get("total_available_places")
+            if not isinstance(places, int):
+                raise PlatformError(
+                    "it doesn't say how many places the study has", where=f"{NAME}, {study_id}"
+                )
             self._settle(calls, label, study)
-            places = study["total_available_places"]
             added = max(0, posting.people - places)
             if added:
                 places += added
-                change = ("PATCH", "", {"total_available_places": places})
-                self._offer(calls, f"{label}{PLACES}{places}", about, study_id, change)
+                more: Change = ("PATCH", "", {"total_available_places": places})
+                self._offer(calls, f"{label}{PLACES}{places}", about, study_id, more)
         address = f"https://app.prolific.com/researcher/studies/{study_id}"
         if self._sandbox:
-            change = ("POST", "test-study", {})
+            change: Change = ("POST", "test-study", {})
             run = self._offer(calls, f"{label} test run", "a test run", study_id, change)
             address = run.get("study_url", address)
         elif status == UNPUBLISHED:
@@ -99,20 +112,28 @@ class Prolific:
             self._offer(calls, f"{label}{PUBLISHED}", about, study_id, change)
         return Posted((study_id,), places, added, address)
 
-    def submissions(self, study_id: str) -> Iterator[Submission]:
+    def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
+        """All studies that have a label of a study here, or one of the ids.
+
+        Studies that the list doesn't show are looked up by their ids.
+        """
+        prefix = label_prefix(study_id)
+        listed = self._studies()
+        studies = [s for s in listed if _text(s, LABEL).startswith(prefix) or s["id"] in ids]
+        for missing in sorted(set(ids) - {study["id"] for study in studies}):
+            study = self._study(missing)
+            studies += [] if study is None else [study]
+        return [Offered(s["id"], _text(s, LABEL), _reward(s)) for s in studies]
+
+    def submissions(self, work: Offered) -> Iterator[Submission]:
         """All submissions."""
-        for study in self._studies():
-            if not study["internal_name"].startswith(label_prefix(study_id)):
-                continue
-            for found in self._results(f"studies/{study['id']}/submissions/"):
-                standing = STANDINGS.get(found["status"], "working")
-                yield Submission(
-                    found["id"],
-                    found["participant_id"],
-                    study["id"],
-                    standing,
-                    _reward(study),
-                )
+        for entry in self._list(f"studies/{work.id}/submissions/"):
+            person = _text(entry, "participant_id")
+            yield Submission(entry["id"], person, work.id, _standing(entry), work.reward)
+
+    def standing(self, submission: Submission) -> Standing:
+        """What Prolific says now of a submission."""
+        return _standing(self._submission(submission))
 
     def approve(self, submission: Submission) -> None:
         """Approve a submission."""
@@ -144,12 +165,17 @@ class Prolific:
         """
         self._ask("POST", f"bulk-bonus-payments/{reference}/pay/", {})
 
-    def listed(self, submission: Submission, amount: Decimal) -> int:
-        """How many bonuses of an amount have arrived: an order may not have, yet."""
-        found = self._ask("GET", f"submissions/{submission.assignment}/")
-        return [Decimal(str(cents)) for cents in found["bonus_payments"] or ()].count(
-            amount * CENTS
-        )
+    def paid(self, submission: Submission) -> Sequence[Decimal]:
+        """The amounts of all bonuses that have arrived: what was ordered may not have, yet."""
+        found = self._submission(submission)
+        try:
+            amounts = [_cents(cents) for cents in found.get(PAID) or ()]
+        except TypeError:
+            amounts = [None]
+        if None in amounts:
+            where = f"{NAME}, {submission.assignment}"
+            raise PlatformError(f"its {PAID} can't be read: {found.get(PAID)!r:.200}", where=where)
+        return [amount for amount in amounts if amount is not None]
 
     def close(self) -> None:
         """Close the connections."""
@@ -159,19 +185,33 @@ class Prolific:
         self._ask("POST", f"submissions/{submission.assignment}/transition/", body)
 
     def _known_study(self, label: str, calls: Calls) -> Any:
-        for study in self._studies():
-            if study["internal_name"] == label:
-                return study
         made = calls.reference(label)
-        if made is None:
-            return None
-        reply = self._send("GET", f"studies/{made}/")
+        named = [study for study in self._studies() if _text(study, LABEL) == label]
+        for study in named:
+            if made in (None, study["id"]):
+                return self._study(study["id"]) or study
+        return None if made is None else self._study(made)
+
+    def _study(self, study_id: str) -> Any:
+        """A study; None if there is none, or it was deleted."""
+        reply = self._send("GET", f"studies/{study_id}/")
         return None if reply.status_code == MISSING else _content(reply)
+
+    def _submission(self, submission: Submission) -> Record:
+        found = self._ask("GET", f"submissions/{submission.assignment}/")
+        if not isinstance(found, dict):
+            raise PlatformError(
+                "the answer can't be read", where=f"{NAME}, {submission.assignment}"
+            )
+        return found
 
     def _make(self, posting: Posting, about: str, calls: Calls) -> str:
         body = _study(posting, self._project)
         return calls.make(
-            posting.label, about, lambda: str(self._ask("POST", "studies/", body)["id"])
+            posting.label,
+            about,
+            lambda: str(self._ask("POST", "studies/", body)["id"]),
+            reward=posting.reward,
         )
 
     def _settle(self, calls: Calls, label: str, study: dict[str, Any]) -> None:
@@ -192,7 +232,7 @@ class Prolific:
         key: str,
         about: str,
         study_id: str,
-        change: tuple[str, str, dict[str, Any]],
+        change: Change,
     ) -> Any:
         """Change a study in a way that does nothing more when it is done twice."""
         method, path, body = change
@@ -206,18 +246,35 @@ class Prolific:
         calls.make(key, about, do)
         return replies[0]
 
-    def _studies(self) -> Iterator[dict[str, Any]]:
-        path = f"projects/{self._project}/studies/" if self._project else "studies/"
-        return self._results(path)
+    def _studies(self) -> list[Record]:
+        if self._project:
+            return self._list(f"projects/{self._project}/studies/", numbered=True)
+        return self._list("studies/")
 
-    def _results(self, path: str) -> Iterator[dict[str, Any]]:
-        page = 1
-        while True:
-            found = self._ask("GET", path, params={"page": page, "page_size": PAGE})["results"]
-            yield from found
-            if len(found) < PAGE:
-                return
-            page += 1
+    def _list(self, path: str, *, numbered: bool = False) -> list[Record]:
+        """A list of Prolific's: whole, or in pages that name the next one.
+
+        `numbered` are those of which the reference says that pages have numbers.
+        """
+
+        def read(place: str | int | None) -> Page:
+            # A text is the query of a next page, a number that of a page.
+            query = place if isinstance(place, str) else ""
+            if numbered and not query:
+                query = f"?page={place or 1}&page_size={PAGE}"
+            reply = self._send("GET", f"{path}{query}")
+            if isinstance(place, int) and reply.status_code == MISSING:
+                return Page(())
+            content = _content(reply)
+            entries = content.get("results") if isinstance(content, dict) else None
+            if not isinstance(entries, list):
+                raise PlatformError("the answer has no results", where=f"{NAME}, {path}")
+            following: str | int | None = _next(content, reply.request.url)
+            if following is None and numbered and entries and not isinstance(place, str):
+                following = (place or 1) + 1
+            return Page(entries, following, _count(content))
+
+        return read_pages(read, "id", f"{NAME}, {path}")
 
     def _ask(
         self, method: str, path: str, body: dict[str, Any] | None = None, **options: Any
@@ -251,6 +308,47 @@ def _content(reply: httpx.Response) -> Any:
         raise lost(f"the answer can't be read: {what}", where=NAME) from None
 
 
+def _next(content: Record, here: httpx.URL) -> str | None:
+    """The query of the next page's address, if there is one; an error if it leads elsewhere.
+
+    The token goes to no other address: a page's host and path are those of its list.
+    """
+    links = content.get("_links")
+    link = links.get("next") if isinstance(links, dict) else None
+    href = link.get("href") if isinstance(link, dict) else link
+    if not href:
+        return None
+    try:
+        address = here.join(href)
+    except (TypeError, httpx.InvalidURL):
+        address = None
+    same = (here.host, here.port, here.path.rstrip("/"))
+    if address is None or same != (address.host, address.port, address.path.rstrip("/")):
+        raise PlatformError(
+            f"the next page of a list is said to be elsewhere: {href!r:.200}",
+            where=f"{NAME}, {here.path}",
+            fix="nothing was done and the token was not sent there; tell Prolific's support",
+        )
+    return f"?{address.query.decode()}"
+
+
+def _count(content: Record) -> int | None:
+    meta = content.get("meta")
+    count = meta.get("count") if isinstance(meta, dict) else None
+    return count if type(count) is int else None
+
+
+def _text(record: Record, name: str) -> str:
+    """A field's text; empty where other people's records have none."""
+    value = record.get(name)
+    return value if isinstance(value, str) else ""
+
+
+def _standing(record: Record) -> Standing:
+    status = _text(record, "status").upper().replace("_", " ").replace("-", " ")
+    return STANDINGS.get(status, "working")
+
+
 def _lost(method: str) -> type[PlatformError]:
     """What to raise where there is no answer: reading can't have done anything."""
     return PlatformError if method == "GET" else LostReplyError
@@ -271,9 +369,15 @@ def open_prolific(*, sandbox: bool, endpoint: str | None = None) -> Prolific:
     return Prolific(client, project=os.environ.get(PROJECT, ""), sandbox=sandbox)
 
 
-def _reward(study: dict[str, Any]) -> Decimal | None:
-    reward = study.get("reward")
-    return None if reward is None else (Decimal(str(reward)) / CENTS).quantize(CENT)
+def _reward(study: Record) -> Decimal | None:
+    return _cents(study.get("reward"))
+
+
+def _cents(value: Any) -> Decimal | None:
+    """An amount that is given in cents; None if it isn't one."""
+    if not isinstance(value, int | float) or isinstance(value, bool) or not isfinite(value):
+        return None
+    return (Decimal(str(value)) / CENTS).quantize(CENT)
 
 
 def _filters(posting: Posting) -> Iterator[dict[str, Any]]:

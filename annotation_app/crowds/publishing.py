@@ -53,7 +53,13 @@ class Offers:
             self.ledger.end(entry, "done")
 
     def make(
-        self, key: str, about: str, call: Callable[[], str], *, token_lasts_s: float = 0.0
+        self,
+        key: str,
+        about: str,
+        call: Callable[[], str],
+        *,
+        reward: Decimal | None = None,
+        token_lasts_s: float = 0.0,
     ) -> str:
         """Make a call, unless it is in doubt whether an earlier one was carried out."""
         entry = self.ledger.find("publish", key)
@@ -76,7 +82,8 @@ class Offers:
             return made
 
         try:
-            return self.ledger.carry_out(Call("publish", key, reason=about), do, repeats=repeats)
+            noted = Call("publish", key, amount=reward, reason=about)
+            return self.ledger.carry_out(noted, do, repeats=repeats)
         except LostReplyError as error:
             raise LostReplyError(
                 f"{error.what}; whether this was offered is in doubt",
@@ -151,6 +158,7 @@ def publish_posting(
     )
     with one_at_a_time(session.engine, session.study.id):
         session.ledger.doubt_what_stopped()
+        session.check_current()
         offer_again(session.ledger, publish_again)
         posted = session.platform.post(posting, Offers(session.ledger))
         session.note("published", task=posting.task, people=posted.people, added=posted.added)

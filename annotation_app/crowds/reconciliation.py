@@ -6,7 +6,7 @@ the platform and done nothing. Each assignment is looked at by itself.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal, TypeAlias
@@ -14,6 +14,7 @@ from typing import Literal, TypeAlias
 from sqlalchemy import Engine, select
 from sqlalchemy.orm import Session
 
+from annotation_app.crowds.comparison import Terms
 from annotation_app.crowds.participation import done, receive
 from annotation_app.crowds.platform import Standing, Submission
 from annotation_app.people.participants import hashed
@@ -32,7 +33,9 @@ State: TypeAlias = Literal[
     "given back",
     "nothing received",
     "unknown here",
+    "unknown there",
     "another worker",
+    "another offer",
 ]
 
 EXPLANATIONS: dict[State, str] = {
@@ -44,11 +47,15 @@ EXPLANATIONS: dict[State, str] = {
     "given back": "the worker gave it back, or ran out of time",
     "nothing received": "sent in there, and nothing was received here",
     "unknown here": "sent in there by somebody who never came here",
+    "unknown there": "came here, and the platform knows no such assignment",
     "another worker": "the platform's worker isn't the one who came here",
+    "another offer": "sent in for other work than the address offers by which the worker came",
 }
 CENT = Decimal("0.01")
 LONGEST_S = 86_400.0
 """After this time an assignment that the platform doesn't list is taken as given up."""
+LISTED_IN_S = 600.0
+"""After this time a platform that lists all assignments should list one that was begun."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +78,8 @@ class Finding:
     """Whether the worker can't send the assignment in any more."""
     part: Literal["unpaid", "in doubt", "paid"] = "unpaid"
     """Whether `due` has been paid as a bonus."""
+    standing: str | None = None
+    """What the platform said of it last, ``unknown`` if it doesn't know it."""
 
 
 def reconcile(
@@ -79,14 +88,24 @@ def reconcile(
     provider: str,
     there: Iterable[Submission],
     *,
+    terms: Mapping[str, Terms],
+    lists_all: bool,
     salt: bytes,
     now: float,
 ) -> list[Finding]:
     """Bring both sides together, and note what the platform has confirmed.
 
-    `there` is all that the platform knows of the study's assignments. It is read before the
-    database is locked.
+    Parameters
+    ----------
+    there
+        All that the platform knows of the study's assignments. It is read before the database is
+        locked.
+    terms
+        What was offered from here, by the platform's ids of the work.
+    lists_all
+        Whether `there` has also assignments on which somebody is at work.
     """
+    offered = {(one.task, one.items) for one in terms.values()}
     known = {submission.assignment: submission for submission in there}
     with transaction(engine) as session:
         counts = done(session, study, provider)
@@ -109,7 +128,23 @@ def reconcile(
                 or person.provider == ERASED  # nothing shows any more who it was
                 or hashed(salt, provider, submission.person) == person.external_hash
             )
-            state = _state(participation, count, submission) if is_same else "another worker"
+            is_over = participation.begun_at < now - (LISTED_IN_S if lists_all else LONGEST_S)
+            if lists_all and participation.received_at is not None:
+                is_over = True
+            is_asked = (participation.task, participation.items) in offered
+            if submission is not None and is_same:
+                participation.standing = submission.standing
+            elif submission is not None or (is_over and is_asked):
+                participation.standing = "unknown"
+            state = _state(participation, count, submission)
+            if not is_same:
+                state = "another worker"
+            elif state in ("ready", "incomplete", "nothing received") and not _is_bound(
+                participation, submission, terms
+            ):
+                state = "another offer"
+            elif lists_all and participation.standing == "unknown":
+                state = "unknown there"
             is_there = submission is not None and submission.standing not in ("working", "returned")
             if is_there and is_same and participation.confirmed_at is None:
                 participation.confirmed_at = now
@@ -125,6 +160,7 @@ def reconcile(
                     _due(state, count, price),
                     state == "given back" or participation.begun_at < now - LONGEST_S,
                     parts.get(participation.id, "unpaid"),
+                    participation.standing,
                 )
             )
     states: dict[Standing, State] = {
@@ -133,8 +169,22 @@ def reconcile(
         "rejected": "settled",
     }
     unknown = (one for one in known.values() if one.standing in states)
-    findings += (Finding(s.assignment, states[s.standing], s, None, None) for s in unknown)
+    findings += (
+        Finding(s.assignment, states[s.standing], s, None, None, standing=s.standing)
+        for s in unknown
+    )
     return findings
+
+
+def _is_bound(
+    participation: Participation, submission: Submission | None, terms: Mapping[str, Terms]
+) -> bool:
+    """Whether an assignment is one of the work that its worker was offered, for its reward."""
+    one = None if submission is None else terms.get(submission.group)
+    if one is None or submission is None:
+        return False
+    is_same = (one.task, one.items) == (participation.task, participation.items)
+    return is_same and (None in (one.reward, submission.reward) or one.reward == submission.reward)
 
 
 def unpaid_part(finding: Finding) -> Decimal:
@@ -169,7 +219,8 @@ def _parts(session: Session, study: Study) -> dict[int | None, Literal["in doubt
             LedgerEntry.state != "refused",
         )
     )
-    return {id_: "paid" if state == "done" else "in doubt" for id_, state in rows}
+    paid = ("ordered", "done", "confirmed")
+    return {id_: "paid" if state in paid else "in doubt" for id_, state in rows}
 
 
 def _state(participation: Participation, count: int, submission: Submission | None) -> State:

@@ -1,7 +1,8 @@
 """Approving, rejecting and paying: each assignment by itself, and each thing once.
 
-Each call is in the ledger before it is made. What is in doubt is left alone; see
-:mod:`annotation_app.crowds.doubts`. The database is never locked while the platform is asked.
+Each call is in the ledger before it is made, and the platform's record is compared with it before
+that. What is in doubt, and what was found there, is left alone until somebody has decided; see
+:mod:`annotation_app.crowds.decisions`. The database is never locked while the platform is asked.
 """
 
 from __future__ import annotations
@@ -10,14 +11,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import partial
-from typing import Literal
 
-from annotation_app.crowds.ledger import OPEN, PAYMENTS, Call, Entry, Ledger, What
+from annotation_app.crowds.comparison import Comparison, Deed, bonus_of, deed_of
+from annotation_app.crowds.ledger import OPEN, PAYMENTS, Call, Entry, Ledger, What, is_found
 from annotation_app.crowds.platform import (
     Bonus,
     LostReplyError,
     Platform,
     PlatformError,
+    Standing,
     Submission,
 )
 from annotation_app.crowds.reconciliation import Finding, known_platform_ids, unpaid_part
@@ -48,28 +50,13 @@ class Wishes:
     """By assignment."""
     pay_partial: bool = False
     """Pay for the part that was received of what was never confirmed."""
+    leave_out_unknown: bool = False
+    """Leave out the answers of people whom the platform doesn't know."""
 
 
-@dataclass(frozen=True, slots=True)
-class Deed:
-    """Something that was done, or found out, or could not be done.
-
-    `problem` says why it wasn't, and `note` what else there is to say. Nobody knows whether it was
-    done if it is `in_doubt`.
-    """
-
-    assignment: str
-    what: What | Literal["held"]
-    problem: str = ""
-    amount: Decimal = Decimal(0)
-    note: str = ""
-    in_doubt: bool = False
-
-
-def settle(
-    ledger: Ledger, platform: Platform, findings: Sequence[Finding], wishes: Wishes
-) -> Iterator[Deed]:
+def settle(comparison: Comparison, findings: Sequence[Finding], wishes: Wishes) -> Iterator[Deed]:
     """Do what can be done. One assignment's failure stops no other."""
+    ledger = comparison.ledger
     approved = {
         finding.assignment
         for finding in findings
@@ -87,26 +74,25 @@ def settle(
         assignment = finding.assignment
         if assignment in wishes.reject:
             reason = wishes.reject[assignment]
-            yield from _judge(ledger, platform, finding, submission, reason)
+            yield from _judge(comparison, finding, submission, reason)
         elif assignment in wishes.approve_also or (wishes.approve and finding.state == "ready"):
             why = _held(finding, wishes, was_to_be_rejected=assignment in refused_rejections)
             if why is not None:
                 yield Deed(assignment, "held", note=why)
                 continue
-            for deed in _judge(ledger, platform, finding, submission):
+            for deed in _judge(comparison, finding, submission):
                 yield deed
-                if not deed.problem:
+                if deed.what == "approve" and not deed.problem:
                     approved.add(assignment)
         elif wishes.hold_flagged and finding.person_id in wishes.flagged:
             yield Deed(assignment, "held")
-    yield from _rewards(ledger, platform, findings, wishes, approved)
+    yield from _rewards(comparison, findings, wishes, approved)
     if wishes.pay_partial:
-        yield from _partial(ledger, platform, findings)
+        yield from _partial(comparison, findings)
 
 
 def _rewards(
-    ledger: Ledger,
-    platform: Platform,
+    comparison: Comparison,
     findings: Sequence[Finding],
     wishes: Wishes,
     approved: Iterable[str],
@@ -127,7 +113,7 @@ def _rewards(
             yield Deed(assignment, "bonus", "nobody has sent this assignment in", bonus.amount)
         else:
             named = replace(bonus, key=f"{assignment} {bonus.key}")
-            yield from _pay(ledger, platform, sent, sent.submission, named)
+            yield from _pay(comparison, sent, sent.submission, named)
 
 
 def _held(finding: Finding, wishes: Wishes, *, was_to_be_rejected: bool) -> str | None:
@@ -144,13 +130,10 @@ def _held(finding: Finding, wishes: Wishes, *, was_to_be_rejected: bool) -> str 
 
 
 def _judge(
-    ledger: Ledger,
-    platform: Platform,
-    finding: Finding,
-    submission: Submission,
-    reason: str | None = None,
+    comparison: Comparison, finding: Finding, submission: Submission, reason: str | None = None
 ) -> Iterator[Deed]:
     """Approve an assignment, or reject it for a reason, unless that was done just now."""
+    ledger, platform = comparison.ledger, comparison.platform
     about = finding.assignment, finding.assignment, finding.participation_id
     if reason is None:
         call = Call("approve", *about, submission.reward)
@@ -161,13 +144,31 @@ def _judge(
     before = ledger.find(call.what, call.key)
     if before is not None:
         is_young = before.ended_at is not None and now() - before.ended_at < HOUR_S
-        if before.state in OPEN or (before.state == "done" and is_young):
+        if before.state in OPEN or (before.state in ("done", "found there") and is_young):
             return
-    yield _told(call, lambda: ledger.carry_out(call, lambda _: do()))
+    held: list[Deed] = []
+    compared = _compared(comparison, submission, call, held)
+    yield from compared
+    if held:
+        yield from held
+        return
+    wanted: Standing = "approved" if reason is None else "rejected"
+
+    def judge(_: Entry) -> None:
+        try:
+            do()
+        except LostReplyError:
+            raise
+        except PlatformError:
+            # A refusal may mean that it was done before: the assignment itself shows it.
+            if not _is_now(platform, submission, wanted):
+                raise
+
+    yield _told(call, lambda: ledger.carry_out(call, judge))
 
 
-def _partial(ledger: Ledger, platform: Platform, findings: Sequence[Finding]) -> Iterator[Deed]:
-    payable = known_platform_ids(ledger.engine, findings)
+def _partial(comparison: Comparison, findings: Sequence[Finding]) -> Iterator[Deed]:
+    payable = known_platform_ids(comparison.ledger.engine, findings)
     for finding in findings:
         amount = unpaid_part(finding)
         if not amount:
@@ -179,29 +180,60 @@ def _partial(ledger: Ledger, platform: Platform, findings: Sequence[Finding]) ->
             continue
         reason = f"{PART} (assignment {finding.assignment})"
         bonus = Bonus(finding.assignment, amount, reason)
-        yield from _pay(ledger, platform, finding, submission, bonus, what="partial payment")
+        yield from _pay(comparison, finding, submission, bonus, what="partial payment")
 
 
 def _pay(
-    ledger: Ledger,
-    platform: Platform,
+    comparison: Comparison,
     finding: Finding,
     submission: Submission,
     bonus: Bonus,
     *,
     what: What = "bonus",
 ) -> Iterator[Deed]:
+    ledger = comparison.ledger
     before = ledger.find(what, bonus.key)
-    if before is None or before.state == "refused":
-        call = Call(what, bonus.key, "", finding.participation_id, bonus.amount, bonus.reason)
-        deed = _told(call, lambda: pay(ledger, platform, submission, call))
+    if before is not None and before.state != "refused":
+        return
+    ids = (bonus.key, submission.assignment, finding.participation_id)
+    call = Call(what, *ids, bonus.amount, bonus.reason)
+    held: list[Deed] = []
+    for deed in _compared(comparison, submission, call, held):
         yield replace(deed, assignment=finding.assignment)
+    before = ledger.find(what, bonus.key)
+    if held or (before is not None and before.state != "refused"):
+        yield from (replace(deed, assignment=finding.assignment) for deed in held)
+        return
+    entries = ledger.entries("done", assignment=submission.assignment)
+    same = [e for e in entries if is_found(e) and e.call.what in PAYMENTS]
+    for entry in same:
+        if entry.call.amount == bonus.amount:
+            ledger.adopt(entry, call)
+            yield Deed(
+                finding.assignment, what, amount=bonus.amount, note=f"{entry.id} was paid before"
+            )
+            return
+    deed = _told(call, lambda: pay(ledger, comparison.platform, submission, call))
+    yield replace(deed, assignment=finding.assignment)
 
 
-def deed_of(call: Call, problem: str = "", *, note: str = "", in_doubt: bool = False) -> Deed:
-    """What came of a call."""
-    amount = call.amount or Decimal(0)
-    return Deed(call.assignment, call.what, problem, amount, note, in_doubt)
+def _compared(
+    comparison: Comparison, submission: Submission, call: Call, held: list[Deed]
+) -> Iterator[Deed]:
+    """Compare what was paid by an assignment; `held` is filled if somebody has to decide first."""
+    try:
+        yield from comparison.payments(submission, call.participation_id)
+    except PlatformError as error:
+        held.append(deed_of(call, f"what was paid before could not be looked up: {error}"))
+        return
+    found = comparison.ledger.entries("found there", assignment=submission.assignment)
+    if found and call.what != "reject":
+        one = found[0]
+        amount = "" if one.call.amount is None else f" {one.call.amount}"
+        note = f"{one.call.what}{amount} was found there (entry {one.id}): decide about it first"
+        held.append(
+            Deed(submission.assignment, "held", amount=call.amount or Decimal(0), note=note)
+        )
 
 
 def _told(call: Call, do: Callable[[], None]) -> Deed:
@@ -222,85 +254,33 @@ def pay(
     *,
     instead_of: Entry | None = None,
 ) -> None:
-    """Pay a bonus by a submission.
+    """Order a bonus by a submission; the platform's list shows later whether it was paid.
 
-    Two payments of the same amount by the same submission are never under way together.
-    Platforms list amounts, and nobody could see which of the two arrived. `instead_of` is the same
+    Nothing is ordered while a payment of the same amount by the same submission is in doubt:
+    platforms list amounts, and nobody could see which of the two arrived. `instead_of` is the same
     payment in doubt, of which somebody has decided that it is made again.
 
     Raises
     ------
     LostReplyError
-        If nobody knows whether it was paid.
+        If nobody knows whether it was ordered.
     PlatformError
         If it was not.
     """
     call = replace(call, assignment=submission.assignment)
-    alike = [entry for entry in ledger.entries() if _is_alike(entry.call, call)]
-    for entry in alike:
-        if entry.state in OPEN:
+    for entry in ledger.entries(*OPEN, assignment=submission.assignment):
+        if _is_alike(entry.call, call):
             raise PlatformError(
                 f"payment {entry.id} of the same amount by the same assignment is in doubt",
                 fix="decide about that one first",
             )
-    # What the platform has accepted may not be listed yet.
-    accepted = sum(entry.state == "done" for entry in alike)
-    listed = platform.listed(submission, amount_of(call))
-    call = replace(call, listed_before=max(listed, accepted))
 
     def do(entry: Entry) -> None:
         reference = _prepared(platform, submission, call)
         ledger.refer(entry, reference)
         platform.pay(submission, bonus_of(call), reference)
 
-    try:
-        ledger.carry_out(call, do, instead_of=instead_of)
-    except LostReplyError:
-        if not platform.token_lasts_s or not _is_found_out(ledger, platform, submission, call):
-            raise
-
-
-def was_paid(ledger: Ledger, platform: Platform, submission: Submission, entry: Entry) -> bool:
-    """Whether a payment in doubt was made, as the ledger notes then.
-
-    Where the platform knows the payment by its token, it is made again to find out. False
-    says nothing: platforms pay later than they answer. A PlatformError says that it can't be asked.
-    """
-    if entry.reference is None:
-        ledger.end(entry, "refused", f"{entry.problem}; nothing had been ordered yet")
-        return False
-    if _is_listed(ledger, platform, submission, entry):
-        ledger.end(entry, "done")
-        return True
-    if now() - entry.attempted_at >= platform.token_lasts_s:
-        return False
-    reference, bonus = entry.reference, bonus_of(entry.call)
-    try:
-        ledger.carry_out(
-            entry.call, lambda _: platform.pay(submission, bonus, reference), repeats=entry
-        )
-    except PlatformError:  # also if it knows the token: the list will show the payment
-        return False
-    return True
-
-
-def amount_of(call: Call) -> Decimal:
-    """What a payment pays."""
-    assert call.amount is not None  # noqa: S101 - it is a payment
-    return call.amount
-
-
-def bonus_of(call: Call) -> Bonus:
-    """A payment as it is sent to a platform."""
-    return Bonus(f"{call.what} {call.key}", amount_of(call), call.reason)
-
-
-def _is_found_out(ledger: Ledger, platform: Platform, submission: Submission, call: Call) -> bool:
-    entry = ledger.find(call.what, call.key)
-    try:
-        return entry is not None and was_paid(ledger, platform, submission, entry)
-    except PlatformError:
-        return False
+    ledger.carry_out(call, do, instead_of=instead_of)
 
 
 def _is_alike(one: Call, other: Call) -> bool:
@@ -311,12 +291,11 @@ def _is_alike(one: Call, other: Call) -> bool:
     )
 
 
-def _is_listed(ledger: Ledger, platform: Platform, submission: Submission, entry: Entry) -> bool:
-    before = entry.call.listed_before
-    if before is None:  # an earlier program has paid
-        others = [e for e in ledger.entries("done") if _is_alike(e.call, entry.call)]
-        before = len(others)
-    return platform.listed(submission, amount_of(entry.call)) > before
+def _is_now(platform: Platform, submission: Submission, standing: Standing) -> bool:
+    try:
+        return platform.standing(submission) == standing
+    except PlatformError:
+        return False
 
 
 def _prepared(platform: Platform, submission: Submission, call: Call) -> str:

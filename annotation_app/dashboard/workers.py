@@ -7,13 +7,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import msgspec
 from sqlalchemy import Integer, bindparam, case, func, or_, select
 from sqlalchemy.orm import Session
 
-from annotation_app.people.participants import subject_of
+from annotation_app.people.participants import platform_knowledge, subject_of
 from annotation_app.store.database import core
 from annotation_app.store.models import Answer, Item, Person, Record, TaskName
 from annotation_app.tasks.task_registry import task_names, tasks
@@ -42,6 +42,8 @@ class Worker:
         Attention checks that they had, and that they failed.
     reasons
         What is odd, in plain words; empty for most people.
+    platform
+        Whether the crowd platform knows them; None for others, and before anybody has compared.
     """
 
     person_id: str
@@ -53,6 +55,7 @@ class Worker:
     checks: int
     failed: int
     reasons: tuple[str, ...]
+    platform: Literal["known", "unknown"] | None = None
 
 
 class _Median(NamedTuple):
@@ -99,10 +102,14 @@ def workers(session: Session, study_id: str) -> list[Worker]:
         work[person_id].flags.update(flags)
     medians = _medians(session, numbers, study_id)
     others = _by_task(medians)
+    knowledge = platform_knowledge(session, study_id)
     answered = select(Answer.person_id).where(Answer.study_id == study_id)
     people = session.scalars(select(Person).where(Person.id.in_(answered)))
     found = [
-        _worker(person, work[person.id], medians.get(person.id, {}), others) for person in people
+        _worker(
+            person, work[person.id], medians.get(person.id, {}), others, knowledge.get(person.id)
+        )
+        for person in people
     ]
     return sorted(found, key=lambda worker: (-len(worker.reasons), -worker.answers, worker.subject))
 
@@ -217,8 +224,10 @@ def _worker(
     mine: _Work,
     medians: Mapping[TaskName, _Median],
     ordered: Mapping[TaskName, Sequence[float]],
+    platform: Literal["known", "unknown"] | None,
 ) -> Worker:
     failed = mine.checks.count(False)
+    unknown = ("the platform doesn't know them",) if platform == "unknown" else ()
     return Worker(
         person_id=person.id,
         subject=subject_of(person),
@@ -228,7 +237,8 @@ def _worker(
         median_s={task_name: one.seconds for task_name, one in medians.items()},
         checks=len(mine.checks),
         failed=failed,
-        reasons=tuple(_reasons(mine, failed, medians, ordered)),
+        reasons=(*unknown, *_reasons(mine, failed, medians, ordered)),
+        platform=platform,
     )
 
 

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import films_of
 from annotation_app.items.replaced_videos import video_digests
-from annotation_app.people.participants import subject_of
+from annotation_app.people.participants import platform_knowledge, subject_of
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
 from annotation_app.tasks.task_record import AnswerTable, write_csv
 from annotation_app.tasks.task_registry import tasks
@@ -23,7 +23,7 @@ from corpus_tools.runtime.parquet import import_pyarrow
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
     "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body", "metadata", "excluded",
-    "reason", "video_sha256",
+    "reason", "video_sha256", "platform",
 )  # fmt: skip
 
 
@@ -106,6 +106,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
     reasons = _reasons(session, study) if excluded else {}
     films = films_of(session, study.id)
     digests = video_digests(session, study.id)
+    knowledge = platform_knowledge(session, study.id)
     found = session.execute(
         select(Answer, Item, Person)
         .join(Item, Item.id == Answer.item_id)
@@ -138,6 +139,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
             "excluded": answer.excluded,
             "reason": reasons.get(answer.id, "") if answer.excluded else "",
             "video_sha256": digests.get(item.payload["video"], ""),
+            "platform": knowledge.get(person.id, ""),
         }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import secrets
-from typing import Any
+from typing import Any, Literal
 
 from itsdangerous import BadSignature, URLSafeSerializer
 from sqlalchemy import select
@@ -17,6 +17,7 @@ from annotation_app.core.person_codes import new_code
 from annotation_app.core.problems import Refusal
 from annotation_app.core.random_ids import new_id
 from annotation_app.store.audit import SUBJECT_CHARACTERS
+from annotation_app.store.crowd_models import Participation
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Record, Role
 
@@ -147,3 +148,21 @@ def keep_practice(person: Person, task: str) -> None:
 def subject_of(person: Person) -> str:
     """What exports have instead of who somebody is: a part of a salted hash."""
     return person.external_hash[:SUBJECT_CHARACTERS]
+
+
+def platform_knowledge(session: Session, study_id: str) -> dict[str, Literal["known", "unknown"]]:
+    """Which of the people who came to a study from a platform it knows, by their ids.
+
+    Whom it names in any assignment is known. Of others nobody knows before platform and database
+    were compared, and their assignments are over.
+    """
+    came = select(Participation.person_id).where(Participation.study_id == study_id)
+    rows = session.execute(
+        select(Participation.person_id, Participation.standing)
+        .where(Participation.person_id.in_(came), Participation.standing.is_not(None))
+        .order_by(Participation.standing == "unknown")
+    )
+    found: dict[str, Literal["known", "unknown"]] = {}
+    for person_id, standing in rows:
+        found.setdefault(person_id, "unknown" if standing == "unknown" else "known")
+    return found

@@ -12,6 +12,8 @@ from annotation_app.store.models import AuditEntry, Person, Record
 
 COMMAND_LINE = "command line"
 """Who acts where something is done on the machine."""
+RESTORED = "restored"
+"""The action after which a ledger of payments may be behind what was done."""
 SUBJECT_CHARACTERS = 12
 
 

@@ -29,12 +29,18 @@ class Participation(Base):
     begun_at: Mapped[float]
     received_at: Mapped[float | None]
     confirmed_at: Mapped[float | None]
+    standing: Mapped[
+        Literal["working", "submitted", "approved", "rejected", "returned", "unknown"] | None
+    ] = mapped_column(String(20))
+    """What the platform said last: ``unknown`` if it has no such one, None if nobody asked."""
     outcome: Mapped[Record]
     """What is known besides: where to send the worker back to, whether nothing was left."""
 
 
 class LedgerEntry(Base):
     """A call to a platform that offers work, approves, rejects or pays, noted before it is made.
+
+    What a platform shows and nobody has called for from here is noted when it is found.
 
     Rows are never deleted, also not when a person's data are erased: books must be kept.
     """
@@ -54,13 +60,16 @@ class LedgerEntry(Base):
     assignment: Mapped[str]
     """The platform's id of what is approved or paid by; empty for offers of work."""
     amount: Mapped[str]
-    """A decimal number in the platform's currency; empty where nothing is paid by the call."""
-    listed_before: Mapped[int | None]
-    """How many bonuses of this amount the platform listed for the assignment before the call."""
+    """A decimal number in the platform's currency: what is paid, or offered for an assignment.
+
+    Empty where the call pays nothing, or nobody knows what.
+    """
     reason: Mapped[str] = mapped_column(String(2000))
     reference: Mapped[str | None]
     """What the platform knows the call by: its id of the payment, or an idempotency key."""
-    state: Mapped[Literal["attempted", "in doubt", "done", "refused"]] = mapped_column(String(20))
+    state: Mapped[
+        Literal["attempted", "ordered", "in doubt", "done", "confirmed", "found there", "refused"]
+    ] = mapped_column(String(20))
     attempted_at: Mapped[float]
     ended_at: Mapped[float | None]
     problem: Mapped[str] = mapped_column(String(2000))

@@ -39,6 +39,9 @@ def lossy(losses: dict[str, Loss], operation: str, reply: Callable[[], Reply]) -
     return answer
 
 
+BONUS_FIELDS = ("WorkerId", "AssignmentId", "BonusAmount", "Reason", "GrantTime")
+
+
 class MechanicalTurk:
     """Requesters' operations by boto3's protocol, and workers' ``externalSubmit``."""
 
@@ -51,6 +54,11 @@ class MechanicalTurk:
         self.calls: list[str] = []
         self.losses: dict[str, Loss] = {}
         """Operations whose next answer is lost."""
+        self.page = 2
+        self.is_endless = False
+        """Whether lists go back to their beginning after the last page."""
+        self.others: list[dict[str, Any]] = []
+        """HITs of other programs, which have what is required only."""
 
     def __call__(self, method: str, path: str, headers: dict[str, str], body: bytes) -> Reply:
         if path == "/mturk/externalSubmit":
@@ -116,13 +124,7 @@ class MechanicalTurk:
         return 200, {"HIT": self._shown(hit_id)}
 
     def ListHITs(self, request: dict[str, Any]) -> Reply:  # noqa: N802
-        # Small pages, so that clients that read the first only are found out.
-        ids = list(self.hits)
-        start = int(request.get("NextToken", "0"))
-        reply: dict[str, Any] = {"HITs": [self._shown(i) for i in ids[start : start + 2]]}
-        if start + 2 < len(ids):
-            reply["NextToken"] = str(start + 2)
-        return 200, reply
+        return self._page(request, "HITs", [*self.others, *map(self._shown, self.hits)])
 
     def UpdateExpirationForHIT(self, request: dict[str, Any]) -> Reply:  # noqa: N802
         self.hits[request["HITId"]]["Expiration"] = request["ExpireAt"]
@@ -135,7 +137,14 @@ class MechanicalTurk:
             if a["HITId"] == request["HITId"]
             and a["AssignmentStatus"] in request["AssignmentStatuses"]
         ]
-        return 200, {"Assignments": found, "NumResults": len(found)}
+        return self._page(request, "Assignments", found)
+
+    def GetAssignment(self, request: dict[str, Any]) -> Reply:  # noqa: N802
+        assignment = self.assignments.get(request["AssignmentId"])
+        if assignment is None or assignment["AssignmentStatus"] == "Accepted":
+            return _fault("AWS.MechanicalTurk.AssignmentDoesNotExist", "there is none")
+        hit = self._shown(assignment["HITId"])
+        return 200, {"Assignment": {**assignment, "SubmitTime": NOW}, "HIT": hit}
 
     def ApproveAssignment(self, request: dict[str, Any]) -> Reply:  # noqa: N802
         return self._move(request, "Approved")
@@ -151,16 +160,27 @@ class MechanicalTurk:
         if assignment["WorkerId"] != request["WorkerId"]:
             return _fault("AWS.MechanicalTurk.AssignmentDoesNotExist", "not this worker's")
         self.bonus_tokens.add(request["UniqueRequestToken"])
-        self.bonuses.append(request)
+        self.bonuses.append({**request, "GrantTime": NOW + len(self.bonuses)})
         return 200, {}
 
     def ListBonusPayments(self, request: dict[str, Any]) -> Reply:  # noqa: N802
         found = [
-            {key: b[key] for key in ("WorkerId", "AssignmentId", "BonusAmount", "Reason")}
+            {key: b[key] for key in BONUS_FIELDS}
             for b in self.bonuses
             if b["AssignmentId"] == request["AssignmentId"]
         ]
-        return 200, {"BonusPayments": found, "NumResults": len(found)}
+        return self._page(request, "BonusPayments", found)
+
+    def _page(self, request: dict[str, Any], name: str, entries: list[Any]) -> Reply:
+        """Small pages, so that clients that read the first only are found out."""
+        start = int(request.get("NextToken", "0"))
+        page = entries[start : start + self.page]
+        reply: dict[str, Any] = {name: page, "NumResults": len(page)}
+        if start + self.page < len(entries):
+            reply["NextToken"] = str(start + self.page)
+        elif self.is_endless:
+            reply["NextToken"] = "0"
+        return 200, reply
 
     def status(self, assignment: str) -> str:
         return str(self.assignments[assignment]["AssignmentStatus"])

@@ -133,6 +133,8 @@ def test_decisions_are_about_what_is_in_doubt(
     app: Flask, lab: Lab, prolific: Prolific, sent: str
 ) -> None:
     lab.collect(*BONUS)
+    prolific.let_minutes_pass()
+    lab.collect()
     for option in ("--confirm-paid", "--pay-again"):
         assert "has no entry 99" in str(lab.collect(option, "99").exception)
         (done,) = (entry.id for entry in entries(app) if entry.what == "bonus")
@@ -283,13 +285,13 @@ def test_the_ledger_is_shown(app: Flask, lab: Lab, prolific: Prolific, sent: str
     prolific.losses["pay"] = "cut"
     lab.collect(*BONUS, "--bonus", "sub1", "0.20", "For speed")
     shown = lab.reconcile().output
-    for line in ("1 approve done, 0.20 in all", "1 bonus in doubt, 0.50", "1 bonus done, 0.20"):
+    for line in ("1 approve done, 0.20 in all", "1 bonus in doubt, 0.50", "1 bonus ordered, 0.20"):
         assert line in shown
     told = json.loads(lab.reconcile("--json").stdout)["ledger"]
     assert [(e["what"], e["state"], e["amount"]) for e in told[-3:]] == [
         ("approve", "done", "0.20"),
         ("bonus", "in doubt", "0.50"),
-        ("bonus", "done", "0.20"),
+        ("bonus", "ordered", "0.20"),
     ]
     assert {e["assignment"] for e in told[-3:]} == {"sub1"}
     assert "private" not in f"{shown}{told}"
@@ -330,7 +332,7 @@ def order(answer: object) -> PlatformError:
         with pytest.raises(PlatformError) as raised:
             platform.pay(submission, bonus, "bulk1")
         with pytest.raises(PlatformError) as looked:
-            platform.listed(submission, bonus.amount)
+            platform.paid(submission)
     # What only looks is never in doubt.
     assert not isinstance(looked.value, LostReplyError)
     return raised.value

@@ -31,12 +31,18 @@ from hypothesis.stateful import (
 )
 from sqlalchemy import select, update
 
-from annotation_app.core.config import open_instance
+from annotation_app.copies.backups import back_up
+from annotation_app.copies.restoring import restore
+from annotation_app.core.config import Config, open_instance
+from annotation_app.core.key_file import KEY_FILE
 from annotation_app.crowds import mturk_client as mturk_module
 from annotation_app.crowds import prolific_client as prolific_module
+from annotation_app.crowds.ledger import CURRENT
 from annotation_app.serving.factory import create_app
-from annotation_app.store.crowd_models import LedgerEntry
+from annotation_app.store.audit import RESTORED
+from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import open_database
+from annotation_app.store.models import Answer, AuditEntry
 from annotation_app.studies.study_file import Payment, StudyConfig
 from tests.annotation_app.browser import described, execute, rows_in
 from tests.annotation_app.crowds.conftest import PAID
@@ -53,7 +59,7 @@ from tests.annotation_app.crowds.truth import AtMechanicalTurk, AtProlific, Paym
 
 EXAMPLES = int(os.environ.get("MONEY_EXAMPLES", "12"))
 STUDY = msgspec.structs.replace(PAID, payment=Payment(0.10, bonus=0.25))
-MOST_PEOPLE, MOST_WORKERS = 12, 4
+MOST_PEOPLE, MOST_WORKERS, MOST_INVENTED, MOST_RESTORES = 12, 4, 2, 2
 QUALITY, PART = Decimal("0.25"), Decimal("0.10")
 BONUSES = (("0.50", "For care"), ("0.50", "For speed"), ("0.25", "For the long command"))
 DAY_S = 86_400
@@ -84,21 +90,31 @@ class History(RuleBasedStateMachine):
         self.trouble = Trouble()
         self.world = type(self).at(self.trouble)
         type(self).install(self.world)
-        config = replace(open_instance(next(type(self).folders)), rate_limits=False)
+        config = open_instance(next(type(self).folders))
         shutil.copyfile(type(self).template, config.database)
-        self.engine = open_database(config.database)
-        self.app = create_app(config, self.engine)
-        self.lab = Lab(config, "https://platform.test", self.world.name)
+        self._open(config)
         self.asked_for = 0
         self.wished: Payments = Counter()
         """What is to be paid in the end."""
         self.options: dict[tuple[str, ...], None] = {}
         self.ready: set[str] = set()
         self.sent: list[str] = []
-        self.workers = 0
+        self.workers = self.invented = self.restores = 0
 
-    @initialize(people=st.integers(MOST_WORKERS, MOST_PEOPLE), trouble=troubles(("offer",)))
-    def begin(self, people: int, trouble: Wrong) -> None:
+    def _open(self, config: Config) -> None:
+        self.config = replace(config, rate_limits=False)
+        self.engine = open_database(config.database)
+        self.app = create_app(self.config, self.engine)
+        self.lab = Lab(self.config, "https://platform.test", self.world.name)
+
+    @initialize(
+        people=st.integers(MOST_WORKERS, MOST_PEOPLE),
+        trouble=troubles(("offer",)),
+        page=st.sampled_from((None, 1, 2, 5)),
+        is_endless=st.booleans(),
+    )
+    def begin(self, people: int, trouble: Wrong, page: int | None, is_endless: bool) -> None:
+        self.world.list_in_pages(page, is_endless=is_endless)
         self.publish(people, trouble)
         self._offer_it_all()
         self.take_part(2)
@@ -148,6 +164,35 @@ class History(RuleBasedStateMachine):
     def let_time_pass(self) -> None:
         self._let_time_pass()
 
+    @precondition(lambda self: self.invented < MOST_INVENTED)
+    @rule(done=st.integers(1, 2))
+    def come_with_an_invented_id(self, done: int) -> None:
+        address = self.world.address()
+        assert address is not None
+        self.invented += 1
+        worker = CrowdWorker(self.app, address, self.world.invent(f"invented{self.invented}"))
+        for _ in range(done):
+            worker.do("describe", described())
+
+    @rule(orders=st.integers(1, 2))
+    def let_orders_fail_late(self, orders: int) -> None:
+        self.world.fail_late(orders)
+
+    @precondition(lambda self: self.restores < MOST_RESTORES)
+    @rule(trouble=troubles(COLLECTING), bonus=st.sampled_from(BONUSES))
+    def lose_what_was_done_last(self, trouble: Wrong, bonus: tuple[str, str]) -> None:
+        """A backup is taken, work is paid, and the backup is restored."""
+        self.restores += 1
+        folder = next(type(self).folders)
+        archive = folder.with_suffix(".backup")
+        back_up(self.config, archive, None)
+        self._run(lambda: self._collect("--pay-bonus", "--pay-partial"), trouble)
+        self.give_a_bonus(self.restores, bonus, trouble)
+        self.engine.dispose()
+        restore(archive, folder, keys=self.config.instance / KEY_FILE)
+        self._open(open_instance(folder))
+        assert self._is_restored()
+
     @precondition(lambda self: self._decisions())
     @rule(trouble=troubles(COLLECTING))
     def decide(self, trouble: Wrong) -> None:
@@ -165,8 +210,15 @@ class History(RuleBasedStateMachine):
 
     @invariant()
     def the_ledger_is_right(self) -> None:
-        done, open_ = self._booked("done"), self._booked("in doubt", "attempted")
+        if self._is_restored():
+            return
+        done = self._booked("done", "found there")
+        open_ = self._booked("in doubt", "attempted", "ordered", "confirmed")
         assert done <= self.world.paid() <= done + open_
+
+    @invariant()
+    def nobody_is_approved_who_has_not_done_all(self) -> None:
+        assert self.world.approved() <= self.ready
 
     def teardown(self) -> None:
         try:
@@ -176,19 +228,26 @@ class History(RuleBasedStateMachine):
 
     def _end_well(self) -> None:
         """Nothing goes wrong any more, and somebody decides what is in doubt."""
+        self.world.fail_late(0)
+        self._let_time_pass()
+        self._collect(*self._decisions())
         self._offer_it_all()
         wishes = [option for wish in self.options for option in wish]
-        for _ in range(4):
+        for _ in range(6):
             self._let_time_pass()
             self._collect(*self._decisions())
             result = self._collect("--pay-bonus", "--pay-partial", *wishes)
-            if result.exit_code == 0:
+            waiting = self._booked("in doubt", "attempted", "ordered", "found there")
+            if result.exit_code == 0 and not waiting and not self._entries("found there"):
                 break
         assert result.exit_code == 0, (result.output, result.exception)
+        assert self.lab.reconcile().exit_code == 0
         assert self.world.approved() == self.ready
         self.wished.update({(assignment, QUALITY): 1 for assignment in self.ready})
         assert self.world.paid() == self.wished == self._booked("done")
-        assert not self._booked("in doubt", "attempted", "refused")
+        assert not self._booked("in doubt", "attempted", "ordered", "confirmed", "found there")
+        if self.world.client.lists_all:
+            assert self._answers_of_invented() == {True}
 
     def _offer_it_all(self) -> None:
         for _ in range(4):
@@ -222,22 +281,48 @@ class History(RuleBasedStateMachine):
         assert result.exception is None or name in known, result.exception
         return result
 
+    def _answers_of_invented(self) -> set[bool]:
+        """Whether what people sent whom the platform doesn't know is left out."""
+        wanted = (
+            select(Answer.excluded)
+            .join(Participation, Participation.person_id == Answer.person_id)
+            .where(
+                Participation.assignment.startswith("invented"),
+                Participation.received_at.is_not(None),
+            )
+        )
+        return {True, *rows_in(self.engine, wanted)}
+
+    def _is_restored(self) -> bool:
+        actions = select(AuditEntry.action).order_by(AuditEntry.id.desc())
+        told = [a for a in rows_in(self.engine, actions) if a in (RESTORED, CURRENT)]
+        return told[:1] == [RESTORED]
+
     def _decisions(self) -> list[str]:
-        """What somebody decides who knows what the platform was ordered to pay."""
-        done, paid = self._booked("done"), self.world.paid()
-        decisions = []
+        """What somebody decides who knows what the platform was ordered to pay.
+
+        They wait until what was ordered before a restore has arrived.
+        """
+        accounted = self._booked("done", "found there", "ordered", "confirmed")
+        decisions, paid = [], self.world.paid()
+        if self._is_restored():
+            return ["--confirm-restored"] if self.world.has_arrived() else []
+        if self._entries("found there"):
+            decisions.append("--confirm-found")
         for entry in self._entries("in doubt"):
             if entry.what in ("bonus", "partial payment"):
                 which = entry.assignment, Decimal(entry.amount)
-                was_paid = paid[which] > done[which]
+                was_paid = paid[which] > accounted[which]
                 decisions += ["--confirm-paid" if was_paid else "--pay-again", str(entry.id)]
         return decisions
 
     def _let_time_pass(self) -> None:
         self.world.let_time_pass()
-        if self.world.name == "mturk":
-            earlier = LedgerEntry.attempted_at - DAY_S
-            execute(self.engine, update(LedgerEntry).values(attempted_at=earlier))
+        earlier = {
+            LedgerEntry.attempted_at: LedgerEntry.attempted_at - DAY_S,
+            LedgerEntry.ended_at: LedgerEntry.ended_at - DAY_S,
+        }
+        execute(self.engine, update(LedgerEntry).values(earlier))
 
     def _entries(self, *states: str) -> list[LedgerEntry]:
         return rows_in(self.engine, select(LedgerEntry).where(LedgerEntry.state.in_(states)))

@@ -121,7 +121,11 @@ def prolific_client(platform: Prolific, trouble: Trouble) -> httpx.Client:
         route = [request.method, *path.strip("/").split("/")[2:]]
         body = request.read()
         operation = operation_of(route, json.loads(body) if body else {})
-        headers = {"HTTP_AUTHORIZATION": request.headers["Authorization"]}
+        headers = {
+            "HTTP_AUTHORIZATION": request.headers["Authorization"],
+            "QUERY_STRING": request.url.query.decode(),
+            "address": "https://prolific.test",
+        }
         try:
             status, value = trouble.reply(
                 platform, AT_PROLIFIC.get(operation, "offer"), request.method, path, headers, body

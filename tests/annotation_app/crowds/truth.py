@@ -8,7 +8,7 @@ from decimal import Decimal
 from annotation_app.crowds import mturk_client as mturk_module
 from annotation_app.crowds import prolific_client as prolific_module
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker, external_url
-from tests.annotation_app.crowds.prolific_stand_in import Prolific
+from tests.annotation_app.crowds.prolific_stand_in import Freedoms, Prolific
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk
 from tests.annotation_app.crowds.trouble import Trouble, mturk_client, prolific_client
 
@@ -45,11 +45,24 @@ class AtProlific:
     def assignment_of(self, arguments: dict[str, str]) -> str:
         return arguments["SESSION_ID"]
 
+    def invent(self, name: str) -> dict[str, str]:
+        return {"PROLIFIC_PID": name, "STUDY_ID": "study1", "SESSION_ID": f"{name}session"}
+
+    def list_in_pages(self, page: int | None, *, is_endless: bool) -> None:
+        others = ({"id": "other1", "internal_name": None}, {"id": None}, None, {"id": "other2"})
+        self.platform.freedoms = Freedoms(page=page, is_endless=is_endless, others=[*others])
+
+    def fail_late(self, orders: int) -> None:
+        self.platform.freedoms.fails_late = orders
+
+    def has_arrived(self) -> bool:
+        return self.platform.has_arrived()
+
     def approved(self) -> set[str]:
         return {i for i, s in self.platform.submissions.items() if s["status"] == "APPROVED"}
 
     def paid(self) -> Payments:
-        return Counter(self.platform.orders)
+        return Counter(self.platform.orders) - Counter(self.platform.failed)
 
     def offered(self) -> int:
         return sum(study["total_available_places"] for study in self.platform.studies.values())
@@ -89,6 +102,19 @@ class AtMechanicalTurk:
 
     def assignment_of(self, arguments: dict[str, str]) -> str:
         return arguments["assignmentId"]
+
+    def invent(self, name: str) -> dict[str, str]:
+        return {"assignmentId": name, "workerId": name.upper()}
+
+    def list_in_pages(self, page: int | None, *, is_endless: bool) -> None:
+        self.platform.page, self.platform.is_endless = page or 100, is_endless
+        self.platform.others = [{"HITId": "OTHER"}]
+
+    def fail_late(self, orders: int) -> None:
+        """Answers are final here."""
+
+    def has_arrived(self) -> bool:
+        return True
 
     def approved(self) -> set[str]:
         assignments = self.platform.assignments.items()
