@@ -284,7 +284,7 @@ _NOT_OTHERS = ("id", "video", "command", START, END)
 
 
 def _part(row: Row) -> tuple[float, float] | None:
-    """The part of a file that a row names; an empty cell is none."""
+    """Return the part of a file that a row names; empty cells are none."""
     start, end = row.text(START).strip(), row.text(END).strip()
     if not start and not end:
         return None
@@ -294,7 +294,7 @@ def _part(row: Row) -> tuple[float, float] | None:
             raise ValueError
     except ValueError:
         raise FormatError(
-            f"{start!r} to {end!r} is no part of a video",
+            f"{short(start)!r} to {short(end)!r} is no part of a video",
             where=row.where(START if START in row.columns else END),
             fix=f"give {START} and {END} in seconds, the first before the second",
         ) from None
