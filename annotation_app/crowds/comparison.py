@@ -37,6 +37,7 @@ from annotation_app.crowds.platform import (
 from annotation_app.store.installation import now
 
 FOUND = "the platform has it, and this ledger did not make it"
+GONE = "the platform doesn't list it any more"
 LATE_S = 3600.0
 """After this time a payment that was ordered should be listed. Prolific says "minutes"."""
 _TERMS = re.compile(r"(\S+) (\d+)(?: \d+)?(?: found \S+)?")
@@ -54,7 +55,7 @@ class Deed:
     """
 
     assignment: str
-    what: What | Literal["held"]
+    what: What | Literal["held", "answers"]
     problem: str = ""
     amount: Decimal = Decimal(0)
     note: str = ""
@@ -192,7 +193,7 @@ class Comparison:
             if entry.state != "ordered":
                 yield deed_of(entry.call, note=f"payment {entry.id} was paid")
         for entry in reversed(settled[listed:]):
-            self.ledger.end(entry, "in doubt", "the platform doesn't list it any more")
+            self.ledger.end(entry, "in doubt", GONE)
         for entry in open_[len(arrived) :]:
             if entry.state == "in doubt":
                 yield from self._look_again(submission, entry)
@@ -202,9 +203,11 @@ class Comparison:
     def _look_again(self, submission: Submission, entry: Entry) -> Iterator[Deed]:
         """Find out more about a payment in doubt that isn't listed.
 
-        What has no reference was never ordered. Where the platform knows the payment by its token,
-        it is sent again.
+        What has no reference was never ordered, unless it was listed before. Where the platform
+        knows the payment by its token, it is sent again.
         """
+        if entry.problem == GONE:
+            return
         if entry.reference is None:
             problem = f"{entry.problem}; nothing had been ordered yet"
             self.ledger.end(entry, "refused", problem)

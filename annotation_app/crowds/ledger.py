@@ -51,6 +51,7 @@ DOUBTED: tuple[State, ...] = ("in doubt", "found there")
 CURRENT = "confirmed as complete"
 """The action in the audit trail after which a restored ledger is taken as complete."""
 STOPPED = "the program stopped before there was an answer"
+SANDBOX = "sandbox"
 UNDER_WAY = "under way, or its program has stopped"
 FOUND = " found "
 LONGEST = 2000
@@ -104,8 +105,8 @@ class Ledger:
     ) -> list[Entry]:
         """All calls, the oldest first.
 
-        Only those in some states, if any are given; only those by an assignment; also those to
-        other platforms, and to the sandbox.
+        Only those in some states, if any are given; only those by an assignment; also those of the
+        platform's sandbox, or of the platform itself.
         """
         wanted = (
             select(LedgerEntry, Person)
@@ -114,8 +115,9 @@ class Ledger:
             .where(LedgerEntry.study_id == self.study_id)
             .order_by(LedgerEntry.id)
         )
-        if not everywhere:
-            wanted = wanted.where(LedgerEntry.provider == self.provider)
+        platform = self.provider.partition(" ")[0]
+        names = (platform, f"{platform} {SANDBOX}") if everywhere else (self.provider,)
+        wanted = wanted.where(LedgerEntry.provider.in_(names))
         if states:
             wanted = wanted.where(LedgerEntry.state.in_(states))
         if assignment is not None:

@@ -32,15 +32,15 @@ def leave_out(engine: Engine, study: Study, provider: str) -> Iterator[Deed]:
         for person in session.scalars(wanted.order_by(Person.id)).all():
             if knowledge[person.id] == "unknown":
                 count = sum(_leave_out(session, study, a) for a in _answers(session, study, person))
-                note = f"{count} answers left out: the platform doesn't know who came"
+                note = f"{count} left out, for the platform doesn't know who came"
             else:
                 left = [a for a in _answers(session, study, person) if _was_left_out(session, a)]
                 for answer in left:
                     take_back(session, study, answer, _program(session), now=now())
                 count = len(left)
-                note = f"{count} answers count again: the platform knows who came"
+                note = f"{count} count again, for the platform knows who came"
             if count:
-                yield Deed(f"person {subject_of(person)}", "held", note=note)
+                yield Deed(f"of {subject_of(person)}:", "answers", note=note)
 
 
 def _answers(session: Session, study: Study, person: Person) -> Sequence[Answer]:
