@@ -12,17 +12,7 @@ COUNT = int(os.environ.get("CT_FUZZ_FILES", "40"))
 """How many damaged files each reader gets."""
 
 
-LENIENT = ("LeRobot 3.0", "LeRobot 2.1")
-"""Readers that still fail otherwise than by named errors."""
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[pytest.mark.xfail(strict=True)] if name in LENIENT else [])
-        for name in READERS
-    ],
-)
+@pytest.mark.parametrize("name", READERS)
 def test_damaged_files_are_refused_by_name_or_mean_what_was_written(name: str) -> None:
     outcome = fuzz(name, COUNT, seed=3)
     assert outcome.failures == []

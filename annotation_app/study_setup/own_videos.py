@@ -251,7 +251,7 @@ def _of_folder(folder: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, b
             names = ", ".join(str(file.relative_to(folder)) for file in files[:MOST_NAMED])
             on_note(f"{folder}: {_are(len(files), 'file')} {what}: {names}")
     for file in used:
-        yield str(folder), OwnVideo(file.stem, file.resolve(), {}), False
+        yield str(folder), OwnVideo(file.stem, _absolute(file), {}), False
 
 
 def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:
@@ -261,7 +261,7 @@ def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, boo
         where = row.where("video")
         if not row.text("video").strip():
             raise FormatError("the row names no video", where=where, fix="name its file")
-        file = find_file(table.parent, row.text("video")).resolve()
+        file = _absolute(find_file(table.parent, row.text("video")))
         if is_shadow(Path(file.name)):
             shadows.append(row.line)
             continue
@@ -281,6 +281,11 @@ def _are(count: int, noun: str) -> str:
 
 
 _NOT_OTHERS = ("id", "video", "command", START, END)
+
+
+def _absolute(file: Path) -> Path:
+    """Return an absolute path. Links keep their names: what they lead to may have no ending."""
+    return Path(os.path.abspath(file))  # noqa: PTH100 - Path.resolve follows links
 
 
 def _part(row: Row) -> tuple[float, float] | None:
@@ -307,7 +312,7 @@ def _video_of(row: Row, names: Mapping[str, str], files: Mapping[Path, Sequence[
     for name in map(normal_name, (named, row.text("id"))):
         if name in names:
             return names[name]
-    file = find_file(row.table.parent, named).resolve()
+    file = _absolute(find_file(row.table.parent, named))
     of_file = files.get(file, ())
     if len(of_file) == 1:
         return of_file[0]
