@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from g3.learning.grounding_model import GroundingModel
     from g3.sdc.clauses import SDC
 
-Said: TypeAlias = "str | Entry | Sequence[SDC] | Parse"
+AnyCommand: TypeAlias = "str | Entry | Sequence[SDC] | Parse"
 """A command: its text, an entry of a corpus, its clauses, or what was extracted."""
 Where: TypeAlias = "State | Context | Path | str"
 """A world: a state, a context, a scenario's file or name, or ``CORPUS:CONTEXT``."""
@@ -61,7 +61,7 @@ def parse(
 
 
 def follow(
-    command: Said,
+    command: AnyCommand,
     where: Where | None = None,
     *,
     model: Grounder | GroundingModel | Path | str = "warehouse",
@@ -125,7 +125,7 @@ def follow(
     return checked(result)
 
 
-def _of_entry(command: Said) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
+def _of_entry(command: AnyCommand) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
     from corpus_tools.corpus.corpus_entries import Entry
     from g3.language.parsing.extractor import Parse
     from g3.sdc.clauses import SDC

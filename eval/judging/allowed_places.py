@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from eval.judging.allowed_things import allowed
+from eval.judging.grounded_command import GroundedCommand, Things
 from eval.judging.layout import BESIDE_M, NEAR_M, is_between, looking_at, nearest, seen
 from eval.judging.modifiers import unplaced
-from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre, covers
@@ -61,13 +61,13 @@ class Ending:
         return SHORT_M if self.short else 0.0
 
 
-def ends_well(words: Worded, nodes: Iterable[int], ending: Ending) -> bool | None:
+def ends_well(words: GroundedCommand, nodes: Iterable[int], ending: Ending) -> bool | None:
     """Whether something ends where several clauses say together; None if none can be measured."""
     found = [holds for n in nodes if (holds := holds_of(words, n, ending)) is not None]
     return all(found) if found else None
 
 
-def holds_of(words: Worded, node: int, ending: Ending) -> bool | None:
+def holds_of(words: GroundedCommand, node: int, ending: Ending) -> bool | None:
     """Whether something ends where a clause says; None if that can't be measured.
 
     In the world that was annotated its region is right, too, whatever the words.
@@ -94,7 +94,7 @@ def _at_height(place: Place, ending: Ending) -> bool:
     return ending.short or (place.prism.z_min > DECK_M) == (ending.last.z_min > DECK_M)
 
 
-def _related(words: Worded, node: int, ending: Ending) -> bool | None:
+def _related(words: GroundedCommand, node: int, ending: Ending) -> bool | None:
     """Whether something ends where a clause's relation and landmarks say; None if unknown."""
     sdc = words.tree.nodes[node]
     if is_there(sdc):
@@ -114,7 +114,7 @@ def _related(words: Worded, node: int, ending: Ending) -> bool | None:
     return _measured(_Relation(words, spoken, objects, ending))
 
 
-def _in_areas(words: Worded, areas: list[int], ending: Ending) -> bool | None:
+def _in_areas(words: GroundedCommand, areas: list[int], ending: Ending) -> bool | None:
     """Whether something ends in what is a place: "the ground by the truck"."""
     nodes = words.tree.nodes
     below = (nodes[n] for area in areas for n in words.tree.all_below(area))
@@ -130,7 +130,7 @@ def _in_areas(words: Worded, areas: list[int], ending: Ending) -> bool | None:
 class _Relation:
     """A relation's words with its landmarks, and where something ends."""
 
-    words: Worded
+    words: GroundedCommand
     spoken: tuple[str, ...]
     objects: tuple[int, ...]
     ending: Ending

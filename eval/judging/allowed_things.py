@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+from eval.judging.grounded_command import GroundedCommand, Things
 from eval.judging.layout import (
     BESIDE_M,
     NEAR_M,
@@ -19,7 +20,6 @@ from eval.judging.layout import (
     straight_ahead,
 )
 from eval.judging.modifiers import Modifier, is_reflexive, modifiers_of
-from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import carrier
 from g3.inference.problem.phrases import is_area, is_pronoun
 from g3.language.lexicon.concepts import Concept
@@ -27,7 +27,7 @@ from g3.language.lexicon.word_sets import EMPTY
 from g3.sdc.clauses import Span
 
 
-def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
+def allowed(words: GroundedCommand, node: int, also: tuple[Span, ...] = ()) -> Things:
     """Ids of the things that an OBJECT's words allow; none if it is grounded in none.
 
     A modifier that can't be measured allows only the annotated thing. In the world that was
@@ -53,7 +53,7 @@ def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
 class _Case:
     """A modifier, and the things that the words before it allow."""
 
-    words: Worded
+    words: GroundedCommand
     node: int
     modifier: Modifier
     found: Things

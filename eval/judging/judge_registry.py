@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from eval.judging.deeds import Deeds
+from eval.judging.execution import Execution
 from eval.judging.judge import Verdict, judge
 from eval.judging.outcome_judge import Expected, judge_outcome
 from eval.judging.picked_up import picked_up
@@ -31,7 +31,7 @@ class JudgedPlan:
     """A plan for a command, carried out."""
 
     text: str
-    deeds: Deeds
+    deeds: Execution
     """What was done: the worlds before and after, the robot's way, the loads that were moved."""
     actions: tuple[Action, ...]
     """What was done as actions; none where it is known only by its log."""

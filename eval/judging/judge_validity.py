@@ -18,7 +18,7 @@ import numpy as np
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.runtime.parallel import Executor
-from eval.judging.deeds import logged, replayed
+from eval.judging.execution import logged, replayed
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import Agreement, Resampled, agreement
 from eval.judging.judge_registry import JudgedPlan, PlanJudge
@@ -202,10 +202,10 @@ def _judged(
         ratings.setdefault(shown_pair(j), []).append(RATINGS.index(j.rating) + 1)
     known = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
     ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in known}
-    deeds = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}
+    executions = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}
     cases = {
         (text, own, shown): JudgedPlan(
-            text, deeds[shown], (), contexts[own], annotations.get((own, _plain(text)))
+            text, executions[shown], (), contexts[own], annotations.get((own, _plain(text)))
         )
         for text, own, shown in known
     }
@@ -215,7 +215,7 @@ def _judged(
         verdicts = {ENDS: ends[own, shown]}
         annotation = annotations.get((own, _plain(text)))
         if annotation is not None:
-            verdicts[WORDS] = judge_by_words(annotation, deeds[shown])
+            verdicts[WORDS] = judge_by_words(annotation, executions[shown])
         if other:
             verdicts[other.name] = said[text, own, shown]
         agree = 2 * sum(r >= AGREES for r in given) > len(given)

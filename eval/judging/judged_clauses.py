@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from eval.judging.allowed_things import allowed
-from eval.judging.worded import Things, Worded
+from eval.judging.grounded_command import GroundedCommand, Things
 from g3.actions.grounding_candidates import is_surface
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place, ways
 from g3.inference.problem.frames import Frame, asked, frame, spares
@@ -36,7 +36,7 @@ class JudgedClause:
     """Clauses that say what the robot comes by."""
 
 
-def judged_clauses(words: Worded) -> list[JudgedClause]:
+def judged_clauses(words: GroundedCommand) -> list[JudgedClause]:
     """The clauses that say what to do, in their order."""
     tree = words.tree
     found: list[JudgedClause] = []
@@ -66,7 +66,7 @@ def judged_clauses(words: Worded) -> list[JudgedClause]:
     return found
 
 
-def themes_of(words: Worded, clauses: Sequence[JudgedClause]) -> dict[Things, Things]:
+def themes_of(words: GroundedCommand, clauses: Sequence[JudgedClause]) -> dict[Things, Things]:
     """By what is handled as annotated, all that the words allow instead."""
     found: dict[Things, Things] = {}
     for theme in (theme for clause in clauses for theme in clause.themes):
@@ -83,12 +83,12 @@ def themes_of(words: Worded, clauses: Sequence[JudgedClause]) -> dict[Things, Th
     return found
 
 
-def _now(words: Worded, theme: Things) -> Things:
+def _now(words: GroundedCommand, theme: Things) -> Things:
     """What is only ever a pronoun, in the world."""
     return next(t for a, t in zip(words.annotated, words.things, strict=True) if a == theme)
 
 
-def _handles(words: Worded, own: Frame, loads: Sequence[int]) -> bool:
+def _handles(words: GroundedCommand, own: Frame, loads: Sequence[int]) -> bool:
     if own.handles and not own.guessed:
         return True
     # "Back up with the pallet".
@@ -97,12 +97,14 @@ def _handles(words: Worded, own: Frame, loads: Sequence[int]) -> bool:
     return bool(loads) and (unknown or "with" in {bare(word.text) for word in relation})
 
 
-def _is_carrier(words: Worded, node: int) -> bool:
+def _is_carrier(words: GroundedCommand, node: int) -> bool:
     things = [words.state.thing(i) for i in words.things[node]]
     return bool(things) and all(map(is_surface, things))
 
 
-def _where(words: Worded, own: Frame, *, drives: bool) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _where(
+    words: GroundedCommand, own: Frame, *, drives: bool
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Where a clause leads, and what the robot comes by: "between the cones to the truck"."""
     tree, paths, places = words.tree, own.paths, own.places
     within = [n for n in (own.end,) if n is not None]
@@ -119,7 +121,7 @@ def _where(words: Worded, own: Frame, *, drives: bool) -> tuple[tuple[int, ...],
     return tuple(goals), tuple(n for n in (*paths, *places, *within) if n not in ends)
 
 
-def _names(words: Worded, things: Things) -> list[int]:
+def _names(words: GroundedCommand, things: Things) -> list[int]:
     """The outermost OBJECTs that name things, without pronouns."""
     tree = words.tree
     own = [

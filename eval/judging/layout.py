@@ -7,8 +7,8 @@ from itertools import combinations
 
 import numpy as np
 
+from eval.judging.grounded_command import GroundedCommand, Things
 from eval.judging.modifiers import Modifier
-from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import carrier
 from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, gap, rotate
@@ -59,19 +59,19 @@ def _between(point: FloatArray, a: FloatArray, b: FloatArray) -> bool:
     return bool(0 < along < length and abs(aside) <= ASIDE_M)
 
 
-def prisms(words: Worded, ids: Things) -> list[Prism]:
+def prisms(words: GroundedCommand, ids: Things) -> list[Prism]:
     """Where things are before anything is done."""
     return [words.state.thing(i).prism for i in sorted(ids)]
 
 
-def of_kind(words: Worded, ids: Things) -> Things:
+def of_kind(words: GroundedCommand, ids: Things) -> Things:
     """Things that share a label with some of those given, and these."""
     known = {label for i in ids for label in words.state.thing(i).labels}
     things = words.state.context.objects
     return frozenset(o.id for o in things if o.id != words.robot and known & set(o.labels))
 
 
-def in_order(words: Worded, modifier: Modifier, found: Things, group: Things) -> Things:
+def in_order(words: GroundedCommand, modifier: Modifier, found: Things, group: Things) -> Things:
     """Those on a side, or the so many-th from it: of all, of those on a thing, or of a row.
 
     `found` is what it may be; the group is the thing that they are on or beside, or the row that
@@ -92,13 +92,13 @@ def in_order(words: Worded, modifier: Modifier, found: Things, group: Things) ->
     return found & fitting
 
 
-def inner(words: Worded, found: Things) -> Things:
+def inner(words: GroundedCommand, found: Things) -> Things:
     """Those of a row that aren't at its ends."""
     rows = _together(words, of_kind(words, found))
     return found & frozenset(i for ids in rows for i in _from_left(words, ids)[1:-1])
 
 
-def straight_ahead(words: Worded, found: Things, way: int = 1) -> Things:
+def straight_ahead(words: GroundedCommand, found: Things, way: int = 1) -> Things:
     """The nearest and the straightest in front of the robot, or behind it; what it holds, too."""
     ids = sorted(found)
     if not ids:
@@ -110,7 +110,7 @@ def straight_ahead(words: Worded, found: Things, way: int = 1) -> Things:
     return frozenset(best) | (found & {words.state.held or ""})
 
 
-def by_distance(words: Worded, found: Things, *, far: bool) -> Things:
+def by_distance(words: GroundedCommand, found: Things, *, far: bool) -> Things:
     """The nearest to the robot, or the farthest."""
     ids = sorted(found)
     if not ids:
@@ -131,7 +131,7 @@ def _placed(order: list[str], side: Concept | None, number: int | None) -> list[
     return found
 
 
-def _together(words: Worded, ids: Things) -> list[Things]:
+def _together(words: GroundedCommand, ids: Things) -> list[Things]:
     """Those that stand on the same thing, or on the ground; all if each stands on another."""
     by: dict[str, set[str]] = {}
     for i in ids:
@@ -140,7 +140,7 @@ def _together(words: Worded, ids: Things) -> list[Things]:
     return [frozenset(own) for own in by.values() if len(own) > 1] or [ids]
 
 
-def _from_left(words: Worded, ids: Things) -> list[str]:
+def _from_left(words: GroundedCommand, ids: Things) -> list[str]:
     order = sorted(ids)
     if not order:
         return []
@@ -149,17 +149,19 @@ def _from_left(words: Worded, ids: Things) -> list[str]:
     return [order[i] for i in np.argsort(-leftward, kind="stable")]
 
 
-def _middles(words: Worded, ids: list[str]) -> FloatArray:
+def _middles(words: GroundedCommand, ids: list[str]) -> FloatArray:
     return np.array([centre(words.state.thing(i).prism) for i in ids])
 
 
-def _is_aside(words: Worded, thing: str, side: Concept) -> bool:
+def _is_aside(words: GroundedCommand, thing: str, side: Concept) -> bool:
     [[ahead, left]] = seen(words.state.pose, _middles(words, [thing]))
     angle = float(np.arctan2(left, ahead))
     return (angle if side == "left" else -angle) >= ASIDE
 
 
-def _beside_group(words: Worded, found: Things, group: Things, side: Concept | None) -> Things:
+def _beside_group(
+    words: GroundedCommand, found: Things, group: Things, side: Concept | None
+) -> Things:
     """Those near a group, on its side as an onlooker sees it."""
     if side is None:
         return frozenset()

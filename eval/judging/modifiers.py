@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from eval.judging.worded import Worded
+from eval.judging.grounded_command import GroundedCommand
 from g3.inference.problem.phrases import unstressed
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import Concept, concepts
@@ -49,7 +49,7 @@ class Modifier:
         return number or (1 if self.side and extreme else None)
 
 
-def modifiers_of(words: Worded, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
+def modifiers_of(words: GroundedCommand, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
     """The modifiers of an OBJECT; those of order are one: "the second pallet" "from the right".
 
     `also` are words elsewhere that say more of it.
@@ -73,13 +73,13 @@ def is_reflexive(sdc: SDC) -> bool:
     return any(bare(word.text) in SELVES for word in sdc.words)
 
 
-def unplaced(words: Worded, marks: Iterable[int]) -> tuple[str, ...]:
+def unplaced(words: GroundedCommand, marks: Iterable[int]) -> tuple[str, ...]:
     """Words of landmarks that are no things, which say where as relations do: "the middle"."""
     leaves = (n for n in marks if not words.annotated[n] and words.tree.nodes[n].is_leaf)
     return tuple(w for n in leaves for w in unstressed(field_words(words.tree.nodes[n].words)))
 
 
-def _same_thing(words: Worded, node: int) -> list[int]:
+def _same_thing(words: GroundedCommand, node: int) -> list[int]:
     """An OBJECT and those in it that name the same thing in fewer words."""
     tree, found = words.tree, [node]
     for n in found:
@@ -88,7 +88,7 @@ def _same_thing(words: Worded, node: int) -> list[int]:
     return found
 
 
-def _modifier(words: Worded, node: int) -> Modifier | None:
+def _modifier(words: GroundedCommand, node: int) -> Modifier | None:
     tree = words.tree
     sdc = tree.nodes[node]
     marks = tuple(n for f in ("l", "l2") for n in tree.children[node].get(f, ()))

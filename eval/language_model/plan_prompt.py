@@ -115,23 +115,23 @@ def _takes(kind: ActionKind) -> str:
 
 def _done(plan: JudgedPlan, start: State) -> Sequence[str]:
     """What was done, from its traces: a log has no actions."""
-    deeds = plan.deeds
+    execution = plan.deeds
     lines = [f"action: {described(action)}" for action in plan.actions]
-    for load in deeds.carried:
-        after = deeds.end.thing(load.id)
+    for load in execution.carried:
+        after = execution.end.thing(load.id)
         if load.lowered is None:
             where = "is on the forks at the end"
         else:
-            under = carrier(deeds.end, load.id)
+            under = carrier(execution.end, load.id)
             x, y = centre(after.prism)
             where = f"ends at [{x:.1f}, {y:.1f}] on {under.id if under else 'the ground'}"
         taken = "was on the forks at the start" if load.id == start.held else "was picked up"
         lines.append(f"{load.id} {taken} and {where}")
-    if not deeds.carried:
+    if not execution.carried:
         lines.append("no load was moved")
-    way = deeds.way[:: max(1, len(deeds.way) // 12)]
-    points = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y, _ in (*way, deeds.way[-1]))
-    x, y, yaw = deeds.way[-1]
+    way = execution.way[:: max(1, len(execution.way) // 12)]
+    points = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y, _ in (*way, execution.way[-1]))
+    x, y, yaw = execution.way[-1]
     lines.append(f"the robot drove by {points}")
     lines.append(f"it ends at [{x:.1f}, {y:.1f}], heading {_degrees(yaw):.0f} degrees")
     return lines

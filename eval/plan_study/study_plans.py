@@ -22,7 +22,7 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
 from corpus_tools.world.state.robot_script import Script
-from eval.judging.deeds import planned
+from eval.judging.execution import planned
 from eval.judging.judge import Verdict, judge
 from eval.judging.words_judge import judge_by_words
 from eval.plan_study.study_settings import Settings

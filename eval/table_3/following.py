@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from corpus_tools.following.plan_steps import carried_out, why_impossible
-from eval.judging.deeds import planned
+from eval.judging.execution import planned
 from eval.judging.judge import Verdict
 from eval.judging.judge_registry import AUTOMATIC, JudgedPlan, PlanJudge, judge_named
 from eval.judging.picked_up import picked_up
@@ -127,10 +127,10 @@ def judged(
         start, actions = start_state(tested.context), tuple(own.proposal.actions)
         picked = picked_up(start, actions, own.final)
         theme = None if tested.picked is None else picked == tested.picked
-        deeds = planned(tested.context, actions)
+        execution = planned(tested.context, actions)
         case = JudgedPlan(
             command.text,
-            replace(deeds, end=own.final),
+            replace(execution, end=own.final),
             actions,
             tested.context,
             tested.annotation,
@@ -138,7 +138,7 @@ def judged(
         )
         verdict = (judge or judge_named(AUTOMATIC)).verdict(case)
         if tested.annotation:
-            by_words = judge_by_words(tested.annotation, deeds)
+            by_words = judge_by_words(tested.annotation, execution)
     total, right = own.objects
     return Outcome(
         command.id,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eval.judging.deeds import counterparts, replayed
+from eval.judging.execution import counterparts, replayed
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.geometry.footprints import apart
@@ -37,7 +37,7 @@ _FUNCTION = frozenset(
 
 @short_repr
 @dataclass(frozen=True)
-class Worded:
+class GroundedCommand:
     """A command's clauses, and what their annotated groundings are in a world."""
 
     tree: Tree
@@ -94,7 +94,7 @@ class Worded:
         return {word for word in words if not concepts([word])}
 
 
-def worded(annotation: Annotation, start: State) -> Worded:
+def grounded_command(annotation: Annotation, start: State) -> GroundedCommand:
     """A command's annotation in the start state of a world."""
     own, world = annotation.context, start.context
     same = own.id == world.id
@@ -109,7 +109,7 @@ def worded(annotation: Annotation, start: State) -> Worded:
         for groundings, right in zip(annotation.groundings, annotation.correct, strict=True)
     ]
     things = [[g for g in gs if isinstance(g, PhysicalObject)] for gs in grounded]
-    return Worded(
+    return GroundedCommand(
         Tree(annotation.sdcs),
         start,
         same,

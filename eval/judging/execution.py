@@ -32,7 +32,7 @@ class Carried:
 
 @short_repr
 @dataclass(frozen=True, slots=True)
-class Deeds:
+class Execution:
     """What was done."""
 
     start: State
@@ -46,17 +46,17 @@ class Deeds:
     or go on."""
 
 
-def logged(context: Context) -> Deeds:
+def logged(context: Context) -> Execution:
     """What a context's own log does."""
     start, log = start_state(context), recorded(context)
     end = replayed(context, context) or start
     track = log.agent.trajectory
     loads = moved(log) | ({end.held} if end.held else set())
     carried = [_of_log(o, track.t, start, end) for o in log.objects if o.id in loads]
-    return Deeds(start, end, np.column_stack((track.xyz[:, :2], track.yaw)), _in_order(carried))
+    return Execution(start, end, np.column_stack((track.xyz[:, :2], track.yaw)), _in_order(carried))
 
 
-def planned(context: Context, actions: Sequence[Action]) -> Deeds:
+def planned(context: Context, actions: Sequence[Action]) -> Execution:
     """What a plan does in a context's start state."""
     start = state = start_state(context)
     ways = [start.pose[None]]
@@ -72,7 +72,7 @@ def planned(context: Context, actions: Sequence[Action]) -> Deeds:
                 lifted.setdefault(load, before)
             lowered[load] = None if state.held == load else before + len(ways[-1]) - 1
     carried = [Carried(load, lifted[load], lowered.get(load)) for load in lifted]
-    return Deeds(start, state, np.concatenate(ways), _in_order(carried), whole=True)
+    return Execution(start, state, np.concatenate(ways), _in_order(carried), whole=True)
 
 
 def _in_order(carried: Sequence[Carried]) -> tuple[Carried, ...]:

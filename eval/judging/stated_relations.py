@@ -197,7 +197,7 @@ def mentions(text: str) -> Iterator[Mention]:
     yield from sorted(taken, key=lambda m: m.start)
 
 
-def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: Plan) -> bool:
+def fulfils_relation(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: Plan) -> bool:
     """Whether a plan does what a mention asks for."""
     tree = Tree(tuple(sdcs))
     acts = [root for root in asked(tree) if tree.nodes[root].type in ("EVENT", "PATH")]
