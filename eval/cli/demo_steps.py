@@ -22,7 +22,7 @@ SHOWN = ("hall_pick_up_boxes", "court_put_crate_on_trailer")
 FOLLOWED = ("Put the tire pallet on the truck", "hall_put_tires_in_storage")
 LEARNED_LAYOUTS = ("court", "hall", "dock")
 TESTED = {"court_put_crate_on_trailer": 2, "dock_pick_up_tires": 2, "hall_pick_up_boxes": 2}
-"""How many commands of which scenarios plans are made for."""
+"""Number of commands that get plans, and the scenarios that they come from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ def write_few(path: Path, most: dict[str, int] | None = None) -> None:
 def _command(
     title: str, command: click.Command, made: Path, first: str, *others: str | Path
 ) -> Step:
-    """A step that is a command: its first words, and others that may have blanks."""
+    """Return a command as a step, from its first words and arguments that may contain blanks."""
     name, *arguments = [*first.split(), *map(str, others)]
     run = partial(command.main, args=arguments, prog_name=f"ct {name}", standalone_mode=False)
     return Step(title, shlex.join(["ct", name, *arguments]), made, run)

@@ -113,7 +113,7 @@ TOP = click.option(
 
 
 def is_terminal(out: Path | None) -> bool:
-    """Whether a result is shown on a terminal, which has colours."""
+    """Check that a result is shown on a terminal, which has colours."""
     return out is None and sys.stdout.isatty()
 
 

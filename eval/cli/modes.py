@@ -26,11 +26,11 @@ class Modes(click.Group):
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The modes in the order in which they were added."""
+        """List the modes in the order in which they were added."""
         return list(self.commands)
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """The options that choose a mode, for shells to complete; the help lists the modes."""
+        """Return the options that choose a mode, for shells to complete; the help lists modes."""
         return [*self._choosing().values(), *super().get_params(ctx)]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -69,7 +69,7 @@ class Modes(click.Group):
         ]
 
     def _sorted(self, args: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-        """The modes that are chosen, all options that are given, and the arguments for a mode."""
+        """Split arguments into the chosen modes, all options given, and a mode's arguments."""
         known = {n: option for mode in self.commands.values() for n, option in _options(mode)}
         choosing = self._choosing()
         chosen: list[str] = []
@@ -111,7 +111,7 @@ class Modes(click.Group):
                 )
 
     def _choosing(self) -> dict[str, click.Option]:
-        """The options that choose a mode, by name."""
+        """Return the options that choose a mode, by name."""
         found: dict[str, click.Option] = {}
         for name, mode in self.commands.items():
             option, _, value = name.partition(" ")
@@ -197,7 +197,7 @@ def check(ctx: click.Context, sets: tuple[OptionSet, ...]) -> None:
 
 
 def _is_given(ctx: click.Context, parameter: click.Parameter) -> bool:
-    """Whether somebody gave an option that isn't the same as giving none."""
+    """Check that an option is given with a value that differs from giving none."""
     name = str(parameter.name)
     if ctx.get_parameter_source(name) in (ParameterSource.DEFAULT, None):
         return False

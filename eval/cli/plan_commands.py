@@ -17,7 +17,7 @@ from eval.cli.modes import OptionSet, takes_one_of
 
 
 def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[str, ...]:
-    """The kinds of plans to rate, in their order."""
+    """Parse the kinds of plans to rate, in their order."""
     named = tuple(dict.fromkeys(value.split(","))) if value else ()
     strange = [kind for kind in named if kind not in ("wrong", "right")]
     if strange:

@@ -205,7 +205,7 @@ def table_3(
 def _others(
     names: Sequence[str], plans: Sequence[Path], endpoint: Endpoint | None
 ) -> list[PlanGrounder]:
-    """The grounders that are asked for besides, and files of plans as grounders."""
+    """Return the additional grounders, by name and as files of plans."""
     from eval.language_model.model_answers import LanguageModelGrounder
     from eval.table_3.baselines import BASELINES
     from eval.table_3.given_plans import read_plans
@@ -220,7 +220,7 @@ def _others(
 
 
 def _kept(out: Path | None, settings: Mapping[str, object]) -> Kept | None:
-    """What is kept of a run with a file, until that is written."""
+    """Return the results that an interrupted run kept beside its output file, if there are any."""
     from eval.table_3.kept_outcomes import kept_beside
 
     kept = kept_beside(out, settings) if out else None

@@ -28,7 +28,7 @@ from g3.short_repr import short_repr
 Things = frozenset[str]
 """Ids of things."""
 FIXED_M = 1.0
-"""Things nearer than this to where they were in another map haven't been moved."""
+"""Largest distance between two maps at which an object hasn't been moved, in metres."""
 _FUNCTION = frozenset(
     normalise(word)
     for word in ARTICLES | LADEN | OTHERS | QUANTIFIERS | THESE | set(ORDINALS) | set(CARDINALS)
@@ -38,23 +38,23 @@ _FUNCTION = frozenset(
 @short_repr
 @dataclass(frozen=True)
 class GroundedCommand:
-    """A command's clauses, and what their annotated groundings are in a world."""
+    """A command's clauses with their annotated groundings in a world."""
 
     tree: Tree
     state: State
     """The world before anything is done."""
     own: bool
-    """Whether it is the world that was annotated."""
+    """True if this is the annotated world."""
     annotated: tuple[Things, ...]
-    """For each clause the ids of the things it is grounded in, as they were annotated."""
+    """Annotated object ids of each clause."""
     things: tuple[Things, ...]
-    """The same things as they are in the world, where they are in it."""
+    """Ids of the same objects in this world, where they exist in it."""
     labels: tuple[frozenset[tuple[str, ...]], ...]
-    """For each clause the labels of these things."""
+    """Labels of these objects, for each clause."""
     places: tuple[tuple[Place, ...], ...]
-    """For each clause the regions it is grounded in."""
+    """Annotated regions of each clause."""
     fixed: Things
-    """Things that stand where they stood when they were annotated."""
+    """Objects that stand where they stood when they were annotated."""
     state_after: State | None
     """The world after its own log; None in another world."""
 
@@ -80,7 +80,7 @@ class GroundedCommand:
         return frozenset(found)
 
     def _noun(self, node: int) -> set[str]:
-        """The words of an OBJECT that tell of what kind it is, in their normal form."""
+        """Return an OBJECT's normalised words that describe its kind."""
         nodes, here = self.tree.nodes, node
         said = list(noun_leaf(nodes[node]).words)
         while nodes[here].figure:
@@ -95,7 +95,7 @@ class GroundedCommand:
 
 
 def grounded_command(annotation: Annotation, start: State) -> GroundedCommand:
-    """A command's annotation in the start state of a world."""
+    """Ground a command's annotation in the start state of a world."""
     own, world = annotation.context, start.context
     same = own.id == world.id
     now = {o.id: o.id for o in own.objects} if same else counterparts(own, world)

@@ -1,4 +1,4 @@
-"""What the clauses of a command ask for: what is handled, where it or the robot is to go."""
+"""Requests in a command's clauses: the loads to handle, and goals for loads or the robot."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class JudgedClause:
     verbs: frozenset[str]
     """Classes of its verb."""
     handles: bool
-    """Whether it handles a load. Otherwise the robot drives."""
+    """True if the clause handles a load; otherwise the robot drives."""
     themes: tuple[Things, ...]
-    """What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads are
-    on."""
+    """Loads to handle, as annotated: sets of ids. None if the clause states none, or names
+    carriers."""
     goals: tuple[int, ...]
     """Clauses that say where the load, or the robot, comes to."""
     passed: tuple[int, ...]
@@ -37,7 +37,7 @@ class JudgedClause:
 
 
 def judged_clauses(words: GroundedCommand) -> list[JudgedClause]:
-    """The clauses that say what to do, in their order."""
+    """Return the clauses that request actions, in order."""
     tree = words.tree
     found: list[JudgedClause] = []
     spoken: tuple[Things, ...] = ()
@@ -84,7 +84,7 @@ def themes_of(words: GroundedCommand, clauses: Sequence[JudgedClause]) -> dict[T
 
 
 def _now(words: GroundedCommand, theme: Things) -> Things:
-    """What is only ever a pronoun, in the world."""
+    """Resolve a theme that is only ever a pronoun to objects in the world."""
     return next(t for a, t in zip(words.annotated, words.things, strict=True) if a == theme)
 
 
@@ -105,7 +105,7 @@ def _is_carrier(words: GroundedCommand, node: int) -> bool:
 def _where(
     words: GroundedCommand, own: Frame, *, drives: bool
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Where a clause leads, and what the robot comes by: "between the cones to the truck"."""
+    """Return a clause's goals, and landmarks to pass: "between the cones to the truck"."""
     tree, paths, places = words.tree, own.paths, own.places
     within = [n for n in (own.end,) if n is not None]
     to = [n for n in paths if is_goal(tree.nodes[n])]
@@ -122,7 +122,7 @@ def _where(
 
 
 def _names(words: GroundedCommand, things: Things) -> list[int]:
-    """The outermost OBJECTs that name things, without pronouns."""
+    """Return the outermost OBJECTs that name things, without pronouns."""
     tree = words.tree
     own = [
         n

@@ -1,4 +1,4 @@
-"""How things lie to each other and to who looks at them, and which are left, ahead or nearest."""
+"""Layout of objects relative to each other and to an onlooker: left, ahead, nearest."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from g3.groundings import FloatArray, Prism
 from g3.language.lexicon.concepts import Concept
 
 BESIDE_M = 4.0
-"""What is next to a thing is no further from its border."""
+"""Largest distance from a thing's border that is next to it, in metres."""
 NEAR_M = 6.0
-"""What is near a thing, or before or behind it, is no further from its border."""
+"""Largest distance from a thing's border that is near, before or behind it, in metres."""
 ASIDE_M = 3.0
-"""What is between two things is no further from the line between their middles."""
+"""Largest distance from the line between two middles that is between them, in metres."""
 AHEAD = np.pi / 3
-"""What is in front of somebody is no further off the way that they look."""
+"""Largest angle off the direction of view that is ahead, in radians."""
 ASIDE = np.pi / 12
-"""What is to the left or the right of somebody is at least so far off it."""
+"""Smallest angle off the direction of view that is to the left or the right, in radians."""
 
 
 def nearest(one: Prism, others: Iterable[Prism]) -> float:
@@ -39,13 +39,13 @@ def seen(pose: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def looking_at(pose: FloatArray, points: FloatArray) -> FloatArray:
-    """The pose turned so that it looks at the middle of points (n, 2)."""
+    """Return the pose turned towards the middle of points, shape (n, 2)."""
     way = points.mean(axis=0) - pose[:2]
     return np.array([*pose[:2], np.arctan2(way[1], way[0])])
 
 
 def is_between(one: Prism, others: Sequence[Prism]) -> bool:
-    """Whether something lies between any two of several."""
+    """Check that an object lies between any two of several."""
     point = centre(one)
     return any(_between(point, centre(a), centre(b)) for a, b in combinations(others, 2))
 
@@ -60,7 +60,7 @@ def _between(point: FloatArray, a: FloatArray, b: FloatArray) -> bool:
 
 
 def prisms(words: GroundedCommand, ids: Things) -> list[Prism]:
-    """Where things are before anything is done."""
+    """Return the shapes of objects at the start."""
     return [words.state.thing(i).prism for i in sorted(ids)]
 
 
@@ -99,7 +99,7 @@ def inner(words: GroundedCommand, found: Things) -> Things:
 
 
 def straight_ahead(words: GroundedCommand, found: Things, way: int = 1) -> Things:
-    """The nearest and the straightest in front of the robot, or behind it; what it holds, too."""
+    """Return the nearest and straightest object ahead or behind, or the held one."""
     ids = sorted(found)
     if not ids:
         return found
@@ -111,7 +111,7 @@ def straight_ahead(words: GroundedCommand, found: Things, way: int = 1) -> Thing
 
 
 def by_distance(words: GroundedCommand, found: Things, *, far: bool) -> Things:
-    """The nearest to the robot, or the farthest."""
+    """Return the object nearest to the robot, or the farthest."""
     ids = sorted(found)
     if not ids:
         return found

@@ -1,4 +1,4 @@
-"""What an OBJECT's words say of a thing beside its kind: "second from the left", "by the truck"."""
+"""Modifiers of an OBJECT's noun: "second from the left", "by the truck"."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Modifier:
     landmarks: tuple[int, ...] = ()
     """The clauses of what it is related to."""
     negative: bool = False
-    """Whether they say where it isn't."""
+    """True if they exclude a position."""
 
     @property
     def concepts(self) -> frozenset[Concept]:
@@ -50,7 +50,7 @@ class Modifier:
 
 
 def modifiers_of(words: GroundedCommand, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
-    """The modifiers of an OBJECT; those of order are one: "the second pallet" "from the right".
+    """Return an OBJECT's modifiers; those of order are merged: "the second" "from the right".
 
     `also` are words elsewhere that say more of it.
     """
@@ -69,7 +69,7 @@ def modifiers_of(words: GroundedCommand, node: int, also: tuple[Span, ...] = ())
 
 
 def is_reflexive(sdc: SDC) -> bool:
-    """Whether a clause is "itself"."""
+    """Check that a clause is "itself"."""
     return any(bare(word.text) in SELVES for word in sdc.words)
 
 
@@ -80,7 +80,7 @@ def unplaced(words: GroundedCommand, marks: Iterable[int]) -> tuple[str, ...]:
 
 
 def _same_thing(words: GroundedCommand, node: int) -> list[int]:
-    """An OBJECT and those in it that name the same thing in fewer words."""
+    """Return an OBJECT and the ones in it that name the same thing in fewer words."""
     tree, found = words.tree, [node]
     for n in found:
         figures = (c for c in tree.children[n].get("f", ()) if tree.nodes[c].type == "OBJECT")

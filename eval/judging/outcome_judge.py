@@ -21,23 +21,23 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What the outcomes of a command say together."""
+    """A command's outcomes combined."""
 
     last: Mapping[str, TaskOutcome]
-    """Of each thing that was picked up, its last outcome."""
+    """Last outcome of each object that was picked up."""
     is_whole: bool
-    """Whether nothing else was picked up."""
+    """True if nothing else was picked up."""
     is_determined: bool
-    """Whether nothing is unknown but which of several carriers a thing was put on: any is right."""
+    """True if nothing is unknown except the carrier of a load, of several that are right."""
 
     @property
     def picked(self) -> frozenset[str]:
-        """Ids of what was picked up, as far as it is known."""
+        """Ids of objects known to be picked up."""
         return frozenset(self.last)
 
     @property
     def tells(self) -> bool:
-        """Whether anything is known by which a plan could be wrong."""
+        """True if anything is known by which a plan could be wrong."""
         return bool(self.last) or self.is_whole
 
 
@@ -65,7 +65,7 @@ def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: S
 
 
 def _wrong_end(thing: str, outcome: TaskOutcome, final: State) -> str:
-    """What is wrong with where a thing ends; empty if nothing is, or it isn't known."""
+    """Return the error in an object's end position; empty if there is none, or it isn't known."""
     if not outcome.put or "put" in outcome.unknown:
         return ""
     if outcome.put == "held":

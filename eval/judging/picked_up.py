@@ -1,4 +1,4 @@
-"""What was picked up: by a plan, and by a log."""
+"""Loads picked up by a plan, and by a log."""
 
 from __future__ import annotations
 

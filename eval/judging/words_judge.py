@@ -1,4 +1,4 @@
-"""The second verdict: whether what was done is what the words say, wherever the log ends.
+"""The second verdict: agreement of an execution with the command's words, wherever the log ends.
 
 It is independent of any model: it reads a command's annotated clauses and the geometry of the
 world. Any thing, side or place that the words allow is right. What the words ask for and isn't
@@ -30,15 +30,15 @@ from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import HANDLING_VERBS
 
 ROWS = 60
-"""At so many points of its way it is looked whether the robot comes by something."""
+"""Number of points of the path at which positions are checked."""
 TURN = np.pi / 6
-"""A turn to a side is at least so wide,"""
+"""Smallest angle of a turn to a side, in radians."""
 ASIDE_M = 1.0
-"""or leads so far to it."""
+"""Smallest distance to a side that replaces a turn, in metres."""
 
 
 def judge_by_words(annotation: Annotation, execution: Execution) -> Verdict:
-    """Compare what was done, in the command's own world or another one, with its words."""
+    """Compare an execution, in the command's own world or another, with its words."""
     words = grounded_command(annotation, execution.start)
     clauses = judged_clauses(words)
     handles = any(c.handles for c in clauses)
@@ -49,7 +49,7 @@ def judge_by_words(annotation: Annotation, execution: Execution) -> Verdict:
 def _misdriven(
     words: GroundedCommand, clauses: Sequence[JudgedClause], execution: Execution
 ) -> str:
-    """What isn't as words say that only drive; empty if all is."""
+    """Return the error of a command that only drives; empty if there is none."""
     if any(c.id != execution.start.held or c.lowered is not None for c in execution.carried):
         return "it moves a load, of which the words don't speak"
     if any("staying" not in c.verbs for c in clauses) and not _drives(execution.way):
@@ -58,7 +58,7 @@ def _misdriven(
 
 
 def _wrong(words: GroundedCommand, clauses: Sequence[JudgedClause], execution: Execution) -> str:
-    """What isn't as words say that handle a load; empty if all is."""
+    """Return the error of a command that handles a load; empty if there is none."""
     themes = themes_of(words, clauses)
     wanted = frozenset(i for ids in themes.values() for i in ids)
     strange = [c.id for c in execution.carried if themes and c.id not in wanted]
@@ -81,7 +81,7 @@ def _wrong(words: GroundedCommand, clauses: Sequence[JudgedClause], execution: E
 def _mishandled(
     words: GroundedCommand, clauses: Sequence[JudgedClause], load: Carried, execution: Execution
 ) -> str:
-    """What is wrong with what is done to a load; what is done to it afterwards isn't."""
+    """Return the error in how a load is handled; later handling is no error."""
     sources = [
         n for c in clauses for n in ways(words.tree, c.root) if is_source(words.tree.nodes[n])
     ]
@@ -111,7 +111,7 @@ def _misplaced(words: GroundedCommand, goals: Sequence[int], ending: Ending) -> 
 
 
 def _unlike_log(words: GroundedCommand, ending: Ending, tolerance_m: float) -> str:
-    """What differs from the own log, for words that can't be measured; empty in other worlds."""
+    """Return the difference from the own log, for unmeasurable words; empty elsewhere."""
     if words.state_after is None:
         return ""
     goal = words.state_after.thing(ending.thing).prism
@@ -136,7 +136,7 @@ def _comes_from(words: GroundedCommand, node: int, load: str) -> bool:
 
 
 def _astray(words: GroundedCommand, clauses: Sequence[JudgedClause], execution: Execution) -> str:
-    """What is wrong with where the robot drives: what clauses name comes in their order."""
+    """Return the error in the robot's path; the clauses' goals come in their order."""
     end = len(execution.way) - 1
     row, measured = 0, any(c.handles for c in clauses)
     # A log that starts with the load on the forks doesn't show how the robot came to it.
@@ -163,7 +163,7 @@ def _astray(words: GroundedCommand, clauses: Sequence[JudgedClause], execution: 
 def _reached(
     words: GroundedCommand, nodes: Sequence[int], execution: Execution, rows: Sequence[int]
 ) -> int | bool | None:
-    """The first row at which the robot is where clauses say; False if none, None if unknown."""
+    """Return the first row at which clauses hold; False if none, None if unknown."""
     known = False
     for row in rows:
         holds = ends_well(words, nodes, _robot(execution, row))
@@ -174,7 +174,7 @@ def _reached(
 
 
 def _turns(words: GroundedCommand, clause: JudgedClause, way: FloatArray) -> bool:
-    """Whether the robot turns or drives to the side that a clause without a goal tells."""
+    """Check that the robot turns or drives to the side that a clause without a goal states."""
     side = concepts(unstressed(field_words(words.tree.nodes[clause.root].relation))) & {
         "left",
         "right",
@@ -188,7 +188,7 @@ def _turns(words: GroundedCommand, clause: JudgedClause, way: FloatArray) -> boo
 
 
 def _drives(way: FloatArray) -> bool:
-    """Whether the robot drives or turns at all."""
+    """Check that the robot drives or turns at all."""
     far = np.linalg.norm(way[:, :2] - way[0, :2], axis=1).max() > MOVED_M
     return bool(far or np.ptp(np.unwrap(way[:, 2])) >= TURN)
 

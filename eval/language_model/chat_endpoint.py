@@ -35,18 +35,19 @@ KEY_VARIABLE = "CT_LLM_KEY"
 MISSING = "the package openai isn't installed: pip install 'corpus-tools-g3[llm]'"
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 30.0
 UNPAID_STATUS = 429
-"""Whoever is told to wait has got nothing."""
+"""HTTP status of a request that was refused for its rate, and cost nothing."""
 
 Message = dict[str, str]
 Form: TypeAlias = Literal["schema", "object", "none"]
-"""How a server is asked for JSON: ``schema`` as OpenAI's protocol has it now, ``object`` as servers
-do that know only ``json_object``, with the schema beside it, or ``none``: the prompt asks."""
+"""Form of a request for JSON: ``schema`` as in OpenAI's current protocol; ``object`` for servers
+that know only ``json_object``, with the schema in the prompt; or ``none``: the prompt alone
+asks."""
 FORMS: tuple[Form, ...] = get_args(Form)
 
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A language model, and how it is asked.
+    """A language model at an endpoint, with its request settings.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ class Endpoint:
 
     @property
     def about(self) -> Mapping[str, object]:
-        """What decides of its replies."""
+        """Settings that decide its replies."""
         return {
             "endpoint": self.url,
             "model": self.model,
@@ -92,12 +93,12 @@ class Endpoint:
 
     @property
     def replies(self) -> ReplyFolder:
-        """Where its replies are kept."""
+        """Folder of its kept replies."""
         return open_folder(Path(self.folder))
 
 
 def missing() -> str:
-    """Why no language model can be asked here; empty if one can."""
+    """Return why no language model can be reached here; empty if one can."""
     try:
         import openai  # noqa: F401, PLC0415 - comes with the extra "llm"
     except ImportError:
@@ -108,7 +109,7 @@ def missing() -> str:
 def ask(
     endpoint: Endpoint, messages: Sequence[Message], schema: Mapping[str, Any], *, purpose: str
 ) -> KeptReply:
-    """The reply to messages: the one that is kept, or else the endpoint's.
+    """Return the reply to messages: the kept one, or else the endpoint's.
 
     Parameters
     ----------
@@ -144,7 +145,7 @@ def ask(
 
 
 def _form(form: Form, purpose: str, schema: dict[str, Any]) -> dict[str, Any]:
-    """What a request says of the form of its reply."""
+    """Return the part of a request that requests the form of its reply."""
     if form == "none":
         return {}
     told = {"type": "json_schema", "json_schema": {"name": purpose, "schema": schema}}
@@ -225,14 +226,14 @@ def _kept(
 
 
 def _said(error: openai.APIStatusError) -> str:
-    """What the endpoint says of an error, shortened."""
+    """Return the endpoint's error message, shortened."""
     body = error.body
     said = body.get("message") if isinstance(body, dict) else body
     return str(said or error.message)[:300]
 
 
 def _wait_s(tried: int, asked_for: str) -> float:
-    """How long to wait: as long as the endpoint asks for, or twice as long each time."""
+    """Return the wait in seconds: the endpoint's wish, or twice the last one."""
     try:
         return min(float(asked_for), LONGEST_WAIT_S)
     except ValueError:

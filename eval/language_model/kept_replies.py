@@ -33,7 +33,7 @@ Origin = Literal["new", "kept"]
 
 
 class Tokens(msgspec.Struct, frozen=True):
-    """How many tokens an endpoint has counted."""
+    """Numbers of tokens that an endpoint has counted."""
 
     prompt: int = 0
     completion: int = 0
@@ -79,12 +79,12 @@ class UnderWay(msgspec.Struct):
 
 @dataclass(frozen=True, slots=True)
 class ReplyFolder:
-    """Where replies are kept."""
+    """A folder of kept replies."""
 
     path: Path
 
     def reply(self, key: str) -> KeptReply | None:
-        """The reply to a request; None if there is none that can be read."""
+        """Return the reply to a request; None if there is no readable one."""
         path = self._reply(key)
         try:
             return msgspec.json.decode(path.read_bytes(), type=KeptReply)
@@ -137,7 +137,7 @@ class ReplyFolder:
             file.write(f"{key} {origin}\n".encode())
 
     def used_by(self, run: str, purpose: str) -> dict[str, Origin]:
-        """The requests whose replies a run has used, and whether they were asked for by it."""
+        """Return the requests that a run has used, with the origins of their replies."""
         found: dict[str, Origin] = {}
         path = self.path / "runs" / f"{run}-{purpose}.log"
         lines = path.read_text().split("\n") if path.exists() else []
@@ -153,7 +153,7 @@ class ReplyFolder:
 
 
 def open_folder(path: Path) -> ReplyFolder:
-    """A folder for replies, made if it isn't there; it can be written to."""
+    """Open a folder for replies; create it if it is missing, and check that it is writable."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         if not os.access(path, os.W_OK):
@@ -168,11 +168,11 @@ def open_folder(path: Path) -> ReplyFolder:
 
 
 def key_of(endpoint: str, request: dict[str, Any]) -> str:
-    """The digest of a request to an endpoint."""
+    """Return the digest of a request to an endpoint."""
     content = msgspec.json.encode({"endpoint": endpoint, "request": request}, order="sorted")
     return hashlib.sha256(content).hexdigest()
 
 
 def now() -> str:
-    """The time in UTC."""
+    """Return the time in UTC, in ISO 8601."""
     return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="milliseconds")

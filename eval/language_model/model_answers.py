@@ -27,7 +27,7 @@ from g3.errors import CorpusError, FormatError
 
 NAME = "llm"
 PLAN, JUDGE = "plan", "judge"
-"""What requests are for."""
+"""Purposes of requests."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class LanguageModelGrounder(PlanGrounder):
         return {**self.endpoint.about, "prompt": _digest(plan_prompt())}
 
     def missing(self) -> str:
-        """Why it can't be run here; empty if it can."""
+        """Return why the grounder can't be run here; empty if it can."""
         return missing()
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
@@ -100,7 +100,7 @@ class LanguageModelJudge:
 
     @property
     def at_once(self) -> int:
-        """How many plans it is asked about at the same time."""
+        """Number of plans that are sent to the model at the same time."""
         return self.endpoint.at_once
 
     def verdict(self, plan: JudgedPlan) -> Verdict:
@@ -122,5 +122,5 @@ def check_installed() -> None:
 
 
 def _digest(prompt: str) -> str:
-    """What tells a prompt from others; the whole of it is in each kept reply."""
+    """Return a digest that identifies a prompt; each kept reply has all of the prompt."""
     return f"sha256:{sha256(prompt.encode()).hexdigest()}"

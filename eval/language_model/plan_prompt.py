@@ -68,25 +68,25 @@ class VerdictReply(msgspec.Struct, frozen=True):
 
 
 def plan_prompt() -> str:
-    """The text before any command."""
+    """Return the text before any command."""
     actions = "\n".join(f'- "{kind}": {_takes(kind)} {kind.description}' for kind in KINDS.values())
     return PLANNING.format(scene=SCENE, actions=actions)
 
 
 def judge_prompt() -> str:
-    """The text before any plan."""
+    """Return the text before any plan."""
     return JUDGING.format(scene=SCENE)
 
 
 def plan_messages(task: PlanTask) -> list[Message]:
-    """What asks for a plan."""
+    """Return the messages that request a plan."""
     return _messages(
         plan_prompt(), f"World: {_compact(scene_shown(task.start))}\nCommand: {task.text}"
     )
 
 
 def judge_messages(plan: JudgedPlan) -> list[Message]:
-    """What asks for a verdict."""
+    """Return the messages that request a verdict."""
     start = plan.deeds.start
     world = _compact(scene_shown(start))
     done = "\n".join(f"- {line}" for line in _done(plan, start))
@@ -103,7 +103,7 @@ def _compact(scene: SceneShown) -> str:
 
 
 def _takes(kind: ActionKind) -> str:
-    """The fields of an action, in brackets."""
+    """Return the fields of an action, in brackets."""
     units = {"m": "metres", "rad": "degrees, to the left if positive", "s": "seconds"}
     fields = ["object"] if kind.handles else []
     fields += ["on, near or at"] if kind.leaves else []
@@ -114,7 +114,7 @@ def _takes(kind: ActionKind) -> str:
 
 
 def _done(plan: JudgedPlan, start: State) -> Sequence[str]:
-    """What was done, from its traces: a log has no actions."""
+    """Describe an execution by its traces, for a log has no actions."""
     execution = plan.deeds
     lines = [f"action: {described(action)}" for action in plan.actions]
     for load in execution.carried:

@@ -1,4 +1,4 @@
-"""What a run has asked of a language model: requests, tokens, dollars, seconds."""
+"""A run's usage of a language model: requests, tokens, dollars, seconds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MILLION = 1e6
 
 
 def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
-    """What the replies that a run has used took.
+    """Return the usage behind the replies that a run has used.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
 
 
 def in_words(purpose: str, told: Mapping[str, Any]) -> str:
-    """The same in a line."""
+    """State a usage in one line."""
     latency, cost, doubt = told["latency_s"], "", ""
     if told["dollars"] is not None:
         cost = f", ${told['dollars']:.4f} (${told['new_dollars']:.4f} now)"

@@ -31,7 +31,7 @@ class RegisteredParser:
     function: ParseFunction
 
     def parse(self, text: str) -> Parse:
-        """The trees of a text.
+        """Parse a text into its trees.
 
         Raises
         ------

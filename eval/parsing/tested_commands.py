@@ -27,7 +27,7 @@ AS_TYPED = ""
 @short_repr
 @dataclass(frozen=True, slots=True)
 class SDCChoices:
-    """What the options of ``ct eval --sdc`` say.
+    """Options of ``ct eval --sdc``.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def run(
 
 
 def _by_parser(name: str, tested: Mapping[str, _Tested]) -> dict[str, list[TestedCommand]]:
-    """The trees that another parser makes of the commands."""
+    """Parse the commands with a registered parser."""
     parser = parser_named(name)
     return {
         kind: [_compared(item, parser.parse(item.command.text)) for item in own.items]
@@ -139,7 +139,7 @@ def _prepared(corpus: Corpus) -> _Tested:
 
 
 def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
-    """The commands of another corpus, none of a scenario that is tested."""
+    """Return another corpus's commands to train on; no scenario may be tested."""
     items = annotated_trees(training)
     both = {i.command.scenario for i in items} & {i.command.scenario for i in tested}
     if both:
@@ -152,7 +152,7 @@ def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
 
 
 def seen_scenarios(extractor: SDCExtractor, items: Iterable[Annotated]) -> list[str]:
-    """Scenarios of tested commands that the model was trained on: figures are too good there."""
+    """Return tested scenarios that the model was trained on; scores are too high there."""
     known = extractor.card_.get("scenarios", ())
     tested = {item.command.scenario for item in items}
     return sorted(tested & set(known)) if isinstance(known, (list, tuple)) else []

@@ -23,7 +23,7 @@ MINUTES_EACH = 1
 
 
 def received(folder: Path) -> Sequence[Judgment]:
-    """What people have rated so far, as the database in the study's folder has it."""
+    """Return people's ratings so far, from the database in the study's folder."""
     if not (folder / INSTANCE / DATABASE_FILE).exists():
         return ()
     with opened(_instance(folder).database) as engine, reading(engine, one_state=True) as session:

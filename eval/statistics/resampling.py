@@ -1,4 +1,4 @@
-"""Drawing clusters with replacement, which all bootstrap intervals here are made of.
+"""Resampling of clusters with replacement, for all bootstrap intervals here.
 
 Draws are made in blocks, each with random numbers of its own. So they are the same however
 many processes make them, and so that memory doesn't grow with their number.
@@ -31,7 +31,7 @@ def resampled_sums(
     draws: int,
     executor: Executor | None = None,
 ) -> npt.NDArray[np.float64]:
-    """Sums over as many clusters as there are, drawn with replacement; shape (draws, ...).
+    """Return sums over clusters drawn with replacement, shape (draws, ...).
 
     Davison and Hinkley (1997), Bootstrap Methods and their Application, section 3.8: how often each
     cluster is drawn is multinomial, so a block of draws is one product of matrices.
