@@ -51,7 +51,7 @@ def __dir__() -> list[str]:
 
 
 def _of_importers() -> dict[str, Any]:
-    """The importers by the names of their functions."""
+    """Return the importers by the names of their functions."""
     from corpus_tools.importers.importer_registry import importers
 
     return {_IMPORT + importer.name.replace("-", "_"): importer for importer in importers()}

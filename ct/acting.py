@@ -1,4 +1,4 @@
-"""Commands: extracting their clauses, following them, filming what is done."""
+"""Commands: parsing, following and filming them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from g3.sdc.clauses import SDC
 
 AnyCommand: TypeAlias = "str | Entry | Sequence[SDC] | Parse"
-"""A command: its text, an entry of a corpus, its clauses, or what was extracted."""
+"""A command: its text, an entry of a corpus, its clauses, or a parse."""
 Where: TypeAlias = "State | Context | Path | str"
 """A world: a state, a context, a scenario's file or name, or ``CORPUS:CONTEXT``."""
 

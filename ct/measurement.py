@@ -90,7 +90,7 @@ def evaluate(
 
 @contextmanager
 def _folder_of(thing: AnyCorpus | GroundingModel | None) -> Iterator[str]:
-    """A name that processes can open: what is in memory is written to a folder for as long."""
+    """Yield a name that processes can open; a corpus in memory is written to a folder."""
     from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.corpus.corpus_writing import write_corpus
 

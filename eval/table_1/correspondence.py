@@ -1,4 +1,4 @@
-"""How well a model predicts the correspondence variable φ: the paper's Table 1.
+"""Accuracy of predictions of the correspondence variable φ: the paper's Table 1.
 
 An example is one SDC with groundings and the label that says whether they are right;
 the model gives the probability of φ = True (section 4.2).
@@ -36,7 +36,7 @@ ROW_TYPES: tuple[RowType, ...] = get_args(RowType)
 TYPES = ROW_TYPES[:-1]
 
 Cluster = Literal["command", "scenario"]
-"""What is resampled for intervals: commands, or the coarser scenarios that they are about."""
+"""Unit of resampling for intervals: commands, or the coarser scenarios that they describe."""
 
 
 class PaperRow(NamedTuple):
@@ -64,7 +64,7 @@ PAPER_TABLE_1: Mapping[RowType, PaperRow] = MappingProxyType(
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Predictions:
-    """Aligned arrays of what a model said of n examples; copied and read-only.
+    """Aligned arrays of a model's predictions for n examples; copied and read-only.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ class Row:
 
 
 def predicted_true(predictions: Predictions, threshold: float) -> BoolArray:
-    """Where the model says φ = True: probability at or above the threshold, shape (n,)."""
+    """Return where φ is predicted true: probability at or above the threshold, shape (n,)."""
     return predictions.probability >= threshold
 
 
@@ -187,7 +187,7 @@ def table_rows(
 
 
 def _counts_by_cluster(predictions: Predictions, threshold: float, cluster: Cluster) -> IntArray:
-    """Confusion counts, shape (clusters, rows of the table, 4)."""
+    """Count confusions, shape (clusters, rows of the table, 4)."""
     ids = predictions.command if cluster == "command" else predictions.scenario
     names, cluster_index = np.unique(ids, return_inverse=True)
     group = np.zeros(len(predictions), dtype=np.int64)

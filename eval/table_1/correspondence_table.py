@@ -52,7 +52,7 @@ def render(
     compared: Sequence[ComparedType] = (),
     terminal: bool = False,
 ) -> str:
-    """Table 1 in one of the formats, with the paper's figures beside.
+    """Render Table 1 in one of the formats, with the paper's figures beside.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _figures(row: Row) -> dict[str, object]:
 
 
 def _paper(row: Row) -> dict[str, float | None]:
-    """The paper's figures beside a row."""
+    """Return the paper's figures beside a row."""
     return {name: beside(one, row.n) for name, one in PAPER_TABLE_1[row.type]._asdict().items()}
 
 
@@ -148,7 +148,7 @@ def _text(
 
 
 def _estimates(models: Mapping[str, Sequence[Row]]) -> dict[str, Estimate]:
-    """All figures by what they are of."""
+    """Return all figures, by description."""
     return {
         f"{model} {name} of {row.type}".strip(): getattr(row, name)
         for model, rows in models.items()

@@ -1,4 +1,4 @@
-"""What Table 2 counts: how often people agree that a video shows a command."""
+"""Counts for Table 2: how often people agree that a video shows a command."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Row:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Results:
-    """Table 2, and what else the judgments say.
+    """Table 2, with other results of the judgments.
 
     Parameters
     ----------

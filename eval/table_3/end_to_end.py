@@ -1,4 +1,4 @@
-"""Table 3: plans inferred for commands of held-out scenarios, and whether they are right.
+"""Table 3: plans inferred for commands of held-out scenarios, with verdicts.
 
 The verdicts are the automatic judge's (:mod:`eval.judging.judge`) or another one's, not people's as
 in section 4.3, and every row says so.
@@ -61,7 +61,7 @@ class EndToEnd:
     perturbed: Mapping[str, Mapping[str, Sequence[Outcome]]] = field(default_factory=dict)
 
     def with_metadata(self, more: Mapping[str, object]) -> EndToEnd:
-        """The same with more to record."""
+        """Return a copy with more metadata."""
         return replace(self, metadata={**self.metadata, **more})
 
 
@@ -211,7 +211,7 @@ def run(
 def _grounders(
     configurations: Iterable[str], others: Sequence[PlanGrounder], parsers: Sequence[str]
 ) -> list[PlanGrounder]:
-    """The baselines that are asked for, and others; names of rows are checked."""
+    """Return the chosen baselines and other grounders, with the names of rows checked."""
     check_names([*(g.name for g in others), *parsers])
     for name in parsers:
         parser_named(name)
@@ -219,7 +219,7 @@ def _grounders(
 
 
 def tasks_of(corpus: Corpus, headings: Sequence[str] = (), most: int = 0) -> list[PlanTask]:
-    """What grounders are asked; the parameters are those of :func:`run`."""
+    """Return grounders' tasks; the parameters are those of :func:`run`."""
     return [
         task_of(tested, heading)
         for heading, turned in in_headings(corpus, headings).items()

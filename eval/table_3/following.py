@@ -31,7 +31,7 @@ NO_PLAN = "no plan was made"
 
 @dataclass(frozen=True, slots=True)
 class FollowedPlan:
-    """A plan for a command, as something followed it.
+    """A plan for a command, as a model or a grounder made it.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def plan_by_model(
 
 
 def plan_of(result: Result) -> FollowedPlan:
-    """The best plan that a model has found, or why there is none."""
+    """Return a model's best plan, or the reason for its absence."""
     plan = result.plan
     if plan is None:
         return FollowedPlan(Proposal(note=result.note))
@@ -97,7 +97,7 @@ def plan_of(result: Result) -> FollowedPlan:
 
 
 def task_of(tested: JudgedCommand, heading: str = "") -> PlanTask:
-    """What a grounder is asked: the command and its world, without what was done."""
+    """Return a grounder's task: the command and its world, without the execution."""
     own = tested.command
     start = start_state(tested.context)
     return PlanTask(own.text, start, tested.loads, own.id, own.scenario, heading)
@@ -116,7 +116,7 @@ def plan_by_grounder(grounder: PlanGrounder, task: PlanTask, learned: Any = None
 def judged(
     tested: JudgedCommand, own: FollowedPlan, heading: str = "", judge: PlanJudge | None = None
 ) -> Outcome:
-    """What becomes of a plan; who makes none is wrong, for the reason that is noted.
+    """Return the outcome of a plan; a missing plan is wrong, with its note as the reason.
 
     The first verdict is the judge's, or the automatic one's if none is given.
     """
@@ -159,7 +159,7 @@ def judged(
 
 
 def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
-    """How many OBJECTs are annotated, and how many of them are grounded as annotated.
+    """Count annotated OBJECTs, and those of them that are grounded as annotated.
 
     The plan may be of other clauses than the annotated ones, so they are compared by their words.
     """

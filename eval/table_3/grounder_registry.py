@@ -26,7 +26,7 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True)
 class PlanTask:
-    """A command to follow, and the world that it is given in.
+    """A command to follow, and the world in which it is given.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class PlanTask:
 
     @cached_property
     def words(self) -> list[str]:
-        """Its words in lower case, without punctuation."""
+        """The command's words in lower case, without punctuation."""
         return [w for word in self.text.split() if (w := bare(word))]
 
     @cached_property
@@ -80,32 +80,32 @@ class Proposal:
 
 
 Propose = Callable[..., Proposal | Sequence[Action]]
-"""From a task, and what was learned if anything is learned, to a plan."""
+"""A function from a task, and a learned value if the grounder learns, to a plan."""
 Fit = Callable[[Sequence[Annotation]], Any]
-"""From annotated commands, none of them of the tested scenario, to what was learned."""
+"""A function from annotated commands, without the tested scenario, to a learned value."""
 
 
 class PlanGrounder(Protocol):
-    """What makes plans; processes hand it to each other, so that it can be pickled and hashed.
+    """A maker of plans; processes exchange grounders, which can be pickled and hashed.
 
     Whoever inherits from it lacks nothing, needs no preparation and doesn't learn.
     """
 
     @property
     def name(self) -> str:
-        """Of its row."""
+        """Name of its row."""
 
     @property
     def about(self) -> Mapping[str, object]:
-        """What decides of its plans, for people who read the table."""
+        """Settings that decide its plans, for readers of the table."""
 
     @property
     def learns(self) -> bool:
-        """Whether it wants to learn from annotated commands."""
+        """True if it learns from annotated commands."""
         return False
 
     def missing(self) -> str:
-        """Why it can't be run here; empty if it can."""
+        """Return why the grounder can't be run here; empty if it can."""
         return ""
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
@@ -136,11 +136,11 @@ class RegisteredGrounder:
 
     @property
     def learns(self) -> bool:
-        """Whether it wants to learn from annotated commands."""
+        """True if it learns from annotated commands."""
         return self.fitting is not None
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """Nothing: a function takes one task after the other."""
+        """Do nothing: a function takes one task after the other."""
 
     def fit(self, annotations: Sequence[Annotation]) -> Any:
         """Learn.
@@ -197,7 +197,7 @@ def grounder(
 
 
 def grounder_named(name: str) -> RegisteredGrounder:
-    """The grounder with a name.
+    """Return the grounder with a name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What became of commands, judged by the automatic judge, and figures of it."""
+"""Outcomes of commands under the automatic judge, and figures of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BINS = 10
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one command in one configuration.
+    """The outcome of one command in one configuration.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Outcome:
 
 
 class JudgedRow(TypedDict):
-    """A configuration's part of right plans; the bounds are NaN where the reason says why.
+    """A configuration's share of correct plans; the bounds are NaN for the stated reason.
 
     ``precision`` is of plans that end where the log ends, ``by_words`` of those that do what the
     words say.
@@ -81,7 +81,7 @@ class JudgedRow(TypedDict):
 
 
 def estimates_of(row: JudgedRow) -> tuple[Estimate, Estimate]:
-    """A row's two figures."""
+    """Return a row's two figures."""
     return (
         Estimate(row["precision"], row["low"], row["high"], row["reason"]),
         Estimate(
@@ -91,7 +91,7 @@ def estimates_of(row: JudgedRow) -> tuple[Estimate, Estimate]:
 
 
 class Bin(TypedDict):
-    """Plans of which about the same was stated."""
+    """Plans with about the same stated probability."""
 
     stated: float
     correct: float
@@ -107,7 +107,7 @@ def judged_row(
     draws: int,
     seed: int,
 ) -> JudgedRow:
-    """A configuration's share of right plans, resampling scenarios, whose commands share a log.
+    """Return a configuration's share of correct plans, with scenarios resampled.
 
     Of the judge's verdicts by words those that are known count.
     """
@@ -135,7 +135,7 @@ def judged_row(
 
 
 def grounding_accuracy(outcomes: Sequence[Outcome]) -> Estimate:
-    """Share of the annotated OBJECTs that are grounded as annotated in the best plan.
+    """Return the share of annotated OBJECTs grounded as annotated in the best plan.
 
     It has no interval.
     """
@@ -144,7 +144,7 @@ def grounding_accuracy(outcomes: Sequence[Outcome]) -> Estimate:
 
 
 def reliability(outcomes: Sequence[Outcome]) -> tuple[Estimate, list[Bin]]:
-    """Expected calibration error of the plans' probabilities, and the reliability diagram.
+    """Return the calibration error of plans' probabilities, and the reliability diagram.
 
     The error has no interval.
     """
@@ -164,7 +164,7 @@ def reliability(outcomes: Sequence[Outcome]) -> tuple[Estimate, list[Bin]]:
 
 
 def risk_coverage(outcomes: Sequence[Outcome]) -> Estimate:
-    """Area under the risk–coverage curve: the part of the k most probable that is wrong.
+    """Return the area under the risk–coverage curve: the error of the k most probable.
 
     It is the mean over all k, 0 at best; if probabilities tell nothing, about the part of all that
     is wrong. It has no interval.
