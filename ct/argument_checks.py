@@ -13,16 +13,16 @@ def one_of(name: str, given: object, known: Iterable[object]) -> None:
     Parameters
     ----------
     name
-        Of the argument.
+        Name of the argument.
     given
-        What was given for it.
+        Value of the argument.
     known
-        What it can be.
+        Allowed values.
 
     Raises
     ------
     CorpusError
-        If it is something else; the error says what it can be.
+        If it is something else; the error lists the allowed values.
     """
     values = list(known)
     if given not in values:
@@ -49,7 +49,7 @@ def a_kind_of(name: str, given: object, kinds: tuple[type, ...], fix: str) -> No
     Raises
     ------
     CorpusError
-        If it is; `fix` says what to give.
+        If it is; `fix` names an allowed value.
     """
     if not isinstance(given, kinds):
         raise CorpusError(f"{name} can't be of the type {type(given).__name__}", fix=fix)
@@ -61,7 +61,7 @@ def known_options(given: Iterable[str], known: Collection[str], where: str) -> N
     Raises
     ------
     CorpusError
-        If there is one; the error says which there are.
+        If there is one; the error lists the known ones.
     """
     for name in given:
         if name not in known:

@@ -32,7 +32,7 @@ class Split:
     Parameters
     ----------
     name
-        What is held out.
+        Names of the held-out scenarios.
     train, test
         Indices of the examples on each side.
     """

@@ -1,4 +1,4 @@
-"""The steps of ``ct demo``: commands of ``ct`` with their arguments, and what they make."""
+"""The steps of ``ct demo``: commands of ``ct`` with their arguments, and their results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TESTED = {"court_put_crate_on_trailer": 2, "dock_pick_up_tires": 2, "hall_pick_u
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step: the command line that does it, and what is there when it is done."""
+    """A step: its command line, and its result."""
 
     title: str
     line: str
@@ -96,7 +96,7 @@ def steps(out: Path) -> list[Step]:
 
 
 def write_few(path: Path, most: dict[str, int] | None = None) -> None:
-    """Write so many of some scenarios' bundled commands, or all of :data:`LEARNED_LAYOUTS`."""
+    """Write some scenarios' bundled commands, `most` of each, or all of :data:`LEARNED_LAYOUTS`."""
     whole = open_corpus(CORPUS)
     left = dict(most) if most else None
     chosen = set()

@@ -1,4 +1,4 @@
-"""Options that say which language model is asked, where, and for how much."""
+"""Options for the language model, its endpoint and its price."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def ends_well(words: GroundedCommand, nodes: Iterable[int], ending: Ending) -> b
 def holds_of(words: GroundedCommand, node: int, ending: Ending) -> bool | None:
     """Check an ending against one clause; None if it can't be measured.
 
-    In the world that was annotated its region is right, too, whatever the words.
+    In the annotated world the annotated region is right, too, regardless of the words.
     """
     places = words.places[node]
     region = _in_region(places, ending)

@@ -30,10 +30,10 @@ from g3.sdc.clauses import Span
 def allowed(words: GroundedCommand, node: int, also: tuple[Span, ...] = ()) -> Things:
     """Return the ids of objects that an OBJECT's words allow; none if it isn't grounded.
 
-    A modifier that can't be measured allows only the annotated thing. In the world that was
-    annotated this is always allowed.
+    A modifier that can't be measured allows only the annotated thing. In the annotated world this
+    thing is always allowed.
 
-    `also` are words elsewhere that say more of it: "from the right".
+    `also` are words elsewhere that modify the OBJECT: "from the right".
     """
     own = words.things[node]
     if not words.annotated[node] or words.robot in own or is_pronoun(words.tree.nodes[node]):
@@ -81,7 +81,7 @@ class _Case:
 
     @property
     def unclear(self) -> bool:
-        """True if the modifier is negative, or doesn't describe a position."""
+        """True if the modifier excludes a position, or describes an action on the object."""
         return self.modifier.negative or len(self.objects) < len(self.modifier.landmarks)
 
     @property

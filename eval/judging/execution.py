@@ -113,7 +113,7 @@ def replayed(world: Context, shown: Context) -> State | None:
 def counterparts(one: Context, other: Context) -> dict[str, str]:
     """Map objects of one context to another's: same labels, nearest starts overall.
 
-    Their ids say nothing where the logs were recorded at different times.
+    Ids don't correspond where the logs were recorded at different times.
     """
     found: dict[str, str] = {}
     kinds = {o.labels for o in one.objects if o.id != one.agent_id}

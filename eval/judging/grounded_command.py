@@ -64,11 +64,11 @@ class GroundedCommand:
         return self.state.context.agent_id
 
     def alike(self, node: int) -> Things:
-        """Things of the world that an OBJECT's noun names as well as what it is grounded in.
+        """Return things that an OBJECT's noun names as well as its groundings.
 
-        A noun that says no more than labels do names all things that have these: "the pallet of
-        tires" any pallet of tires, "the pallet" any pallet. One that says more, such as "the
-        box pallet", names things with all the labels of what it is grounded in.
+        A noun that consists of labels names all things with these labels: "the pallet of tires" any
+        pallet of tires, "the pallet" any pallet. A more specific noun, such as "the box pallet",
+        names things with all the labels of its groundings.
         """
         said = self._noun(node)
         others = [o for o in self.state.context.objects if o.id != self.robot]

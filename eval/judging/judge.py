@@ -1,7 +1,7 @@
-"""The automatic judge: whether a plan leads to the state that the command's own log leads to.
+"""The automatic judge: comparison of a plan's end state with the end of the command's own log.
 
-It stands in for people in unattended evaluation, and whatever it says is labelled *automatic*.
-It looks at what moves, where it ends and whether it is on the forks, within stated tolerances.
+It stands in for people in unattended evaluation, and its verdicts are labelled *automatic*. It
+compares the objects moved, their end positions and the load on the forks, within stated tolerances.
 """
 
 from __future__ import annotations

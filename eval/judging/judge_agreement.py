@@ -41,7 +41,7 @@ class Agreement:
 def agreement(
     people: Sequence[bool], judge: Sequence[bool], video: IntArray, resampled: Resampled
 ) -> Agreement:
-    """Compare what a judge says with what people say, with whole videos resampled.
+    """Compare a judge's answers with people's, with whole videos resampled.
 
     `video` is the code of each pair's video, shape (n,).
     """
@@ -79,8 +79,8 @@ def confusion(people: Sequence[bool], judge: Sequence[bool]) -> dict[str, int]:
 def cohens_kappa(table: FloatArray) -> FloatArray:
     """Agreement of two raters beyond chance: J. Cohen (Educ. Psychol. Meas. 20, 1960).
 
-    The table has counts by what each of them says, shape (..., k, k), and the result shape (...);
-    NaN where both say the same of everything.
+    The table counts items by the answers of both raters, shape (..., k, k). The result has shape
+    (...); NaN where both give one and the same answer to all.
     """
     total = table.sum(axis=(-2, -1))
     same = ratio(np.trace(table, axis1=-2, axis2=-1), total)

@@ -1,9 +1,9 @@
-"""Judges: whatever says whether a plan does what a command asks for.
+"""Judges of plans: verdicts on plans for commands.
 
-``ct eval --table 3 --judge NAME`` asks one for its first verdict. A judge is a function from what
-was done to a verdict; :func:`plan_judge` registers one under a name. Modules that other
+``ct eval --table 3 --judge NAME`` takes its first verdict from one. A judge is a function from an
+executed plan to a verdict; :func:`plan_judge` registers one under a name. Modules that other
 distributions name in the entry point group ``ct.judges`` register theirs when this one is imported.
-What is more than a function is a :class:`PlanJudge`.
+A judge that needs more than a function implements :class:`PlanJudge`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class JudgedPlan:
     context: Context
     """The command's own world, with its log."""
     annotation: Annotation | None = None
-    """The command's clauses and groundings by people; None if nobody has annotated it."""
+    """The command's clauses and groundings by people; None without annotations."""
     done: Expected | None = None
     """Known outcome of the command; None where a log shows it."""
 

@@ -1,10 +1,10 @@
 """Agreement of the automatic judge with people on commands and videos.
 
 People have judged commands with the videos that they were typed for, and with others. Each of the
-judge's two verdicts is asked about the same pairs. *Ends where the log ends*
-(:mod:`eval.judging.judge`) compares the log of the video that was shown with that of the command's
-own. *Does what the words say* (:mod:`eval.judging.words_judge`) looks at what the log that was
-shown does in its own world, as people did.
+judge's two verdicts is made on the same pairs. *Ends where the log ends*
+(:mod:`eval.judging.judge`) compares the log of the shown video with that of the command's own.
+*Does what the words say* (:mod:`eval.judging.words_judge`) evaluates the shown log in its own
+world, as people did.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class JudgedPair:
     command: str
     command_video: str
     shown_video: str
-    """The words, the video that they were typed for, and the one that was shown."""
+    """The words, the video that they were typed for, and the shown video."""
     scenario: str
     """The scenario that the command was typed for."""
     ratings: tuple[int, ...]
@@ -116,7 +116,7 @@ def judge_validity(
 ) -> Validity:
     """Compare the judge with the people whose judgments a corpus holds.
 
-    `other` is a judge who is compared with them besides. `executor` makes the resamples
+    `other` is a further judge to compare with people. `executor` makes the resamples
     (:func:`eval.statistics.resampling.resampled_sums`).
 
     Raises

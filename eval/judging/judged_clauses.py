@@ -31,9 +31,9 @@ class JudgedClause:
     """Loads to handle, as annotated: sets of ids. None if the clause states none, or names
     carriers."""
     goals: tuple[int, ...]
-    """Clauses that say where the load, or the robot, comes to."""
+    """Clauses that state the goal of the load, or of the robot."""
     passed: tuple[int, ...]
-    """Clauses that say what the robot comes by."""
+    """Clauses that state landmarks for the robot to pass."""
 
 
 def judged_clauses(words: GroundedCommand) -> list[JudgedClause]:
@@ -67,7 +67,7 @@ def judged_clauses(words: GroundedCommand) -> list[JudgedClause]:
 
 
 def themes_of(words: GroundedCommand, clauses: Sequence[JudgedClause]) -> dict[Things, Things]:
-    """By what is handled as annotated, all that the words allow instead."""
+    """Map annotated loads to all that the words allow instead."""
     found: dict[Things, Things] = {}
     for theme in (theme for clause in clauses for theme in clause.themes):
         more = tuple(

@@ -28,13 +28,13 @@ ASIDE = np.pi / 12
 
 
 def nearest(one: Prism, others: Iterable[Prism]) -> float:
-    """Metres from a footprint to the nearest of several; infinite if there is none."""
+    """Return the distance in metres to the nearest footprint of several; infinite without one."""
     own = convex_hull(one.xy)[None]
     return min((float(gap(own, convex_hull(o.xy)[None])[0]) for o in others), default=np.inf)
 
 
 def seen(pose: FloatArray, points: FloatArray) -> FloatArray:
-    """Points (n, 2) as seen from a pose x, y, yaw: how far ahead, and how far to the left."""
+    """Return points (n, 2) in the frame of a pose x, y, yaw: distances ahead and to the left."""
     return rotate(points - pose[:2], np.full(len(points), -pose[2]))
 
 
@@ -72,10 +72,10 @@ def of_kind(words: GroundedCommand, ids: Things) -> Things:
 
 
 def in_order(words: GroundedCommand, modifier: Modifier, found: Things, group: Things) -> Things:
-    """Those on a side, or the so many-th from it: of all, of those on a thing, or of a row.
+    """Select things on a side, or by their number from it: of all, on a thing, or in a row.
 
-    `found` is what it may be; the group is the thing that they are on or beside, or the row that
-    they are of, and none for all.
+    `found` are the candidates. `group` is the thing that they are on or beside, or their row; it is
+    empty for all candidates.
     """
     side, number = modifier.side, modifier.ordinal
     on = {i for i in found if (under := carrier(words.state, i)) and under.id in group}
@@ -120,7 +120,7 @@ def by_distance(words: GroundedCommand, found: Things, *, far: bool) -> Things:
 
 
 def _placed(order: list[str], side: Concept | None, number: int | None) -> list[str]:
-    """Those at a place from a side, from either if none is said; without one those of its half."""
+    """Select things by their place from a side, from either if none is given; else half of them."""
     count = len(order)
     found = []
     for left, i in enumerate(order, start=1):

@@ -20,12 +20,12 @@ _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Modifier:
-    """Words that say where a thing is."""
+    """Words that state the position of a thing."""
 
     words: tuple[str, ...]
     """In their normal form."""
     landmarks: tuple[int, ...] = ()
-    """The clauses of what it is related to."""
+    """The clauses of its landmarks."""
     negative: bool = False
     """True if they exclude a position."""
 
@@ -43,7 +43,7 @@ class Modifier:
 
     @property
     def ordinal(self) -> int | None:
-        """The place in an order; 1 from its side for what is the leftmost."""
+        """Place in an order, counted from its side; 1 for the leftmost."""
         number = next((_ORDINALS[w] for w in self.words if w in _ORDINALS), None)
         extreme = EXTREMES.intersection(self.words) or {"last", "far", "first"} & self.concepts
         return number or (1 if self.side and extreme else None)
@@ -52,7 +52,7 @@ class Modifier:
 def modifiers_of(words: GroundedCommand, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
     """Return an OBJECT's modifiers; those of order are merged: "the second" "from the right".
 
-    `also` are words elsewhere that say more of it.
+    `also` are words elsewhere that modify the OBJECT.
     """
     found = [_modifier(words, n) for n in _same_thing(words, node)]
     found.append(Modifier(unstressed(field_words(also))))
@@ -74,7 +74,7 @@ def is_reflexive(sdc: SDC) -> bool:
 
 
 def unplaced(words: GroundedCommand, marks: Iterable[int]) -> tuple[str, ...]:
-    """Words of landmarks that are no things, which say where as relations do: "the middle"."""
+    """Return landmarks' words that name no things but relations: "the middle"."""
     leaves = (n for n in marks if not words.annotated[n] and words.tree.nodes[n].is_leaf)
     return tuple(w for n in leaves for w in unstressed(field_words(words.tree.nodes[n].words)))
 

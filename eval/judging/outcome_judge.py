@@ -1,9 +1,9 @@
-"""The automatic judge where only outcomes are known: what was picked up, and what it ended on.
+"""The automatic judge for commands with known outcomes and no log: loads, and where they end.
 
-There is no log with paths and positions, only what the robot did. All that is known of it must be
-right: a plan picks up what was picked up and nothing else. That ends on the forks, on the ground,
-or on one of the things it may have been put on. Where on the ground it ended, or where a robot went
-that only drove, is never known; any place will do.
+There is no log with paths and positions, only a record of the handled loads. A plan must agree with
+all that is known: it picks up the same loads and nothing else. They end on the forks, on the
+ground, or on one of the possible carriers. A load's position on the ground, and the goal of a robot
+that only drove, are never known; any place will do.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def expected(outcomes: Sequence[TaskOutcome]) -> Expected:
 
 
 def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: State) -> Verdict:
-    """Compare what a plan picks up (`picked_up`) and what it leads to with what was done."""
+    """Compare a plan's loads (`picked_up`) and end state with the known outcomes."""
     missing, strange = want.picked - picked, picked - want.picked
     if missing:
         return Verdict(False, f"it doesn't pick up {', '.join(sorted(missing))}")

@@ -1,9 +1,9 @@
 """Checks of a plan against single words: "away from", "past", "raise the forks", "face".
 
-Commands that nobody annotated, whose outcome shows nothing of the way there, can be measured so.
+They measure commands without annotations, whose outcome shows nothing of the robot's path.
 Mentions are found in the text, not in the clauses, so that a clause that is read wrongly counts
-against the plan. The landmark is what the plan itself takes the next noun for: whether that is the
-right thing is measured elsewhere.
+against the plan. The landmark is the plan's own grounding of the next noun: its correctness is
+measured elsewhere.
 """
 
 from __future__ import annotations

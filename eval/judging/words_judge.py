@@ -1,8 +1,8 @@
 """The second verdict: agreement of an execution with the command's words, wherever the log ends.
 
 It is independent of any model: it reads a command's annotated clauses and the geometry of the
-world. Any thing, side or place that the words allow is right. What the words ask for and isn't
-done is wrong, and so is what is done to a thing that they don't speak of.
+world. Any thing, side or place that the words allow is right. A requested action that is missing is
+wrong, and so is an action on a thing that the words don't mention.
 """
 
 from __future__ import annotations

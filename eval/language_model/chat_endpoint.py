@@ -1,6 +1,6 @@
-"""Asking a language model at an endpoint that speaks OpenAI's protocol of chat completions.
+"""Requests to a language model at an endpoint with OpenAI's protocol of chat completions.
 
-Nothing is sent without an endpoint that somebody named. A request whose reply is kept isn't sent.
+Nothing is sent without a named endpoint. A request with a kept reply isn't sent.
 """
 
 from __future__ import annotations
@@ -40,8 +40,7 @@ UNPAID_STATUS = 429
 Message = dict[str, str]
 Form: TypeAlias = Literal["schema", "object", "none"]
 """Form of a request for JSON: ``schema`` as in OpenAI's current protocol; ``object`` for servers
-that know only ``json_object``, with the schema in the prompt; or ``none``: the prompt alone
-asks."""
+that know only ``json_object``, with the schema beside it; or ``none``: in the prompt alone."""
 FORMS: tuple[Form, ...] = get_args(Form)
 
 
@@ -52,21 +51,21 @@ class Endpoint:
     Parameters
     ----------
     url
-        Where the protocol is spoken, such as ``http://localhost:8000/v1``.
+        Address of the endpoint, such as ``http://localhost:8000/v1``.
     folder
-        Where replies are kept.
+        Folder of kept replies.
     seed, temperature
-        What is sent along, so that a server that can repeats itself.
+        Sent with requests, so that servers that support it give reproducible replies.
     at_once
-        How many requests are under way at the same time.
+        Number of requests at the same time.
     tries
-        How often a request is sent that comes to nothing.
+        Number of attempts at a request that fails.
     price
         Dollars for a million tokens of prompts, and of completions.
     form
-        How the server is asked for JSON of a form; see :data:`FORMS`.
+        Form of requests for JSON; see :data:`FORMS`.
     run
-        Name of the run whose use of replies is noted.
+        Name of the run under which the use of replies is noted.
     """
 
     url: str
@@ -114,9 +113,9 @@ def ask(
     Parameters
     ----------
     schema
-        JSON Schema of what is to come back.
+        JSON Schema of the reply.
     purpose
-        What it is for: ``plan`` or ``judge``.
+        Purpose of the request: ``plan`` or ``judge``.
 
     Raises
     ------
@@ -155,7 +154,7 @@ def _form(form: Form, purpose: str, schema: dict[str, Any]) -> dict[str, Any]:
 
 
 def _sent(endpoint: Endpoint, request: dict[str, Any], key: str, known: UnderWay) -> KeptReply:
-    """Send a request until it is answered; what may have been paid for is noted first."""
+    """Send a request until it is answered; possible charges are noted first."""
     import openai  # noqa: PLC0415 - comes with the extra "llm"
 
     client, folder = _client(endpoint), endpoint.replies

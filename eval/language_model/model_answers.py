@@ -1,4 +1,4 @@
-"""The language model as a grounder and as a judge of Table 3: what is called ``llm`` there."""
+"""The language model as a grounder and as a judge of Table 3, with the name ``llm``."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ PLAN, JUDGE = "plan", "judge"
 class LanguageModelGrounder(PlanGrounder):
     """Plans by a language model.
 
-    All tasks are asked about before the first is judged, several at the same time. A reply that
-    can't be used is asked for again; after three of them the command counts as refused.
+    All plans are requested before the first is judged, several at the same time. An unusable reply
+    is requested again; after three of them the command counts as refused.
     """
 
     endpoint: Endpoint
@@ -44,7 +44,7 @@ class LanguageModelGrounder(PlanGrounder):
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The model, and what identifies its prompt."""
+        """The model, and a digest of its prompt."""
         return {**self.endpoint.about, "prompt": _digest(plan_prompt())}
 
     def missing(self) -> str:
@@ -52,7 +52,7 @@ class LanguageModelGrounder(PlanGrounder):
         return missing()
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """Ask about all tasks; if the endpoint gives no reply to one, those that came are kept."""
+        """Request plans for all tasks; after a failure, received ones are kept."""
         with ThreadPoolExecutor(self.endpoint.at_once) as threads:
             asked = [threads.submit(self.propose, task) for task in tasks]
             try:
@@ -95,7 +95,7 @@ class LanguageModelJudge:
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The model, and what identifies its prompt."""
+        """The model, and a digest of its prompt."""
         return {**self.endpoint.about, "prompt": _digest(judge_prompt())}
 
     @property
@@ -116,7 +116,7 @@ class LanguageModelJudge:
 
 
 def check_installed() -> None:
-    """Refuse to go on without the extra that a language model is asked with."""
+    """Refuse to go on without the extra for language models."""
     if why := missing():
         raise CorpusError(why, fix="or leave the language model out")
 

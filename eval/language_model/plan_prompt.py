@@ -1,4 +1,4 @@
-"""The prompts: a command, its world, and what the robot can do."""
+"""The prompts: a command, its world, and the robot's actions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replies with a form: read by msgspec, checked, and asked for again where they can't be used."""
+"""Structured replies: read by msgspec, checked, and requested again where they can't be used."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def ask_for(
     purpose: str,
     choices: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Value:
-    """Ask for a reply in a form, and make something of it.
+    """Ask for a reply in a form, and convert it.
 
     Parameters
     ----------
     use
-        Makes something of it; raises a FormatError where that can't be done.
+        Converts the reply; raises a FormatError where that can't be done.
     choices
-        What fields of the form can be, by their names, for servers that hold a model to it.
+        Allowed values of the form's fields, by name, for servers that constrain a model to them.
 
     Raises
     ------

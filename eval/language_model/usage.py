@@ -24,8 +24,8 @@ def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
     Returns
     -------
     Mapping
-        ``requests`` with a reply; how many are ``new``, and how many were ``kept`` from before;
-        ``sent``, how often these were sent in all, and how many of these are ``in_doubt``: they may
+        Numbers of ``requests`` with a reply, of ``new`` ones, and of those ``kept`` from before;
+        ``sent``, the number of times these were sent in all, and of these ``in_doubt``, which may
         have been paid for without a reply. Tokens of prompts and completions; ``dollars``, of all
         replies and of the new ones, None without a price; seconds to a reply.
     """

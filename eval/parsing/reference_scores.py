@@ -1,8 +1,8 @@
 """Accuracy of OBJECTs' references by words alone, against annotated trees and groundings.
 
 Antecedents of pronouns (:mod:`g3.language.discourse.anaphora`) are compared with the groundings:
-one is right if it is grounded in what the pronoun is grounded in. The number of an OBJECT
-(:mod:`g3.language.discourse.groups`) is compared with how many groundings it has.
+one is right if it has the pronoun's groundings. The number of an OBJECT
+(:mod:`g3.language.discourse.groups`) is compared with its number of groundings.
 """
 
 from __future__ import annotations

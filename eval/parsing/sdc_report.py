@@ -88,7 +88,7 @@ def render(
     by_kind
         The tested commands as typed, and by perturbation.
     top
-        How many errors a table lists; JSON has all.
+        Number of errors in a table; JSON has all.
     """
     tested = by_kind[AS_TYPED]
     found = figures(tested)

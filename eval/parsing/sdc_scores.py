@@ -68,7 +68,7 @@ class Comparison:
     segments
         Top-level clauses, matched by their words among those that both sides have in a clause.
     exact
-        Whether all trees are the same: types, fields and words.
+        True if all trees are equal in types, fields and words.
     confusion
         Letters by annotated and predicted type and field of the word that they are in.
     """

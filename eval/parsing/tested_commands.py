@@ -1,4 +1,4 @@
-"""Extraction of SDC trees from commands whose trees are annotated: what is trained and tested."""
+"""Training and testing of extraction on commands with annotated SDC trees."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class SDCChoices:
     test
         one to test on, with
     train
-        one to train on (with `corpus`: besides its other scenarios), or
+        one to train on (with `corpus`: in addition to its other scenarios), or
     model
         a trained model, or
     parser
@@ -44,9 +44,9 @@ class SDCChoices:
     l2
         Strength of the regularisation; None for the default.
     perturb
-        How commands are perturbed that are tested besides those as typed.
+        Perturbations of commands to test in addition to the commands as typed.
     seed
-        What perturbations are drawn with.
+        Random seed of perturbations.
     """
 
     corpus: str = ""
@@ -87,7 +87,7 @@ def run(
     dict of str to list of TestedCommand
         By perturbation, the commands as typed first; each in the order of the corpus.
     dict
-        What to record with the figures.
+        Metadata to record with the figures.
     """
     l2 = DEFAULT_L2 if choices.l2 is None else choices.l2
     corpus = open_corpus(choices.corpus or choices.test)

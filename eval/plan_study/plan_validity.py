@@ -43,10 +43,10 @@ def figures(counts: FloatArray) -> FloatArray:
     The plans that the judge calls right, and those that it calls wrong, count as many as there
     are. The rated ones only show how people divide them.
 
-    `counts` have shape (..., 3, 2). The last axis is what the judge says, wrong or right; the rows
-    are the weights of plans that people call wrong, of those that they call right, and how many
-    plans there are. Figures have shape (..., 6), in the order of :data:`FIGURES`; NaN where the
-    rated plans don't show it.
+    `counts` have shape (..., 3, 2). The last axis is the judge's verdict, wrong or right; the rows
+    are the weights of plans that people call wrong, of those that they call right, and the number
+    of plans. Figures have shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated
+    plans don't determine them.
     """
     rated, there = counts[..., :2, :], counts[..., 2, :]
     shares = ratio(rated, rated.sum(axis=-2, keepdims=True))
@@ -79,8 +79,8 @@ def agreements(
 ) -> list[PlanAgreement]:
     """Return a row for all plans, and one for each configuration.
 
-    `plans` are all, rated or not; `people` says whether most people call a rated plan right, by its
-    run; `verdict` is the one of the judge that is compared.
+    `plans` are all, rated or not; `people` has the majority verdict on each rated plan, by its run;
+    `verdict` is the judge's verdict to compare.
     """
     rows = []
     for name in (ALL, *CONFIGURATIONS):

@@ -101,7 +101,7 @@ def half_widths(
     """Half widths that the figures' 95 % intervals have in simulated studies, without intervals.
 
     As :func:`eval.statistics.power.simulated_half_width` does for a share. Each scenario's own
-    shares are drawn from beta distributions with the wanted correlation, the majority of each
+    shares are drawn from beta distributions with the given correlation, the majority of each
     pair from those. The half width is that of the middle of the studies' figures.
 
     `shares` are the part of the plans that most people call right, by the judge's verdict; the

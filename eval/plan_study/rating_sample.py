@@ -68,8 +68,8 @@ def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
 def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
     """Return the number of plans to draw of each kind.
 
-    `sizes` says how many there are of each kind, that which counts first first; `most` how many may
-    be drawn, 0 for all.
+    `sizes` are the numbers of plans of each kind, in order of priority; `most` is the largest
+    number to draw, 0 for all.
     """
     if not most:
         return dict(sizes)
@@ -83,10 +83,10 @@ def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
 
 
 def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: int) -> Sample:
-    """Draw plans of some kinds, balanced over scenarios and over who made them.
+    """Draw plans of some kinds, balanced over scenarios and configurations.
 
     Of two :data:`KINDS`, the second gets only :data:`RESERVED` of the pairs while there are enough
-    plans of the first. There are at most so many, 0 for all.
+    plans of the first. `most` is the largest number of plans, 0 for all.
     """
     rng = np.random.default_rng(seed)
     of_kind = {kind: [p for p in plans if p.kind == kind] for kind in kinds}
@@ -123,14 +123,14 @@ def balanced_sample(
 ) -> tuple[IntArray, FloatArray]:
     """Draw as evenly from all cells as their sizes allow.
 
-    Every cell gives the same number, or all that it has. What is left over is less than one item
-    for each cell that has more. It is drawn from these cells systematically, which spreads it over
+    Every cell gives the same number, or all that it has. The remainder is less than one item for
+    each cell that has more. It is drawn from these cells systematically, which spreads it over
     their order and gives each the same chance (W. G. Cochran, Sampling Techniques, 1977, chapter
     8). Weights of one over the chance make up for the balance (D. G. Horvitz and D. J. Thompson,
     J. Am. Stat. Assoc. 47, 1952), also where a cell gives nothing.
 
-    Cells are numbered from 0 without gaps, shape (n,); of so many items as are wanted there may be
-    fewer. Indices of the items drawn grow, and the chance is that of each item, shape (n,).
+    Cells are numbered from 0 without gaps, shape (n,); fewer items than `size` may exist. Indices
+    of the items drawn ascend, and the chance is that of each item, shape (n,).
     """
     if size <= 0 or len(cell) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(len(cell))

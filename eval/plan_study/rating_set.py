@@ -79,9 +79,9 @@ class Rated:
 def prepare(
     folder: Path, settings: Settings, *, on_progress: OnProgress = no_progress
 ) -> RatingSet:
-    """Make and draw plans, carry out what was drawn, and say what is planned.
+    """Make and draw plans, carry out the drawn ones, and return the rating set with its plan.
 
-    What is there already isn't made again.
+    Existing results aren't made again.
     """
     check_settings(folder, settings)
     records = plan_all(folder, settings, on_progress)

@@ -40,9 +40,9 @@ class Pair:
 
     text: str
     video: str
-    """Name of the run, or of the context of the test corpus whose log is shown."""
+    """Name of the run, or of the test corpus's context with the log shown."""
     own_video: str
-    """Name of the context whose log the command was typed for."""
+    """Name of the context that the command was typed for."""
     configuration: str
     """``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair."""
     command: str
@@ -88,10 +88,10 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
 
 
 def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = None) -> Path:
-    """Write the study's file for ``ct annotate``; its pairs don't say what made them.
+    """Write the study's file for ``ct annotate``; its pairs don't show their origin.
 
-    What somebody has changed in the file is kept, but for the pairs, and for what is paid for each
-    in dollars if that is said here.
+    Edits of the file are kept, except to the pairs, and to the pay for each in dollars if it is
+    given here.
     """
     path = folder / STUDY
     study: dict[str, object] = {

@@ -41,12 +41,13 @@ def offer(
 ) -> list[str]:
     """Put a study into the app, and offer as many assignments as its judgments take.
 
-    Doing it again offers only what is missing. What there is then is told, and where.
+    A repeated offer adds only missing assignments. The result lists the assignments and their
+    address.
 
-    The study's file says what is paid for a pair, unless only links are made; people reach the app
-    at the URL, and an assignment asks for so many pairs at most. In the platform's sandbox no money
-    is paid; the endpoint is another address of its interface. A FormatError says that there is no
-    such platform, nothing is paid, or credentials are missing; a PlatformError that the platform
+    The study's file has the pay for a pair, unless only links are made; people reach the app at the
+    URL, and an assignment has at most `items` pairs. In the platform's sandbox no money is paid;
+    the endpoint is another address of its interface. A FormatError means that there is no such
+    platform, nothing is paid, or credentials are missing; a PlatformError that the platform
     refuses.
     """
     provider = find_provider(platform)

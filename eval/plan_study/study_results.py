@@ -40,7 +40,7 @@ class RatedRow:
     share: Estimate
     """Judgments that agree, with whole scenarios resampled."""
     two_way: Estimate
-    """The same share, for other scenarios and other raters."""
+    """Share for other scenarios and other raters."""
     majority: float
     """Share of the pairs on which more than half of the judgments agree."""
     judgments: int

@@ -52,7 +52,7 @@ class Study:
     people: Sequence[RatedRow]
     """Rows of Table 3 by people; empty without ratings."""
     automatic: Sequence[JudgedRow]
-    """The same rows by the automatic judge."""
+    """Rows of Table 3 by the automatic judge."""
     validity: Validity | None
     compared_by_people: Sequence[Comparison] = ()
     compared: Sequence[Comparison] = ()

@@ -89,7 +89,7 @@ class AutomaticRows(msgspec.Struct, frozen=True):
 class PlanFile(msgspec.Struct, frozen=True):
     """The file of ``--table 3``, with rows, or of ``--end-to-end``, with rows by people and judge.
 
-    What else it has is provenance.
+    All other entries are provenance.
     """
 
     train: list[str] = []
@@ -163,7 +163,7 @@ class Plans:
     def wrong(self) -> list[JudgedPlan]:
         """Return the wrong plans, the most probable first.
 
-        Of annotated clauses, or of extracted ones where nobody has annotated any.
+        They are of annotated clauses, or of extracted ones where there are no annotations.
         """
         plans = self.file.commands.get("gold") or self.file.commands.get("auto", [])
         found = [plan for plan in plans if not plan.correct]
@@ -183,7 +183,7 @@ def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
 def read_plans(path: Path) -> Plans:
     """Read the output of ``ct eval --table 3 --format json``.
 
-    A FormatError says that the file can't be read or holds something else, has no baselines, or is
+    A FormatError means that the file can't be read or holds something else, has no baselines, or is
     by another judge than the automatic one.
     """
     try:

@@ -25,7 +25,7 @@ class Bin:
     """Share of them that is correct."""
     low: float
     high: float
-    """Its 95% interval with whole commands resampled; NaN where the reason says why."""
+    """Bounds of its 95% interval with whole commands resampled; NaN where there is a reason."""
     n: int
     reason: Reason = ""
 

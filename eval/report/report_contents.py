@@ -58,11 +58,11 @@ class Contents:
 
     table_1: Sequence[Row]
     metadata: dict[str, object]
-    """Its rows, and how they were made."""
+    """Rows of Table 1, and their metadata."""
     reliability: Sequence[Bin]
     curve: Sequence[CurvePoint]
     repeats: int
-    """The learning curve's points, and of how many random orders."""
+    """The learning curve's points, and the number of random orders behind them."""
     errors: Sequence[ErrorList]
     """The lists of section 4.2."""
     table_2: Results | None

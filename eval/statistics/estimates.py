@@ -42,9 +42,9 @@ def beside(paper: float | None, n: int) -> float | None:
     Parameters
     ----------
     paper
-        What the paper says, or None where it says nothing.
+        The paper's figure; None where it has none.
     n
-        How many ours is of: examples, pairs or commands.
+        Number of our examples, pairs or commands.
     """
     return paper if n >= FEWEST_BESIDE else None
 
@@ -101,7 +101,7 @@ def confusion(
     Parameters
     ----------
     label, predicted
-        What holds and what was predicted, shape (n,).
+        True and predicted values, shape (n,).
     cluster, group
         Index of each example's cluster and group, shape (n,).
     shape
@@ -131,9 +131,10 @@ def cluster_bootstrap(
     Groups are resampled together. Clusters without an example of a group stay in the pool, as
     commands without a PLACE are part of the population of commands.
 
-    A figure that fewer than :data:`FEWEST_CLUSTERS` say anything about has no interval. Resampling
+    A figure with fewer than :data:`FEWEST_CLUSTERS` informative clusters has no interval.
+    Resampling
     few clusters can't show how clusters differ. With under 30 clusters or so percentile intervals
-    are still somewhat too narrow. :func:`percentiles` says which others have none.
+    are still somewhat too narrow. :func:`percentiles` lists the other figures without one.
 
     Parameters
     ----------
@@ -144,7 +145,7 @@ def cluster_bootstrap(
     rng
         Source of randomness; the same state gives the same bounds.
     executor
-        Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
 
     Returns
     -------
@@ -173,7 +174,7 @@ def percentiles(
     """Return a figure with the bounds of a percentile interval.
 
     Where both bounds would be the same there are none. Clusters that don't differ are no evidence
-    that others won't, and an interval of no width would say that the figure is known exactly.
+    that others won't, and an interval of no width would claim that the figure is known exactly.
 
     Resamples in which the figure is undefined are left out and counted. There is no interval where
     more of them are undefined than an interval leaves outside, nor where all but so few are on one
@@ -186,10 +187,9 @@ def percentiles(
     drawn
         The same of each resample, shape (draws,).
     clusters
-        How many clusters were resampled; of fewer than :data:`FEWEST_CLUSTERS` there is no
-        interval.
+        Number of resampled clusters; of fewer than :data:`FEWEST_CLUSTERS` there is no interval.
     missing
-        Why the figure is undefined, where it is.
+        Reason for an undefined figure.
     """
     if not np.isfinite(value):
         return undefined(missing)
@@ -209,7 +209,7 @@ def percentiles(
 def bounded(value: float, low: float, high: float, left_out: int = 0) -> Estimate:
     """Return an estimate with an interval, or with the reason why it has none.
 
-    Bounds that aren't numbers come of matrices that are nearly singular.
+    Bounds that aren't numbers result from nearly singular matrices.
     """
     if not np.isfinite([value, low, high]).all():
         return undefined("singular")

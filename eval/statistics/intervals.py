@@ -62,7 +62,7 @@ def bootstrap(
     agrees, cluster
         Each judgment's answer, or the share of several, and its cluster, shape (n,).
     executor
-        Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
     if len(agrees) == 0:
         return undefined("no data")

@@ -39,10 +39,10 @@ def plan_interval(
 ) -> Plan | Reason:
     """Plan the pairs for an interval of a half width, or return why none can be planned.
 
-    The half width is the wanted distance of the bounds from the share that is expected, of which
-    0.5 is the worst case; the correlation is between judgments of a pair, within it. It doesn't
-    matter for one judge of a pair, and may be NaN then; below 0 it is taken for 0. A share of 0 or
-    1 doesn't vary, so that nothing follows from it.
+    The half width is the required distance of the bounds from the expected share, of which 0.5 is
+    the worst case; the correlation is between judgments of a pair. It doesn't matter for one judge
+    of a pair, and may be NaN then; below 0 it counts as 0. A share of 0 or 1 doesn't vary, so that
+    nothing follows from it.
     """
     if not 0 < share < 1:
         return "no data" if np.isnan(share) else "all alike"
@@ -98,7 +98,7 @@ def simulated_half_width(
 ) -> Estimate:
     """Return the half width of a plan's interval, by simulated studies.
 
-    Each pair's own share is drawn from a beta distribution with the wanted correlation, its
+    Each pair's own share is drawn from a beta distribution with the plan's correlation, its
     judgments from that. The half width is that of the middle 95 % of the studies' shares.
     """
     if not 0 < share < 1:
@@ -115,7 +115,7 @@ def own_shares(
     """Draw shares of clusters from beta distributions with a correlation within them.
 
     The shares that are expected broadcast to the shape. With a correlation of 0 each cluster has
-    them; with one of 1 all in a cluster say the same.
+    them; with one of 1 all in a cluster are equal.
     """
     expected = np.broadcast_to(np.asarray(share, dtype=np.float64), shape)
     if not correlation > LEAST_CORRELATION:

@@ -57,10 +57,10 @@ def dawid_skene(
     of answers, as they do.
 
     Of each answer there are an item, a rater and the class that was given: numbers from 0 without
-    gaps, shape (n,). There are so many classes, or the greatest that was given plus one.
+    gaps, shape (n,). The number of classes defaults to the greatest given class plus one.
 
-    With fewer than three raters, or where nothing was judged twice, errors can't be told from true
-    classes: the posteriors are the shares of answers then, and `reason` says so.
+    With fewer than three raters, or where nothing was judged twice, errors can't be separated from
+    true classes: the posteriors are the shares of answers then, and `reason` has the reason.
     """
     items, raters = int(item.max(initial=-1)) + 1, int(rater.max(initial=-1)) + 1
     k = classes or int(given.max(initial=-1)) + 1

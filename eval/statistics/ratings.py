@@ -101,7 +101,7 @@ def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
 
 
 def codes(values: Sequence[Hashable]) -> IntArray:
-    """Number the different values, from 0 in the order of first appearance."""
+    """Assign numbers to the different values, from 0 in the order of first appearance."""
     numbers: dict[Hashable, int] = {}
     return np.array([numbers.setdefault(value, len(numbers)) for value in values], dtype=np.int64)
 

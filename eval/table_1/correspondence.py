@@ -1,7 +1,7 @@
 """Accuracy of predictions of the correspondence variable φ: the paper's Table 1.
 
-An example is one SDC with groundings and the label that says whether they are right;
-the model gives the probability of φ = True (section 4.2).
+An example is one SDC with groundings and a label, which is true if they are right; the model gives
+the probability of φ = True (section 4.2).
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Predictions:
     type
         SDC type of each example, shape (n,).
     label
-        Whether the groundings are right, shape (n,), bool.
+        True where the groundings are right, shape (n,), bool.
     probability
         The model's probability of φ = True, shape (n,).
     command
@@ -174,11 +174,11 @@ def table_rows(
     draws, seed
         Resamples for the intervals and the seed they are drawn with.
     cluster
-        What is resampled. Intervals over commands speak of new commands about the same
-        scenarios, intervals over scenarios of new scenarios; the latter are wider and
-        need a few dozen scenarios to be trusted.
+        Unit of resampling. Intervals over commands hold for new commands about the same scenarios,
+        intervals over scenarios for new scenarios; the latter are wider and need a few dozen
+        scenarios to be trusted.
     executor
-        Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
     counts = _counts_by_cluster(predictions, threshold, cluster)
     rng = np.random.default_rng(seed)

@@ -60,14 +60,14 @@ def render(
         ``table`` to read, ``json``, ``csv`` (metadata as columns that repeat, so that
         files of several runs can be put together) or ``latex`` (a tabular for booktabs).
     metadata
-        What to record with the figures: corpus, model, seeds. In JSON they stand at the
-        top level.
+        Metadata to record with the figures: corpus, model, seeds. In JSON they stand at the top
+        level.
     others
         The rows of other models by name, on the same examples.
     compared
-        How these compare with the model and with each other.
+        Comparisons of these models with the model and with each other.
     terminal
-        Whether the table goes to a terminal: colours and Unicode lines, else pure ASCII.
+        True if the table goes to a terminal: colours and Unicode lines, else pure ASCII.
 
     Raises
     ------

@@ -44,11 +44,11 @@ class Choices:
     model
         a trained model, and ``test``.
     division
-        How to divide ``corpus`` by scenario: each held out in turn, or some.
+        Division of ``corpus`` by scenario: each held out in turn, or some.
     test_scenarios
-        Which to hold out (:func:`eval.splits.read_scenarios`); drawn if empty.
+        Scenarios to hold out (:func:`eval.splits.read_scenarios`); drawn if empty.
     test_negatives
-        Which negatives to test on, if others than to train on.
+        Kind of negatives to test on, if it differs from the kind to train on.
     ablate
         Feature sets to leave out, and potentials, which only plans depend on.
     plus

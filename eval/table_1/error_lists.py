@@ -64,7 +64,7 @@ class Phrase:
     total
         Number of examples of this SDC type with these words, however classified.
     id, source
-        Of the example with that probability; the first by id if several have it.
+        Fields of the example with that probability; the first by id if several have it.
     """
 
     words: str
@@ -107,7 +107,7 @@ def error_lists(
     Parameters
     ----------
     examples
-        What to show of them, aligned, length n.
+        Displayed fields of the examples, aligned, length n.
     k
         Number of different phrases in a list.
 

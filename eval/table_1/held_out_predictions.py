@@ -138,12 +138,12 @@ def learning_curve(
     Parameters
     ----------
     choices
-        What is trained and tested; the errors of several splits are pooled.
+        Training and test sets; the errors of several splits are pooled.
 
     Returns
     -------
     tuple
-        The mean error over the orders, with its least and its greatest value; and what to
+        The mean error over the orders, with its least and its greatest value; and metadata to
         record with it.
     """
     divided, factors = _set_up(choices)

@@ -70,7 +70,7 @@ class CurvePoint:
     low, high
         Bounds of its interval; NaN if there is none.
     reason
-        Why there is no error; empty if there is.
+        Reason for a missing error; empty if there is one.
     """
 
     type: RowType
@@ -106,9 +106,9 @@ def write_plot(
     points
         The curve, in any order; types without a defined error are left out.
     metadata
-        What to record in the file's description.
+        Metadata for the file's description.
     bounds
-        What lows and highs are; stands at the axis.
+        Meaning of lows and highs; stands at the axis.
 
     Raises
     ------

@@ -63,8 +63,8 @@ def plans(
 ) -> list[dict[str, float | str]]:
     """Return a record for each number of judges, by :data:`COLUMNS`.
 
-    Beside the plan it has the half width in simulated studies, and how many pairs of each of two
-    configurations find shares that differ by :data:`DIFFERENCE` with a probability of
+    Beside the plan it has the half width in simulated studies, and the number of pairs of each of
+    two configurations that find shares that differ by :data:`DIFFERENCE` with a probability of
     :data:`~eval.statistics.power.POWER`. Where nothing can be planned it has the reason instead.
     """
     rng = np.random.default_rng(seed)

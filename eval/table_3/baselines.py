@@ -1,9 +1,9 @@
 """Plans without a model, as baselines for Table 3.
 
-All of them pick up one load. What else they do is decided by single words: where "put" or the like
-occurs, the load is put down; a thing that is named after it is where it goes. A command with a verb
-of going and none of handling something is driven. They differ in how they choose the load:
-:func:`nearest`, :func:`keywords`, :func:`embeddings`.
+All of them pick up one load. Single words decide the rest: where "put" or the like occurs, the load
+is put down; a thing that is named after it is its goal. A command with a verb of going and none of
+handling something is driven. They differ in the choice of the load: :func:`nearest`,
+:func:`keywords`, :func:`embeddings`.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def _done_with(
 ) -> list[Action]:
     """Return the actions on a load, whose name ends at a place in the command.
 
-    Nothing where there is none and one is asked for.
+    The list is empty where there is no load and one is required.
     """
     start, verbs = task.start, {normalise(word) for word in task.words}
     if verbs & GO and not verbs & HANDLE:

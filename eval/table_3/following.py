@@ -36,11 +36,11 @@ class FollowedPlan:
     Parameters
     ----------
     final
-        What it leads to; None where there is no plan.
+        State after the plan; None where there is no plan.
     evidence
-        What its probability was calibrated from.
+        Evidence from which its probability was calibrated.
     objects
-        How many OBJECTs are annotated, and how many of them are grounded as annotated.
+        Number of annotated OBJECTs, and of those grounded as annotated.
     """
 
     proposal: Proposal
@@ -73,7 +73,7 @@ def plan_by_model(
     Parameters
     ----------
     which
-        ``gold``, or ``random`` where somebody has annotated the command, takes its annotated
+        ``gold``, or ``random`` where the command is annotated, takes its annotated
         clauses. All others take those that were extracted.
     extracted
         The command's clauses as they are extracted from its text, maybe several trees.

@@ -104,8 +104,8 @@ def extractor_without(corpora: Sequence[Corpus]) -> Callable[[str], SDCExtractor
 def calibrated(outcomes: Sequence[Outcome]) -> list[Outcome]:
     """Calibrate outcomes' probabilities by curves that have not seen their scenarios.
 
-    The bundled curve was fitted to plans for the paper's commands, so on these commands it says
-    more than it knows. Here the slopes for a scenario's plans are fitted to the plans of all
+    The bundled curve was fitted to plans for the paper's commands, so on these commands it is
+    overconfident. Here the slopes for a scenario's plans are fitted to the plans of all
     others. Fitting the intercept so, too, would bias it against scenarios that go well. A curve
     that has seen neither of two scenarios has one intercept for both, so all have one: the mean
     of the held-out intercepts.

@@ -33,11 +33,11 @@ class JudgedCommand:
     Parameters
     ----------
     annotation
-        Its clauses and groundings by people; None if nobody has annotated it.
+        Clauses and groundings by people; None without annotations.
     done
-        What its outcomes say; None where a log shows it instead.
+        The combined outcomes; None where a log replaces them.
     loads
-        What could be picked up.
+        Loads that could be picked up.
     """
 
     command: Command
@@ -61,13 +61,13 @@ class Facts:
     Parameters
     ----------
     person
-        Who typed it; empty if unknown.
+        Person who typed the command; empty if unknown.
     chance
-        How probably a load that is drawn at random, and no other thing, is what was picked up.
+        Probability that a load drawn at random is exactly the set of loads picked up.
     is_determined
-        Whether nothing of what was done is unknown.
+        True if the outcome is fully known.
     has_choice
-        Whether there are two loads or more.
+        True if there are two loads or more.
     """
 
     person: str = ""
@@ -85,12 +85,12 @@ class Facts:
 def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
     """Return commands with known outcomes, and annotated ones, which have a log.
 
-    Commands of whose outcome nothing is known are left out.
+    Commands with unknown outcomes are left out.
 
     Parameters
     ----------
     most
-        How many of each scenario; 0 for all.
+        Number of commands of each scenario; 0 for all.
 
     Raises
     ------

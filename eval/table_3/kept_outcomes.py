@@ -54,8 +54,8 @@ class Kept:
 def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
     """Return the outcomes kept by an earlier run of the same table; else none.
 
-    Nothing, either, of a file that is damaged: its scenarios are done again. The settings decide of
-    the outcomes, and are as JSON has them.
+    A damaged file also gives none: its scenarios are run again. The settings decide the outcomes,
+    in the form in which JSON has them.
     """
     path = out.with_name(f"{out.name}{SUFFIX}")
     try:

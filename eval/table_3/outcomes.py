@@ -25,23 +25,23 @@ class Outcome:
     Parameters
     ----------
     probability
-        Of its plan; 0 where there is none.
+        Probability of its plan; 0 where there is none.
     reason
-        Why it is wrong; empty if it isn't.
+        Reason for a wrong plan; empty if it is right.
     objects, objects_right
-        How many OBJECTs are annotated, and how many of them are grounded as annotated.
+        Number of annotated OBJECTs, and of those grounded as annotated.
     evidence
-        What the probability was calibrated from; empty where there is no plan.
+        Evidence from which the probability was calibrated; empty where there is no plan.
     by_words
-        The judge's second verdict, by the command's words; None if it wasn't asked.
+        The judge's second verdict, by the command's words; None if it wasn't made.
     words_reason
-        Why that is wrong; empty if it isn't.
+        Reason for a second verdict of wrong; empty otherwise.
     theme
-        Whether it picks up the right things and no other; None where that isn't known.
+        True if it picks up the right things and no other; None where that isn't known.
     refused
-        Whether there is no plan, which counts as wrong.
+        True if there is no plan, which counts as wrong.
     heading
-        Which way the robot faced at the start; empty for the corpus's own.
+        Rule of the robot's heading at the start; empty for the corpus's own.
     """
 
     command: str
@@ -63,8 +63,8 @@ class Outcome:
 class JudgedRow(TypedDict):
     """A configuration's share of correct plans; the bounds are NaN for the stated reason.
 
-    ``precision`` is of plans that end where the log ends, ``by_words`` of those that do what the
-    words say.
+    ``precision`` is the share of plans that end where the log ends, ``by_words`` of those that
+    agree with the words.
     """
 
     configuration: str
@@ -109,7 +109,8 @@ def judged_row(
 ) -> JudgedRow:
     """Return a configuration's share of correct plans, with scenarios resampled.
 
-    Of the judge's verdicts by words those that are known count.
+    Scenarios are resampled as their commands share a log. Of the judge's verdicts by words the
+    known ones count.
     """
 
     def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:
@@ -144,7 +145,7 @@ def grounding_accuracy(outcomes: Sequence[Outcome]) -> Estimate:
 
 
 def reliability(outcomes: Sequence[Outcome]) -> tuple[Estimate, list[Bin]]:
-    """Return the calibration error of plans' probabilities, and the reliability diagram.
+    """Return plans' expected calibration error, and the reliability diagram.
 
     The error has no interval.
     """
@@ -166,8 +167,8 @@ def reliability(outcomes: Sequence[Outcome]) -> tuple[Estimate, list[Bin]]:
 def risk_coverage(outcomes: Sequence[Outcome]) -> Estimate:
     """Return the area under the risk–coverage curve: the error of the k most probable.
 
-    It is the mean over all k, 0 at best; if probabilities tell nothing, about the part of all that
-    is wrong. It has no interval.
+    It is the mean over all k, 0 at best; with uninformative probabilities, about the share of all
+    plans that is wrong. It has no interval.
     """
     if not outcomes:
         return undefined("no data")

@@ -135,7 +135,7 @@ def with_judge(
         The first that has people's judgments of videos with logs shows the automatic judge's
         validity.
     notes
-        What is said under the table besides.
+        Further notes under the table.
     """
     is_automatic = result.metadata.get("judge", AUTOMATIC) == AUTOMATIC
     is_by_logs = is_automatic and result.metadata.get("compared_with") != OUTCOMES

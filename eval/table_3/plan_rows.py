@@ -134,7 +134,7 @@ def rows(
 ) -> list[Row]:
     """Return a row for each configuration and part of the commands.
 
-    Those that are missing, which can't be run, have one without figures that says why.
+    Missing ones, which can't be run, have a row with the reason instead of figures.
     """
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
     others = [n for n in {**outcomes, **missing} if n not in (*ALONE, *MODELS)]

@@ -51,7 +51,7 @@ def data_of(
     sets
         Feature sets; those that models use by default if left out.
     executor
-        Who makes the examples; what comes of it is the same for any.
+        Executor that makes the examples; the result doesn't depend on it.
     """
     annotations = [a for corpus in corpora for a in corpus.annotations]
     chosen = search_sets() if sets is None else sets
