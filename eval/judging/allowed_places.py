@@ -218,7 +218,7 @@ def _on(relation: _Relation) -> bool:
 def _on_side(relation: _Relation) -> bool | None:
     """Check the side of landmarks, for the robot as it stands or as it looks at them.
 
-    Which side of a deck a load is on isn't measured.
+    A load's side on a deck isn't measured.
     """
     ending, pose = relation.ending, relation.words.state.pose
     if ending.under in relation.landmarks:

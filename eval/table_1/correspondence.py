@@ -82,7 +82,7 @@ class Predictions:
     Raises
     ------
     ValueError
-        Where the arrays aren't aligned or hold something else than described.
+        If the arrays aren't aligned or hold something else than described.
     """
 
     type: StrArray

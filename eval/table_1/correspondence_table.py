@@ -72,7 +72,7 @@ def render(
     Raises
     ------
     ValueError
-        Where a key of the metadata is also the name of a column, or no such format exists.
+        If a key of the metadata is also the name of a column, or no such format exists.
     """
     models = {OURS: rows, **others} if others else {"": rows}
     if format == "text":

@@ -41,7 +41,7 @@ class Example:
     id
         Names the example: the annotation and the clause in it.
     source
-        Where its groundings come from (:data:`g3.annotation.Source`).
+        Source of its groundings (:data:`g3.annotation.Source`).
     """
 
     id: str

@@ -113,7 +113,7 @@ def write_plot(
     Raises
     ------
     FormatError
-        Where the suffix is another.
+        If the suffix is another.
     """
     suffix = PLOT_SUFFIXES.get(path.suffix.lower())
     if suffix is None:
