@@ -16,8 +16,8 @@ from g3.groundings import Context, FloatArray, PhysicalObject
 from g3.short_repr import short_repr
 
 LEAVES_M = 0.3
-"""Distance from its start beyond which a load has been lifted, in metres; setting it down is found
-likewise."""
+"""Distance in metres from its start beyond which a load has been lifted; also from its end, for
+setting it down."""
 
 
 @dataclass(frozen=True, slots=True)
