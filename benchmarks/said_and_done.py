@@ -17,7 +17,7 @@ from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate
-from eval.judging.as_said import RELATIONS, done_as_said, mentions
+from eval.judging.stated_relations import RELATIONS, fulfils_relation, mentions
 from eval.table_3.held_out import costs_without, extractor_without
 from eval.table_3.search_examples import data_of
 from g3.actions.action_words import described
@@ -66,7 +66,7 @@ def main() -> None:
     for text, sdcs, world, grounder in told:
         plan = grounder().follow(sdcs, world, least=0.0, insist=True).plan
         for mention in mentions(text):
-            done = plan is not None and done_as_said(mention, sdcs, world, plan)
+            done = plan is not None and fulfils_relation(mention, sdcs, world, plan)
             total[mention.relation] += 1
             right[mention.relation] += done
             if options.wrong and not done:

@@ -1,7 +1,8 @@
 """The toolkit from Python: load a corpus, train, evaluate, parse, follow, film, export.
 
 A handful of functions that hand over to the packages :mod:`g3`, :mod:`corpus_tools` and
-:mod:`eval`, which do the work and can do more. What is heavy is imported when a function needs it.
+:mod:`eval`, which do the work and can do more. Heavy packages are imported when a function needs
+them.
 
 >>> import ct
 >>> corpus = ct.load("warehouse")
@@ -51,7 +52,7 @@ def __dir__() -> list[str]:
 
 
 def _of_importers() -> dict[str, Any]:
-    """The importers by the names of their functions."""
+    """Return the importers by the names of their functions."""
     from corpus_tools.importers.importer_registry import importers
 
     return {_IMPORT + importer.name.replace("-", "_"): importer for importer in importers()}

@@ -1,4 +1,4 @@
-"""Commands: extracting their clauses, following them, filming what is done."""
+"""Commands: parsing, following and filming them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from g3.learning.grounding_model import GroundingModel
     from g3.sdc.clauses import SDC
 
-Said: TypeAlias = "str | Entry | Sequence[SDC] | Parse"
-"""A command: its text, an entry of a corpus, its clauses, or what was extracted."""
+AnyCommand: TypeAlias = "str | Entry | Sequence[SDC] | Parse"
+"""A command: its text, an entry of a corpus, its clauses, or a parse."""
 Where: TypeAlias = "State | Context | Path | str"
 """A world: a state, a context, a scenario's file or name, or ``CORPUS:CONTEXT``."""
 
@@ -34,11 +34,11 @@ def parse(
     Parameters
     ----------
     command
-        Its text, or an entry of a corpus, whose text is taken.
+        Text of the command, or an entry of a corpus, which has one.
     n_best
-        How many trees to give, at most.
+        Largest number of trees.
     extractor
-        What to extract with, or its file; the bundled one if left out.
+        Extractor, or its file; the bundled one if left out.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def parse(
 
 
 def follow(
-    command: Said,
+    command: AnyCommand,
     where: Where | None = None,
     *,
     model: Grounder | GroundingModel | Path | str = "warehouse",
@@ -71,20 +71,20 @@ def follow(
     answers: Mapping[int, str] | None = None,
     insist: bool = False,
 ) -> Result:
-    """Find what a command means and what to do (section 3.4). Nothing is carried out.
+    """Ground a command in a world and plan its actions (section 3.4). Nothing is carried out.
 
     Parameters
     ----------
     command
-        What was said.
+        Text of the command, an entry of a corpus, clauses, or a parse.
     where
         The world. An entry of a corpus has its own.
     model
         A grounder, a model, its file, or its name. The bundled model is trained the first time,
         which takes minutes, and kept.
     top, parses, explain, answers, insist
-        As of :meth:`g3.inference.grounder.Grounder.follow`: how many plans and trees, whether to
-        give reasons, answers to questions, and whether to plan where something isn't there.
+        As in :meth:`g3.inference.grounder.Grounder.follow`: numbers of plans and trees, reasons,
+        answers to questions, and planning where something isn't there.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def follow(
     return checked(result)
 
 
-def _of_entry(command: Said) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
+def _of_entry(command: AnyCommand) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
     from corpus_tools.corpus.corpus_entries import Entry
     from g3.language.parsing.extractor import Parse
     from g3.sdc.clauses import SDC
@@ -175,23 +175,23 @@ def render(
     quality: Literal["draft", "standard", "high"] = "standard",
     force: bool = False,
 ) -> Path:
-    """Film a scenario, or what comes of a plan in physics. It needs the extra ``render``.
+    """Film a scenario, or the execution of a plan in physics. It needs the extra ``render``.
 
     Parameters
     ----------
     what
-        A scenario's file or name; or what :func:`follow` gave, whose best plan is carried out.
+        A scenario's file or name; or a result of :func:`follow`, whose best plan is carried out.
     out
         Of a scenario, a folder, which gets a folder with the video, its log and a picture, as by
         ``ct render-videos``. Of a plan, the video, ``NAME.mp4``; its log comes beside it.
     camera
-        All from above; from above, near what happens; behind the robot; or from the driver's seat.
+        All from above; from above, near the action; behind the robot; or from the driver's seat.
     size
         Width and height in pixels, both even.
     fps
         Frames a second.
     quality
-        How well it is drawn.
+        Quality of the drawing.
     force
         Of a scenario: make it again if it is there.
 

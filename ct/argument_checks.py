@@ -1,4 +1,4 @@
-"""What functions of the front door are given, looked at before anything takes minutes."""
+"""Checks of the front door's arguments, before anything takes minutes."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from g3.errors import CorpusError, unknown_name
 
 
 def one_of(name: str, given: object, known: Iterable[object]) -> None:
-    """Refuse what is none of the known values.
+    """Refuse a value that is none of the known values.
 
     Parameters
     ----------
     name
-        Of the argument.
+        Name of the argument.
     given
-        What was given for it.
+        Value of the argument.
     known
-        What it can be.
+        Allowed values.
 
     Raises
     ------
     CorpusError
-        If it is something else; the error says what it can be.
+        If it is something else; the error lists the allowed values.
     """
     values = list(known)
     if given not in values:
@@ -31,7 +31,7 @@ def one_of(name: str, given: object, known: Iterable[object]) -> None:
 
 
 def positive(name: str, given: float | None) -> None:
-    """Refuse what isn't a number above 0; None stands for the default.
+    """Refuse a value that isn't a number above 0; None stands for the default.
 
     Raises
     ------
@@ -44,24 +44,24 @@ def positive(name: str, given: float | None) -> None:
 
 
 def a_kind_of(name: str, given: object, kinds: tuple[type, ...], fix: str) -> None:
-    """Refuse what is of another type.
+    """Refuse a value of another type.
 
     Raises
     ------
     CorpusError
-        If it is; `fix` says what to give.
+        If it is; `fix` names an allowed value.
     """
     if not isinstance(given, kinds):
         raise CorpusError(f"{name} can't be of the type {type(given).__name__}", fix=fix)
 
 
 def known_options(given: Iterable[str], known: Collection[str], where: str) -> None:
-    """Refuse options that there are not.
+    """Refuse unknown options.
 
     Raises
     ------
     CorpusError
-        If there is one; the error says which there are.
+        If there is one; the error lists the known ones.
     """
     for name in given:
         if name not in known:
@@ -69,6 +69,6 @@ def known_options(given: Iterable[str], known: Collection[str], where: str) -> N
 
 
 def several(names: str | Iterable[str]) -> tuple[str, ...]:
-    """Names that were given as a list, or as one text with commas, as on the command line."""
+    """Split names given as a list, or as one text with commas, as on the command line."""
     parts = names.split(",") if isinstance(names, str) else names
     return tuple(name.strip() for name in parts)

@@ -65,7 +65,7 @@ def import_corpus(
     format
         Name of the importer, such as ``slu-core`` (``ct import --help`` lists them).
     path
-        What to import.
+        File or folder to import.
     out
         A folder to write the corpus to, with a report of the import; nothing is written if
         left out.
@@ -115,9 +115,9 @@ def import_function(importer: Importer, name: str) -> Callable[..., Corpus]:
     Parameters
     ----------
     importer
-        What it imports with.
+        The importer.
     name
-        What it is called.
+        Name of the function.
     """
     import inspect
 
@@ -145,16 +145,16 @@ def export(
     Parameters
     ----------
     corpus
-        What to write.
+        Corpus to write.
     out
         The folder; its parent must be there.
     to
         ``corpus``, this toolkit's own format; or one of those that ``ct corpus formats`` lists,
         such as ``huggingface``.
     videos
-        What ``ct render-videos`` has made of the corpus, for formats with videos.
+        Folder of ``ct render-videos`` for the corpus, for formats with videos.
     force
-        Replace what is there, if it is of that format.
+        Replace an existing export of that format.
 
     Returns
     -------

@@ -43,17 +43,18 @@ def evaluate(
     Parameters
     ----------
     corpus
-        What to test on.
+        Corpus to test on.
     table
-        1: how well a model predicts whether clauses match their groundings. 2: how often people
-        agree that a video shows a command. 3: how often plans are right, by the automatic judge.
+        1: accuracy of a model's predictions of matches between clauses and groundings. 2: share of
+        people's judgments that a video shows a command. 3: share of correct plans, by the automatic
+        judge.
     train
-        What to learn from. For Table 1 a corpus, or a model of :func:`ct.train`; left out, each
+        Training data. For Table 1 a corpus, or a model of :func:`ct.train`; left out, each
         scenario is held out in turn. For Table 3 a corpus; left out, the other scenarios.
     seed, draws
-        What everything random is drawn with; resamples for the intervals.
+        Random seed; number of resamples for the intervals.
     jobs
-        How many processes work.
+        Number of processes.
     options
         Further options of ``ct eval --table N``, with underscores: ``negatives``,
         ``test_negatives``, ``ablate``, ``plus``, ``l2``, ``threshold`` of Table 1; ``study``,
@@ -68,7 +69,7 @@ def evaluate(
     Raises
     ------
     CorpusError
-        If the corpus has nothing to test on, or shares scenarios with what was learned from.
+        If the corpus has nothing to test on, or shares scenarios with the training data.
 
     Examples
     --------
@@ -90,7 +91,7 @@ def evaluate(
 
 @contextmanager
 def _folder_of(thing: AnyCorpus | GroundingModel | None) -> Iterator[str]:
-    """A name that processes can open: what is in memory is written to a folder for as long."""
+    """Yield a name that processes can open; a corpus in memory is written to a folder."""
     from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.corpus.corpus_writing import write_corpus
 

@@ -41,16 +41,16 @@ def train(
     Parameters
     ----------
     corpus
-        What to learn from.
+        Corpus to learn from.
     to
-        What the model is for. ``match``: to say whether a clause matches its groundings (Table 1),
-        as ``ct train g3`` does. ``follow``: to follow commands; it learns from what else could be
-        done in each scene, which takes minutes. ``parse``: to extract clauses, as ``ct train sdc``.
+        Purpose of the model. ``match``: to predict matches between clauses and groundings (Table
+        1), as ``ct train g3`` does. ``follow``: to follow commands; it learns from the alternatives
+        in each scene, which takes minutes. ``parse``: to extract clauses, as ``ct train sdc`` does.
     l2
         Strength of the regularisation, above 0.
     negatives, ablate, plus, seed
-        Of ``match`` only: which negatives to learn from, feature sets to leave out and to add
-        (``ct features list``), and what hard negatives are drawn with.
+        For ``match`` only: the kind of negatives, feature sets to leave out and to add (``ct
+        features list``), and the random seed of hard negatives.
 
     Raises
     ------

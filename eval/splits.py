@@ -1,4 +1,4 @@
-"""Which examples a model is trained on and which it is tested on.
+"""Splits of examples into training and test sets.
 
 A scenario's examples are never on both sides: its commands describe the same video.
 """
@@ -32,7 +32,7 @@ class Split:
     Parameters
     ----------
     name
-        What is held out.
+        Names of the held-out scenarios.
     train, test
         Indices of the examples on each side.
     """
@@ -71,7 +71,7 @@ def draw_scenarios(known: Iterable[str], rng: np.random.Generator) -> tuple[str,
 
 
 def read_scenarios(given: str, known: Collection[str]) -> tuple[str, ...]:
-    """Scenarios that were named on the command line.
+    """Read the scenarios named on the command line.
 
     Parameters
     ----------

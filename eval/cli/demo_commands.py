@@ -26,8 +26,8 @@ def demo(*, out: Path) -> None:
     """Show everything once on the bundled corpus, in minutes.
 
     Videos, Table 1, a command followed in physics, Table 3 on a few commands by the automatic
-    judge, and a report. It prints each step, which is another command of ct. What is there already
-    isn't made again, so that a demo that was stopped goes on; delete the folder to start anew.
+    judge, and a report. It prints each step, which is another command of ct. Existing results
+    are kept, so that an interrupted demo can be resumed; delete the folder to start again.
     """
     from time import monotonic
 

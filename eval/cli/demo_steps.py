@@ -1,4 +1,4 @@
-"""The steps of ``ct demo``: commands of ``ct`` with their arguments, and what they make."""
+"""The steps of ``ct demo``: commands of ``ct`` with their arguments, and their results."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ SHOWN = ("hall_pick_up_boxes", "court_put_crate_on_trailer")
 FOLLOWED = ("Put the tire pallet on the truck", "hall_put_tires_in_storage")
 LEARNED_LAYOUTS = ("court", "hall", "dock")
 TESTED = {"court_put_crate_on_trailer": 2, "dock_pick_up_tires": 2, "hall_pick_up_boxes": 2}
-"""How many commands of which scenarios plans are made for."""
+"""Number of commands that get plans, and the scenarios that they come from."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step: the command line that does it, and what is there when it is done."""
+    """A step: its command line, and its result."""
 
     title: str
     line: str
@@ -96,7 +96,7 @@ def steps(out: Path) -> list[Step]:
 
 
 def write_few(path: Path, most: dict[str, int] | None = None) -> None:
-    """Write so many of some scenarios' bundled commands, or all of :data:`LEARNED_LAYOUTS`."""
+    """Write some scenarios' bundled commands, `most` of each, or all of :data:`LEARNED_LAYOUTS`."""
     whole = open_corpus(CORPUS)
     left = dict(most) if most else None
     chosen = set()
@@ -122,7 +122,7 @@ def write_few(path: Path, most: dict[str, int] | None = None) -> None:
 def _command(
     title: str, command: click.Command, made: Path, first: str, *others: str | Path
 ) -> Step:
-    """A step that is a command: its first words, and others that may have blanks."""
+    """Return a command as a step, from its first words and arguments that may contain blanks."""
     name, *arguments = [*first.split(), *map(str, others)]
     run = partial(command.main, args=arguments, prog_name=f"ct {name}", standalone_mode=False)
     return Step(title, shlex.join(["ct", name, *arguments]), made, run)

@@ -84,9 +84,9 @@ def sdc(
     form: Literal["text", "json"],
     out: Path | None,
 ) -> None:
-    """Measure how well SDC trees are extracted from text (section 3.1).
+    """Measure the accuracy of SDC trees extracted from text (section 3.1).
 
-    Say what to test in one of three ways: --corpus with --cv scenario (and --train for another
+    Choose the test data in one of three ways: --corpus with --cv scenario (and --train for another
     corpus to learn from); --test with --train, --model or --parser; or --test alone for the
     bundled extractor. --perturb adds the same commands as other people may type them.
     """

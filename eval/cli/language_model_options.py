@@ -1,4 +1,4 @@
-"""Options that say which language model is asked, where, and for how much."""
+"""Options for the language model, its endpoint and its price."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from eval.language_model.chat_endpoint import Endpoint, Form
 
 NAME = "llm"
-"""What ``--grounder`` and ``--judge`` call it."""
+"""Name of the language model for ``--grounder`` and ``--judge``."""
 
 
 def _price(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[float, float] | None:
@@ -127,7 +127,7 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def judge_of(name: str, endpoint: Endpoint | None) -> PlanJudge:
-    """The judge with a name; ``llm`` is the language model at an endpoint."""
+    """Return the judge with a name; ``llm`` is the language model at an endpoint."""
     from eval.judging.judge_registry import judge_named  # noqa: PLC0415 - `ct --help` does without
     from eval.language_model.model_answers import LanguageModelJudge  # noqa: PLC0415 - `ct --help` does without
 
@@ -137,7 +137,7 @@ def judge_of(name: str, endpoint: Endpoint | None) -> PlanJudge:
 def used_of(
     endpoint: Endpoint | None, *, plans: bool = False, judge: bool = False
 ) -> dict[str, Mapping[str, object]]:
-    """What a run has asked of a language model, by what for."""
+    """Return a run's usage of a language model, by purpose."""
     if endpoint is None:
         return {}
     from eval.language_model.model_answers import JUDGE, PLAN  # noqa: PLC0415 - `ct --help` does without

@@ -1,4 +1,4 @@
-"""Options that several modes of ``ct eval`` have, and where their results go."""
+"""Options of several modes of ``ct eval``, and the writing of their results."""
 
 from __future__ import annotations
 
@@ -84,9 +84,9 @@ def draws_option(default: int = 2000) -> Callable[[Command], Command]:
 
 
 def form_options(given: str, made: str, form: str) -> Callable[[Command], Command]:
-    """Add ``--write-tasks``, and the option that takes what other programs make of its form.
+    """Add ``--write-tasks``, and the option for its form as filled in by other programs.
 
-    `given` is the name of that option, `made` what it does, and `form` what the form has.
+    `given` is the name of that option, `made` its help, and `form` the content of the form.
     """
     taken = click.option(
         given,
@@ -113,7 +113,7 @@ TOP = click.option(
 
 
 def is_terminal(out: Path | None) -> bool:
-    """Whether a result is shown on a terminal, which has colours."""
+    """Check that a result is shown on a terminal, which has colours."""
     return out is None and sys.stdout.isatty()
 
 

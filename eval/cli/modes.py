@@ -19,18 +19,18 @@ T = TypeVar("T")
 
 
 class Modes(click.Group):
-    """A group whose commands are chosen by an option, wherever it stands among the arguments.
+    """A group with commands chosen by an option, at any place among the arguments.
 
-    The name of a command is what chooses it. It is a flag (``--errors``), an option with a value
-    (``--table 1``), or an option that the command has itself (``--report``, which takes a folder).
+    The name of a command is the option that chooses it. It is a flag (``--errors``), an option with
+    a value (``--table 1``), or an option of the command (``--report``, which takes a folder).
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The modes in the order in which they were added."""
+        """List the modes in the order in which they were added."""
         return list(self.commands)
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """The options that choose a mode, for shells to complete; the help lists the modes."""
+        """Return the options that choose a mode, for shells to complete; the help lists modes."""
         return [*self._choosing().values(), *super().get_params(ctx)]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -54,7 +54,7 @@ class Modes(click.Group):
         return super().parse_args(ctx, ["--", name, *(helping or rest)])
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the modes, each with what its option takes."""
+        """List the modes, each with its option's argument."""
         shown = {self._shown(name): mode for name, mode in self.commands.items()}
         limit = formatter.width - 6 - max(map(len, shown))
         with formatter.section("Modes"):
@@ -69,7 +69,7 @@ class Modes(click.Group):
         ]
 
     def _sorted(self, args: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-        """The modes that are chosen, all options that are given, and the arguments for a mode."""
+        """Split arguments into the chosen modes, all options given, and a mode's arguments."""
         known = {n: option for mode in self.commands.values() for n, option in _options(mode)}
         choosing = self._choosing()
         chosen: list[str] = []
@@ -111,7 +111,7 @@ class Modes(click.Group):
                 )
 
     def _choosing(self) -> dict[str, click.Option]:
-        """The options that choose a mode, by name."""
+        """Return the options that choose a mode, by name."""
         found: dict[str, click.Option] = {}
         for name, mode in self.commands.items():
             option, _, value = name.partition(" ")
@@ -132,12 +132,12 @@ class Modes(click.Group):
 
 
 def any_of(names: Iterable[str]) -> str:
-    """Names of which one is wanted, for a sentence."""
+    """Join names by "or", for a sentence."""
     return _joined(list(names), "or")
 
 
 def all_of(names: Iterable[str]) -> str:
-    """Names in a sentence."""
+    """Join names in a sentence."""
     return _joined(list(names), "and")
 
 
@@ -183,7 +183,7 @@ def takes_one_of(*sets: OptionSet) -> Callable[[Callable[P, T]], Callable[P, T]]
 
 
 def check(ctx: click.Context, sets: tuple[OptionSet, ...]) -> None:
-    """Refuse what was given unless it is one of some sets; the error says what may be given."""
+    """Refuse options that are none of some sets; the error lists the allowed ones."""
     given = [p.opts[0] for p in ctx.command.params if _is_given(ctx, p)]
     deciding = {option for one in sets for option in one.needs}
     own = next((one for one in sets if {*one.needs} == deciding & {*given}), None)
@@ -197,7 +197,7 @@ def check(ctx: click.Context, sets: tuple[OptionSet, ...]) -> None:
 
 
 def _is_given(ctx: click.Context, parameter: click.Parameter) -> bool:
-    """Whether somebody gave an option that isn't the same as giving none."""
+    """Check that an option is given with a value that differs from giving none."""
     name = str(parameter.name)
     if ctx.get_parameter_source(name) in (ParameterSource.DEFAULT, None):
         return False

@@ -17,7 +17,7 @@ from eval.cli.modes import OptionSet, takes_one_of
 
 
 def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[str, ...]:
-    """The kinds of plans to rate, in their order."""
+    """Parse the kinds of plans to rate, in their order."""
     named = tuple(dict.fromkeys(value.split(","))) if value else ()
     strange = [kind for kind in named if kind not in ("wrong", "right")]
     if strange:
@@ -112,14 +112,14 @@ def end_to_end(
     form: Literal["text", "json"],
     out: Path | None,
 ) -> None:
-    """Make videos of plans and a study in which people rate them, and show what they said so far.
+    """Make videos of plans and a study for people to rate them, and show the ratings so far.
 
-    A study that was stopped goes on where it was. --crowd offers the work at a platform.
+    An interrupted study is resumed. --crowd offers the work at a platform.
 
     With --plans you get a rating set. It has plans of all commands, drawn evenly from scenarios and
     configurations, so that people's ratings show how far to believe the automatic judge. Before
-    videos are made you see how many there are, how sure the figures will be, and how long people
-    take.
+    videos are made it shows their number, the expected precision of the figures, and the time for
+    people to rate.
     """
     from corpus_tools.video.drawing.gl import choose_back_end
 

@@ -1,4 +1,4 @@
-"""``ct eval --table 1``, ``--learning-curve``, ``--errors``: correspondences are predicted."""
+"""``ct eval --table 1``, ``--learning-curve``, ``--errors``: predicted correspondences."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ _TEST_NEGATIVES = click.option(
 
 
 def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add the options that say what is trained and tested on; the command gets ``choices``."""
+    """Add the options for training and test data; the command gets ``choices``."""
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         @wraps(command)
@@ -128,9 +128,9 @@ def table_1(
 ) -> None:
     """Measure how well models predict whether SDCs match groundings: Table 1 (section 4.2).
 
-    Say what to train and test on. Give one --corpus that is divided by scenario (--cv or --split),
-    two corpora (--train and --test), or a trained --model and a --test corpus. Predictions of other
-    programs are compared with the model's, example by example.
+    Choose the training and test data in one of three ways: one --corpus that is divided by scenario
+    (--cv or --split), two corpora (--train and --test), or a trained --model and a --test corpus.
+    Predictions of other programs are compared with the model's, example by example.
     """
     from corpus_tools.runtime.parallel import Executor
     from eval.table_1 import held_out_predictions
@@ -178,7 +178,7 @@ def table_1(
 def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Path | None) -> None:
     """List the examples that score high and low, by the type of their SDC.
 
-    Say what to train and test on as for --table 1.
+    Choose the training and test data as for --table 1.
     """
     from eval.table_1 import held_out_predictions
     from eval.table_1.error_lists import error_lists, render_lists
@@ -223,7 +223,7 @@ def _plot_file(_ctx: click.Context, _option: click.Parameter, out: Path) -> Path
 def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> None:
     """Plot how the test error falls as there is more to train on.
 
-    Say what to train and test on as for --table 1.
+    Choose the training and test data as for --table 1.
     """
     from eval.table_1 import held_out_predictions
     from eval.table_1.learning_curve import write_csv, write_plot

@@ -1,4 +1,4 @@
-"""``ct eval --table 2``, ``--judge-validity`` and ``--power``: what people say of videos."""
+"""``ct eval --table 2``, ``--judge-validity`` and ``--power``: people's ratings of videos."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def judge_validity(
     out: Path | None,
     workers: Workers,
 ) -> None:
-    """Say whether the automatic judge says what people said of the same videos.
+    """Compare the automatic judge with people on the same videos.
 
     With --judge another judge is compared with people on the same pairs.
     """
@@ -156,7 +156,7 @@ def judge_validity(
 @FORMATS
 @OUT
 def power(*, half_width: float, corpus: str, seed: int, form: Format, out: Path | None) -> None:
-    """Say how many pairs and ratings a study needs for an interval as narrow as wanted."""
+    """Show the pairs and ratings that a study needs for an interval of a given width."""
     from corpus_tools.importers.authored.bundled import open_corpus
     from eval.table_2.power_plans import assumptions, plans, render
 

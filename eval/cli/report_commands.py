@@ -1,4 +1,4 @@
-"""``ct eval --report``: everything that is measured of a corpus, on one page."""
+"""``ct eval --report``: all measurements of a corpus, on one page."""
 
 from __future__ import annotations
 

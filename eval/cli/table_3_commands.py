@@ -134,12 +134,12 @@ def table_3(
 ) -> None:
     """Follow the commands of --test after learning from --train: Table 3 (section 4.3).
 
-    Each scenario is held out when it is tested. --judge automatic says of each plan whether it ends
-    where the command's log ends, or its outcome where there is no log. It also says whether the
-    plan does what annotated words say. The table says how valid that is. Baselines without a model
-    are rows of the table, and so are other grounders if you ask for them. With --out, scenarios
-    that are done are kept beside the file until it is written, so that a run that was stopped goes
-    on.
+    Each scenario is held out when it is tested. --judge automatic compares the end of each
+    plan with the end of the command's log, or with its outcome where there is no log. It also
+    compares the plan with annotated words. The table shows the validity of both verdicts. Baselines
+    without a model are rows of the table, and so are other grounders on request. With --out,
+    finished scenarios are kept beside the file until it is written, so that an interrupted run can
+    be resumed.
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
@@ -205,7 +205,7 @@ def table_3(
 def _others(
     names: Sequence[str], plans: Sequence[Path], endpoint: Endpoint | None
 ) -> list[PlanGrounder]:
-    """The grounders that are asked for besides, and files of plans as grounders."""
+    """Return the additional grounders, by name and as files of plans."""
     from eval.language_model.model_answers import LanguageModelGrounder
     from eval.table_3.baselines import BASELINES
     from eval.table_3.given_plans import read_plans
@@ -220,7 +220,7 @@ def _others(
 
 
 def _kept(out: Path | None, settings: Mapping[str, object]) -> Kept | None:
-    """What is kept of a run with a file, until that is written."""
+    """Return the results that an interrupted run kept beside its output file, if there are any."""
     from eval.table_3.kept_outcomes import kept_beside
 
     kept = kept_beside(out, settings) if out else None

@@ -1,4 +1,4 @@
-"""Whether something ends where a PLACE's or a PATH's words allow."""
+"""Checks of an end position against the words of a PLACE or a PATH."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from eval.judging.allowed_things import allowed
+from eval.judging.grounded_command import GroundedCommand, Things
 from eval.judging.layout import BESIDE_M, NEAR_M, is_between, looking_at, nearest, seen
 from eval.judging.modifiers import unplaced
-from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre, covers
@@ -23,54 +23,54 @@ from g3.language.lexicon.word_sets import BESIDE, ENDS, FLOOR, SIDES
 from g3.short_repr import short_repr
 
 SLACK_M = 0.5
-"""What ends no further outside of an annotated region is in it."""
+"""Largest distance outside an annotated region that still counts as in it, in metres."""
 ROBOT_M = 2.0
-"""The robot may be so far from a region that it is sent to."""
+"""Largest distance of the robot from a region that it is sent to, in metres."""
 DECK_M = 0.4
-"""Between the ground and the decks of vehicles."""
+"""A height between the ground and the decks of vehicles, in metres."""
 SHORT_M = 4.0
-"""A load that is still on the forks may be so much further from where it belongs."""
+"""Additional tolerance for a load that is still on the forks, in metres."""
 TURNS_M = 0.7
-"""What is to go to a side goes at least so far that way."""
+"""Smallest distance to a side that counts as going to that side, in metres."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """Where something comes to."""
+    """An object's position and shape before and after an execution."""
 
     thing: str
-    """Its id."""
+    """Id of the object."""
     first: Prism
     last: Prism
-    """Its shape where it starts and where it ends."""
+    """Shapes at the start and at the end."""
     state: State
     short: bool = False
-    """Whether it is a load that is on the forks still."""
+    """True if the load is still on the forks at the end."""
     robot: bool = False
 
     @property
     def under(self) -> str | None:
-        """Id of what it stands on; None for the ground."""
+        """Id of the supporting object; None for the ground."""
         found = beneath(Place(self.last), self.state, self.thing)
         return found.id if found else None
 
     @property
     def slack(self) -> float:
-        """Metres that it may be further off."""
+        """Additional tolerance, in metres."""
         return SHORT_M if self.short else 0.0
 
 
-def ends_well(words: Worded, nodes: Iterable[int], ending: Ending) -> bool | None:
-    """Whether something ends where several clauses say together; None if none can be measured."""
+def ends_well(words: GroundedCommand, nodes: Iterable[int], ending: Ending) -> bool | None:
+    """Check an ending against several clauses; None if none of them can be measured."""
     found = [holds for n in nodes if (holds := holds_of(words, n, ending)) is not None]
     return all(found) if found else None
 
 
-def holds_of(words: Worded, node: int, ending: Ending) -> bool | None:
-    """Whether something ends where a clause says; None if that can't be measured.
+def holds_of(words: GroundedCommand, node: int, ending: Ending) -> bool | None:
+    """Check an ending against one clause; None if it can't be measured.
 
-    In the world that was annotated its region is right, too, whatever the words.
+    In the annotated world the annotated region is right, too, regardless of the words.
     """
     places = words.places[node]
     region = _in_region(places, ending)
@@ -90,12 +90,12 @@ def _in_region(places: Iterable[Place], ending: Ending) -> bool | None:
 
 
 def _at_height(place: Place, ending: Ending) -> bool:
-    """Whether both are on the ground, or both on a deck."""
+    """Check that a place and an ending are both on the ground, or both on a deck."""
     return ending.short or (place.prism.z_min > DECK_M) == (ending.last.z_min > DECK_M)
 
 
-def _related(words: Worded, node: int, ending: Ending) -> bool | None:
-    """Whether something ends where a clause's relation and landmarks say; None if unknown."""
+def _related(words: GroundedCommand, node: int, ending: Ending) -> bool | None:
+    """Check an ending against a clause's relation and landmarks; None if unknown."""
     sdc = words.tree.nodes[node]
     if is_there(sdc):
         return None
@@ -114,8 +114,8 @@ def _related(words: Worded, node: int, ending: Ending) -> bool | None:
     return _measured(_Relation(words, spoken, objects, ending))
 
 
-def _in_areas(words: Worded, areas: list[int], ending: Ending) -> bool | None:
-    """Whether something ends in what is a place: "the ground by the truck"."""
+def _in_areas(words: GroundedCommand, areas: list[int], ending: Ending) -> bool | None:
+    """Check that an ending lies in an area used as a place: "the ground by the truck"."""
     nodes = words.tree.nodes
     below = (nodes[n] for area in areas for n in words.tree.all_below(area))
     floor = any(FLOOR.intersection(field_words(sdc.words)) for sdc in below)
@@ -130,7 +130,7 @@ def _in_areas(words: Worded, areas: list[int], ending: Ending) -> bool | None:
 class _Relation:
     """A relation's words with its landmarks, and where something ends."""
 
-    words: Worded
+    words: GroundedCommand
     spoken: tuple[str, ...]
     objects: tuple[int, ...]
     ending: Ending
@@ -145,7 +145,7 @@ class _Relation:
 
     @cached_property
     def landmarks(self) -> Things:
-        """What they may be: what they were annotated with, too, if that hasn't moved."""
+        """Possible landmarks: allowed things, and annotated ones that haven't moved."""
         words = self.words
         own = (allowed(words, n) | (words.things[n] & words.fixed) for n in self.objects)
         return frozenset[str]().union(*own) - {self.ending.thing}
@@ -177,7 +177,7 @@ class _Relation:
         return spoken_to or not self.objects or self.landmarks == {self.words.robot}
 
     def now(self, ids: Things) -> list[Prism]:
-        """Where things are at the end."""
+        """Return the shapes of things at the end."""
         return [self.ending.state.thing(i).prism for i in sorted(ids)]
 
 
@@ -186,7 +186,7 @@ def _measured(relation: _Relation) -> bool | None:
 
 
 def _missing(relation: _Relation) -> bool:
-    """Whether a landmark isn't in this world."""
+    """Check for a landmark that isn't in this world."""
     words = relation.words
     return any(words.labels[n] and not words.things[n] for n in relation.objects)
 
@@ -216,9 +216,9 @@ def _on(relation: _Relation) -> bool:
 
 
 def _on_side(relation: _Relation) -> bool | None:
-    """Whether it is on that side of landmarks, for the robot as it stands or as it looks at them.
+    """Check the side of landmarks, for the robot as it stands or as it looks at them.
 
-    Which side of a deck a load is on isn't measured.
+    A load's side on a deck isn't measured.
     """
     ending, pose = relation.ending, relation.words.state.pose
     if ending.under in relation.landmarks:
@@ -240,7 +240,7 @@ def _near(relation: _Relation) -> bool:
 
 
 def _aside(relation: _Relation) -> bool | None:
-    """Whether it goes to a side of the robot, or of where it was, as the robot sees it."""
+    """Check for a position or a movement to one side of the robot, as the robot sees it."""
     if len(relation.sides) != 1 or relation.ending.short:
         return None
     [side] = relation.sides
@@ -265,4 +265,4 @@ _RULES: tuple[tuple[Callable[[_Relation], bool], Callable[[_Relation], bool | No
     (lambda r: len(r.sides) == 1, _on_side),
     (lambda r: bool(r.concepts & {"near", "to", "last", "far"}), _near),
 )
-"""What a relation may be, and whether it then holds. The first that applies counts."""
+"""Conditions on a relation, each with its check. The first condition that applies counts."""

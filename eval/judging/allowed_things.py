@@ -1,4 +1,4 @@
-"""Which things of a world an OBJECT's words allow: its noun fits them, and its modifiers do too."""
+"""Objects that an OBJECT's words allow: those that fit its noun and its modifiers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+from eval.judging.grounded_command import GroundedCommand, Things
 from eval.judging.layout import (
     BESIDE_M,
     NEAR_M,
@@ -19,7 +20,6 @@ from eval.judging.layout import (
     straight_ahead,
 )
 from eval.judging.modifiers import Modifier, is_reflexive, modifiers_of
-from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import carrier
 from g3.inference.problem.phrases import is_area, is_pronoun
 from g3.language.lexicon.concepts import Concept
@@ -27,13 +27,13 @@ from g3.language.lexicon.word_sets import EMPTY
 from g3.sdc.clauses import Span
 
 
-def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
-    """Ids of the things that an OBJECT's words allow; none if it is grounded in none.
+def allowed(words: GroundedCommand, node: int, also: tuple[Span, ...] = ()) -> Things:
+    """Return the ids of objects that an OBJECT's words allow; none if it isn't grounded.
 
-    A modifier that can't be measured allows only the annotated thing. In the world that was
-    annotated this is always allowed.
+    A modifier that can't be measured allows only the annotated thing. In the annotated world this
+    thing is always allowed.
 
-    `also` are words elsewhere that say more of it: "from the right".
+    `also` are words elsewhere that modify the OBJECT: "from the right".
     """
     own = words.things[node]
     if not words.annotated[node] or words.robot in own or is_pronoun(words.tree.nodes[node]):
@@ -53,7 +53,7 @@ def allowed(words: Worded, node: int, also: tuple[Span, ...] = ()) -> Things:
 class _Case:
     """A modifier, and the things that the words before it allow."""
 
-    words: Worded
+    words: GroundedCommand
     node: int
     modifier: Modifier
     found: Things
@@ -76,12 +76,12 @@ class _Case:
 
     @property
     def missing(self) -> bool:
-        """Whether a landmark isn't in this world."""
+        """True if a landmark isn't in this world."""
         return any(self.words.labels[n] and not self.words.things[n] for n in self.objects)
 
     @property
     def unclear(self) -> bool:
-        """Whether it says where a thing isn't, or what is done with it."""
+        """True if the modifier excludes a position, or describes an action on the object."""
         return self.modifier.negative or len(self.objects) < len(self.modifier.landmarks)
 
     @property
@@ -109,7 +109,7 @@ def _empty(case: _Case) -> Things:
 
 
 def _alone(case: _Case) -> Things:
-    """The one furthest from all others."""
+    """Return the object furthest from all others."""
     peers = of_kind(case.words, case.found)
     gaps = {
         i: nearest(case.words.state.thing(i).prism, prisms(case.words, peers - {i}))
@@ -119,7 +119,7 @@ def _alone(case: _Case) -> Things:
 
 
 def _between(case: _Case) -> Things:
-    """Those between landmarks; without any, those of a row that aren't at its ends."""
+    """Return the objects between landmarks; without any, those inside a row."""
     if not case.landmarks:
         return inner(case.words, case.found)
     ends = prisms(case.words, case.landmarks)
@@ -173,4 +173,4 @@ _RULES: tuple[tuple[Callable[[_Case], bool], Callable[[_Case], Things | None]], 
     (lambda c: c.of_robot and bool(c.landmarks), lambda c: straight_ahead(c.words, c.found)),
     (lambda c: not c.landmarks, lambda c: c.found),
 )
-"""What a modifier may be, and which things it then fits. The first that applies counts."""
+"""Conditions on a modifier, each with the objects that fit. The first that applies counts."""

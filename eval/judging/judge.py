@@ -1,7 +1,7 @@
-"""The automatic judge: whether a plan leads to the state that the command's own log leads to.
+"""The automatic judge: comparison of a plan's end state with the end of the command's own log.
 
-It stands in for people in unattended evaluation, and whatever it says is labelled *automatic*.
-It looks at what moves, where it ends and whether it is on the forks, within stated tolerances.
+It stands in for people in unattended evaluation, and its verdicts are labelled *automatic*. It
+compares the objects moved, their end positions and the load on the forks, within stated tolerances.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from g3.geometry.plane import convex_hull, point_gap
 from g3.groundings import Context, FloatArray, PhysicalObject
 
 MOVED_M = 0.5
-"""What ends nearer than this to where it was counts as left alone."""
+"""Largest distance from its start at which an object counts as left alone, in metres."""
 PLACE_M = 2.5
-"""How far from where the log puts a load it may be put."""
+"""Largest distance of a load from its place at the end of the log, in metres."""
 END_M = 3.0
-"""How far from where the log ends the robot may end, for commands that only drive."""
+"""Largest distance of the robot from the log's end, for commands that only drive, in metres."""
 AT_M = 4.0
-"""Nearer than this to the border of a thing the robot is at it."""
+"""Largest distance to an object's border at which the robot is at it, in metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the judge says."""
+    """A judge's verdict on a plan."""
 
     correct: bool
-    """Whether the plan did what the log did."""
+    """True if the plan did the same as the log."""
     reason: str = ""
-    """What differs; empty if nothing does."""
+    """The difference; empty if there is none."""
 
 
 def judge(context: Context, final: State) -> Verdict:
@@ -87,7 +87,7 @@ def _drive(start: State, logged: PhysicalObject, final: State) -> Verdict:
 
 
 def _nearest(state: State, point: FloatArray) -> str | None:
-    """Id of the thing that the robot is at; None if there is none."""
+    """Return the id of the object that the robot is at; None if there is none."""
     gaps = [
         (float(point_gap(point[None, None], convex_hull(o.prism.xy)[None])[0, 0]), o.id)
         for o in state.context.objects
@@ -98,7 +98,7 @@ def _nearest(state: State, point: FloatArray) -> str | None:
 
 
 def shifted(start: State, final: State) -> set[str]:
-    """Ids of all things that are elsewhere at the end."""
+    """Return the ids of all objects that end elsewhere."""
     before = {o.id: o for o in start.context.objects}
     return {
         o.id

@@ -1,4 +1,4 @@
-"""How far a judge agrees with people on pairs of commands and videos: kappa, precision, recall."""
+"""Agreement of a judge with people on pairs of commands and videos: kappa, precision, recall."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eval.statistics.estimates import BoolArray, FloatArray, IntArray, percentil
 from g3.short_repr import short_repr
 
 Resampled = Callable[[FloatArray], FloatArray]
-"""Makes sums over resampled videos from counts by video."""
+"""A function from counts by video to sums over resampled videos."""
 
 
 @short_repr
@@ -21,27 +21,27 @@ class Agreement:
     """A verdict against the majority of people."""
 
     counts: dict[str, int]
-    """Pairs by what people and the judge say."""
+    """Pairs by the answers of people and of the judge."""
     kappa: Estimate
-    """Cohen's κ; undefined where one side says the same of everything, for it is 0 then whatever
-    the other says."""
+    """Cohen's κ; undefined where one side answers all pairs alike, for κ is then 0 regardless of
+    the other side."""
     precision: Estimate
-    """The part of what the judge calls right that people accept."""
+    """Share of the pairs accepted by the judge that people accept."""
     recall: Estimate
-    """The part of what people accept that the judge calls right."""
+    """Share of the pairs accepted by people that the judge accepts."""
     accuracy: Estimate
-    """The part of which both say the same."""
+    """Share of pairs with the same answer from both."""
 
     @property
     def n(self) -> int:
-        """How many pairs there are."""
+        """Number of pairs."""
         return sum(self.counts.values())
 
 
 def agreement(
     people: Sequence[bool], judge: Sequence[bool], video: IntArray, resampled: Resampled
 ) -> Agreement:
-    """Compare what a judge says with what people say, with whole videos resampled.
+    """Compare a judge's answers with people's, with whole videos resampled.
 
     `video` is the code of each pair's video, shape (n,).
     """
@@ -66,7 +66,7 @@ def agreement(
 
 
 def confusion(people: Sequence[bool], judge: Sequence[bool]) -> dict[str, int]:
-    """How many pairs there are of each thing that people and the judge say."""
+    """Count pairs by the answers of people and of the judge."""
     said = list(zip(people, judge, strict=True))
     words = {True: "yes", False: "no"}
     return {
@@ -79,8 +79,8 @@ def confusion(people: Sequence[bool], judge: Sequence[bool]) -> dict[str, int]:
 def cohens_kappa(table: FloatArray) -> FloatArray:
     """Agreement of two raters beyond chance: J. Cohen (Educ. Psychol. Meas. 20, 1960).
 
-    The table has counts by what each of them says, shape (..., k, k), and the result shape (...);
-    NaN where both say the same of everything.
+    The table counts items by the answers of both raters, shape (..., k, k). The result has shape
+    (...); NaN where both give one and the same answer to all.
     """
     total = table.sum(axis=(-2, -1))
     same = ratio(np.trace(table, axis1=-2, axis2=-1), total)
@@ -102,7 +102,7 @@ def _accuracy(table: FloatArray) -> FloatArray:
 
 
 def _tables(people: BoolArray, said: BoolArray, video: IntArray) -> FloatArray:
-    """Counts by video, of what people say and of what the judge says, shape (videos, 2, 2)."""
+    """Count pairs by video, people's answer and the judge's, shape (videos, 2, 2)."""
     tables = np.zeros((len(np.unique(video)), 2, 2))
     np.add.at(tables, (video, people.astype(int), said.astype(int)), 1.0)
     return tables

@@ -1,9 +1,9 @@
-"""Judges: whatever says whether a plan does what a command asks for.
+"""Judges of plans: verdicts on plans for commands.
 
-``ct eval --table 3 --judge NAME`` asks one for its first verdict. A judge is a function from what
-was done to a verdict; :func:`plan_judge` registers one under a name. Modules that other
+``ct eval --table 3 --judge NAME`` takes its first verdict from one. A judge is a function from an
+executed plan to a verdict; :func:`plan_judge` registers one under a name. Modules that other
 distributions name in the entry point group ``ct.judges`` register theirs when this one is imported.
-What is more than a function is a :class:`PlanJudge`.
+A judge that needs more than a function implements :class:`PlanJudge`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from eval.judging.deeds import Deeds
+from eval.judging.execution import Execution
 from eval.judging.judge import Verdict, judge
 from eval.judging.outcome_judge import Expected, judge_outcome
 from eval.judging.picked_up import picked_up
@@ -31,34 +31,34 @@ class JudgedPlan:
     """A plan for a command, carried out."""
 
     text: str
-    deeds: Deeds
-    """What was done: the worlds before and after, the robot's way, the loads that were moved."""
+    deeds: Execution
+    """The plan's execution: the worlds before and after, the robot's path, the loads moved."""
     actions: tuple[Action, ...]
-    """What was done as actions; none where it is known only by its log."""
+    """The executed actions; empty where the execution is known only by its log."""
     context: Context
     """The command's own world, with its log."""
     annotation: Annotation | None = None
-    """The command's clauses and groundings by people; None if nobody has annotated it."""
+    """The command's clauses and groundings by people; None without annotations."""
     done: Expected | None = None
-    """What is known of what was done for the command; None where the log shows it."""
+    """Known outcome of the command; None where a log shows it."""
 
 
 class PlanJudge(Protocol):
-    """What judges plans; processes hand it to each other, so that it can be pickled and hashed."""
+    """A judge of plans; processes exchange judges, so that they can be pickled and hashed."""
 
     @property
     def name(self) -> str:
-        """What tables call it."""
+        """Name in tables."""
         ...
 
     @property
     def about(self) -> Mapping[str, object]:
-        """What decides of its verdicts, for people who read the table."""
+        """Settings that decide its verdicts, for readers of the table."""
         ...
 
     @property
     def at_once(self) -> int:
-        """How many plans it may be asked about at the same time, by threads."""
+        """Number of plans that threads may send to it at the same time."""
         ...
 
     def verdict(self, plan: JudgedPlan) -> Verdict:
@@ -114,7 +114,7 @@ def plan_judge(name: str) -> Callable[[JudgeFunction], JudgeFunction]:
 
 
 def judge_named(name: str) -> RegisteredJudge:
-    """The judge with a name.
+    """Return the judge with a name.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def judge_named(name: str) -> RegisteredJudge:
 
 @plan_judge(AUTOMATIC)
 def automatic(plan: JudgedPlan) -> Verdict:
-    """Compare what was done with the command's own log, or with its outcome."""
+    """Compare the execution with the command's own log, or with its outcome."""
     start, end = plan.deeds.start, plan.deeds.end
     if plan.done is None:
         return judge(plan.context, end)

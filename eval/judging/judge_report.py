@@ -47,7 +47,7 @@ def render(
     *,
     terminal: bool = False,
 ) -> str:
-    """The agreement of the judge with people, and every pair of which they disagree."""
+    """Render the judge's agreement with people, and every pair on which they disagree."""
     about = {"judge": "automatic", "compared_with": "people", "study": validity.study, **metadata}
     if form == "json":
         listed = [asdict(pair) for pair in validity.disagreements]
@@ -68,7 +68,7 @@ def render(
 
 
 def summary(validity: Validity) -> dict[str, object]:
-    """The figures by name, without single pairs."""
+    """Return the figures by name, without single pairs."""
     return {
         "near_misses": {
             verdict: {name: _figures(found) for name, found in groups.items()}
@@ -86,7 +86,7 @@ def summary(validity: Validity) -> dict[str, object]:
 
 
 def notes(validity: Validity) -> list[str]:
-    """The figures in words, and what they don't show."""
+    """State the figures in words, and their limits."""
     found = [f"{title}: {_near(validity, v)}" for v, title in validity.titles.items()]
     found += [
         OWN_SAYS_LITTLE,
@@ -115,7 +115,7 @@ def with_validity(table_3: str, validity: Validity | None) -> str:
 
 
 def in_a_line(validity: Validity | None) -> str:
-    """What to print beside a figure of the automatic judge."""
+    """Return one line to print beside a figure of the automatic judge."""
     if validity is None:
         return (
             "The automatic judge's validity isn't known: none of the corpora has people's "
@@ -126,7 +126,7 @@ def in_a_line(validity: Validity | None) -> str:
 
 
 def _near(validity: Validity, verdict: str) -> str:
-    """A verdict's agreement on near misses; of the second one where its rules weren't chosen."""
+    """State a verdict's agreement on near misses; the second one's on held-out scenarios."""
     groups = validity.near_misses[verdict]
     name = "others" if verdict == WORDS and groups["others"].n else "all"
     found = groups[name]
@@ -144,7 +144,7 @@ def _near(validity: Validity, verdict: str) -> str:
 
 
 def _estimates(validity: Validity) -> dict[str, Estimate]:
-    """All figures by what they are of."""
+    """Return all figures, by description."""
     agreements = {
         f"{title}, {GROUPS[name]} near misses": found
         for verdict, title in validity.titles.items()

@@ -1,10 +1,10 @@
-"""Whether the automatic judge says of commands and videos what people say.
+"""Agreement of the automatic judge with people on commands and videos.
 
 People have judged commands with the videos that they were typed for, and with others. Each of the
-judge's two verdicts is asked about the same pairs. *Ends where the log ends*
-(:mod:`eval.judging.judge`) compares the log of the video that was shown with that of the command's
-own. *Does what the words say* (:mod:`eval.judging.words_judge`) looks at what the log that was
-shown does in its own world, as people did.
+judge's two verdicts is made on the same pairs. *Ends where the log ends*
+(:mod:`eval.judging.judge`) compares the log of the shown video with that of the command's own.
+*Does what the words say* (:mod:`eval.judging.words_judge`) evaluates the shown log in its own
+world, as people did.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.runtime.parallel import Executor
-from eval.judging.deeds import logged, replayed
+from eval.judging.execution import logged, replayed
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import Agreement, Resampled, agreement
 from eval.judging.judge_registry import JudgedPlan, PlanJudge
@@ -59,30 +59,30 @@ class JudgedPair:
     command: str
     command_video: str
     shown_video: str
-    """The words, the video that they were typed for, and the one that was shown."""
+    """The words, the video that they were typed for, and the shown video."""
     scenario: str
     """The scenario that the command was typed for."""
     ratings: tuple[int, ...]
-    """What people gave it, from 1 to 5, ascending."""
+    """People's ratings, from 1 to 5, ascending."""
     people: bool
-    """Whether more than half of them agree."""
+    """True if more than half of the people agree."""
     verdicts: Mapping[str, Verdict]
-    """What the judge says, by verdict. A command that nobody has annotated has no second one."""
+    """The judge's verdicts, by name. A command without annotations has no second one."""
 
     @property
     def original(self) -> bool:
-        """Whether it is the command's own video."""
+        """True if the video is the command's own."""
         return self.command_video == self.shown_video
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Validity:
-    """How well the judge agrees with the majority of people."""
+    """Agreement of the judge with the majority of people."""
 
     pairs: tuple[JudgedPair, ...]
     left_out: int
-    """How many pairs people judged of which a video has no log here."""
+    """Number of rated pairs that are left out, as a video has no log here."""
     study: str
     near_misses: Mapping[str, Mapping[str, Agreement]]
     """By verdict, the agreement on pairs with another video than the command's own: on ``all``, on
@@ -92,14 +92,14 @@ class Validity:
     together: Agreement
     """The first verdict's agreement on all pairs."""
     auc: Estimate
-    """How probably a pair that the first verdict calls right has a higher mean rating than one that
-    it calls wrong; equal ones count half. The judge itself has no degrees."""
+    """Probability that a pair that the first verdict accepts has a higher mean rating than one that
+    it rejects; ties count half. The judge itself has no degrees."""
     titles: Mapping[str, str] = field(default_factory=lambda: VERDICTS)
-    """What the verdicts are, by their names in JSON."""
+    """Titles of the verdicts, by their names in JSON."""
 
     @property
     def disagreements(self) -> tuple[JudgedPair, ...]:
-        """Those of which a verdict says another thing than most people."""
+        """Pairs with a verdict that differs from most people's."""
         return tuple(
             p for p in self.pairs if any(v.correct != p.people for v in p.verdicts.values())
         )
@@ -116,7 +116,7 @@ def judge_validity(
 ) -> Validity:
     """Compare the judge with the people whose judgments a corpus holds.
 
-    `other` is a judge who is compared with them besides. `executor` makes the resamples
+    `other` is a further judge to compare with people. `executor` makes the resamples
     (:func:`eval.statistics.resampling.resampled_sums`).
 
     Raises
@@ -161,7 +161,7 @@ def judge_validity(
 
 
 def known_validity(corpora: Iterable[Corpus], *, seed: int, draws: int) -> Validity | None:
-    """The judge's validity on the first corpus that can show it; None if none does."""
+    """Return the judge's validity on the first corpus that has ratings; None if none has."""
     for corpus in corpora:
         contexts = contexts_of_videos(corpus)
         if any({j.command_video, j.shown_video} <= contexts.keys() for j in corpus.judgments):
@@ -170,7 +170,7 @@ def known_validity(corpora: Iterable[Corpus], *, seed: int, draws: int) -> Valid
 
 
 def contexts_of_videos(corpus: Corpus) -> dict[str, Context]:
-    """The world and log of each video; a context's id is a video's too."""
+    """Return the world and log of each video; a context's id is also a video's."""
     found = dict(corpus.contexts)
     for annotation in corpus.annotations:
         found.setdefault(annotation.command.video, annotation.context)
@@ -178,7 +178,7 @@ def contexts_of_videos(corpus: Corpus) -> dict[str, Context]:
 
 
 def _annotated(corpus: Corpus) -> dict[tuple[str, str], Annotation]:
-    """The first positive annotation of each command, by its video and its text."""
+    """Return the first positive annotation of each command, by video and text."""
     found: dict[tuple[str, str], Annotation] = {}
     for annotation in corpus.annotations:
         if annotation.source == "positive":
@@ -188,7 +188,7 @@ def _annotated(corpus: Corpus) -> dict[tuple[str, str], Annotation]:
 
 
 def _plain(text: str) -> str:
-    """A command without differences in white space."""
+    """Return a command with its white space normalised."""
     return " ".join(text.split())
 
 
@@ -202,10 +202,10 @@ def _judged(
         ratings.setdefault(shown_pair(j), []).append(RATINGS.index(j.rating) + 1)
     known = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
     ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in known}
-    deeds = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}
+    executions = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}
     cases = {
         (text, own, shown): JudgedPlan(
-            text, deeds[shown], (), contexts[own], annotations.get((own, _plain(text)))
+            text, executions[shown], (), contexts[own], annotations.get((own, _plain(text)))
         )
         for text, own, shown in known
     }
@@ -215,7 +215,7 @@ def _judged(
         verdicts = {ENDS: ends[own, shown]}
         annotation = annotations.get((own, _plain(text)))
         if annotation is not None:
-            verdicts[WORDS] = judge_by_words(annotation, deeds[shown])
+            verdicts[WORDS] = judge_by_words(annotation, executions[shown])
         if other:
             verdicts[other.name] = said[text, own, shown]
         agree = 2 * sum(r >= AGREES for r in given) > len(given)
@@ -228,7 +228,7 @@ def _judged(
 def _verdicts(
     cases: Mapping[tuple[str, str, str], JudgedPlan], other: PlanJudge
 ) -> dict[tuple[str, str, str], Verdict]:
-    """What a judge says of pairs, asked about as many at the same time as it likes."""
+    """Judge pairs, as many at the same time as the judge allows."""
     with ThreadPoolExecutor(other.at_once) as threads:
         return dict(zip(cases, threads.map(other.verdict, cases.values()), strict=True))
 
@@ -239,7 +239,7 @@ def _ends(own: Context, shown: Context) -> Verdict:
 
 
 def _agree(pairs: Sequence[JudgedPair], verdict: str, resampled: Resampled) -> Agreement:
-    """The agreement of a verdict on those pairs that it is about."""
+    """Return a verdict's agreement with people on the pairs that have it."""
     mine = [p for p in pairs if verdict in p.verdicts]
     return agreement(
         [p.people for p in mine],
@@ -257,7 +257,7 @@ def _auc_of(pairs: Sequence[JudgedPair], resampled: Resampled) -> Estimate:
 
 
 def _levels(said: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:
-    """Counts by video, of what the judge says and of mean ratings, shape (videos, 2, levels)."""
+    """Count pairs by video, verdict and mean rating, shape (videos, 2, levels)."""
     values, level = np.unique(mean, return_inverse=True)
     counts = np.zeros((video.max() + 1, 2, len(values)))
     np.add.at(counts, (video, said.astype(int), level), 1.0)

@@ -1,4 +1,4 @@
-"""What the clauses of a command ask for: what is handled, where it or the robot is to go."""
+"""Requests in a command's clauses: the loads to handle, and goals for loads or the robot."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from eval.judging.allowed_things import allowed
-from eval.judging.worded import Things, Worded
+from eval.judging.grounded_command import GroundedCommand, Things
 from g3.actions.grounding_candidates import is_surface
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place, ways
 from g3.inference.problem.frames import Frame, asked, frame, spares
@@ -26,18 +26,18 @@ class JudgedClause:
     verbs: frozenset[str]
     """Classes of its verb."""
     handles: bool
-    """Whether it handles a load. Otherwise the robot drives."""
+    """True if the clause handles a load; otherwise the robot drives."""
     themes: tuple[Things, ...]
-    """What it handles, as annotated: sets of ids. None if it doesn't say, or names what loads are
-    on."""
+    """Loads to handle, as annotated: sets of ids. None if the clause states none, or names
+    carriers."""
     goals: tuple[int, ...]
-    """Clauses that say where the load, or the robot, comes to."""
+    """Clauses that state the goal of the load, or of the robot."""
     passed: tuple[int, ...]
-    """Clauses that say what the robot comes by."""
+    """Clauses that state landmarks for the robot to pass."""
 
 
-def judged_clauses(words: Worded) -> list[JudgedClause]:
-    """The clauses that say what to do, in their order."""
+def judged_clauses(words: GroundedCommand) -> list[JudgedClause]:
+    """Return the clauses that request actions, in order."""
     tree = words.tree
     found: list[JudgedClause] = []
     spoken: tuple[Things, ...] = ()
@@ -66,8 +66,8 @@ def judged_clauses(words: Worded) -> list[JudgedClause]:
     return found
 
 
-def themes_of(words: Worded, clauses: Sequence[JudgedClause]) -> dict[Things, Things]:
-    """By what is handled as annotated, all that the words allow instead."""
+def themes_of(words: GroundedCommand, clauses: Sequence[JudgedClause]) -> dict[Things, Things]:
+    """Map annotated loads to all that the words allow instead."""
     found: dict[Things, Things] = {}
     for theme in (theme for clause in clauses for theme in clause.themes):
         more = tuple(
@@ -83,12 +83,12 @@ def themes_of(words: Worded, clauses: Sequence[JudgedClause]) -> dict[Things, Th
     return found
 
 
-def _now(words: Worded, theme: Things) -> Things:
-    """What is only ever a pronoun, in the world."""
+def _now(words: GroundedCommand, theme: Things) -> Things:
+    """Resolve a theme that is only ever a pronoun to objects in the world."""
     return next(t for a, t in zip(words.annotated, words.things, strict=True) if a == theme)
 
 
-def _handles(words: Worded, own: Frame, loads: Sequence[int]) -> bool:
+def _handles(words: GroundedCommand, own: Frame, loads: Sequence[int]) -> bool:
     if own.handles and not own.guessed:
         return True
     # "Back up with the pallet".
@@ -97,13 +97,15 @@ def _handles(words: Worded, own: Frame, loads: Sequence[int]) -> bool:
     return bool(loads) and (unknown or "with" in {bare(word.text) for word in relation})
 
 
-def _is_carrier(words: Worded, node: int) -> bool:
+def _is_carrier(words: GroundedCommand, node: int) -> bool:
     things = [words.state.thing(i) for i in words.things[node]]
     return bool(things) and all(map(is_surface, things))
 
 
-def _where(words: Worded, own: Frame, *, drives: bool) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Where a clause leads, and what the robot comes by: "between the cones to the truck"."""
+def _where(
+    words: GroundedCommand, own: Frame, *, drives: bool
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return a clause's goals, and landmarks to pass: "between the cones to the truck"."""
     tree, paths, places = words.tree, own.paths, own.places
     within = [n for n in (own.end,) if n is not None]
     to = [n for n in paths if is_goal(tree.nodes[n])]
@@ -119,8 +121,8 @@ def _where(words: Worded, own: Frame, *, drives: bool) -> tuple[tuple[int, ...],
     return tuple(goals), tuple(n for n in (*paths, *places, *within) if n not in ends)
 
 
-def _names(words: Worded, things: Things) -> list[int]:
-    """The outermost OBJECTs that name things, without pronouns."""
+def _names(words: GroundedCommand, things: Things) -> list[int]:
+    """Return the outermost OBJECTs that name things, without pronouns."""
     tree = words.tree
     own = [
         n

@@ -1,4 +1,4 @@
-"""How things lie to each other and to who looks at them, and which are left, ahead or nearest."""
+"""Layout of objects relative to each other and to an onlooker: left, ahead, nearest."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from itertools import combinations
 
 import numpy as np
 
+from eval.judging.grounded_command import GroundedCommand, Things
 from eval.judging.modifiers import Modifier
-from eval.judging.worded import Things, Worded
 from g3.actions.grounding_candidates import carrier
 from g3.geometry.footprints import centre
 from g3.geometry.plane import convex_hull, gap, rotate
@@ -16,36 +16,36 @@ from g3.groundings import FloatArray, Prism
 from g3.language.lexicon.concepts import Concept
 
 BESIDE_M = 4.0
-"""What is next to a thing is no further from its border."""
+"""Largest distance from a thing's border that is next to it, in metres."""
 NEAR_M = 6.0
-"""What is near a thing, or before or behind it, is no further from its border."""
+"""Largest distance from a thing's border that is near, before or behind it, in metres."""
 ASIDE_M = 3.0
-"""What is between two things is no further from the line between their middles."""
+"""Largest distance from the line between two middles that is between them, in metres."""
 AHEAD = np.pi / 3
-"""What is in front of somebody is no further off the way that they look."""
+"""Largest angle off the direction of view that is ahead, in radians."""
 ASIDE = np.pi / 12
-"""What is to the left or the right of somebody is at least so far off it."""
+"""Smallest angle off the direction of view that is to the left or the right, in radians."""
 
 
 def nearest(one: Prism, others: Iterable[Prism]) -> float:
-    """Metres from a footprint to the nearest of several; infinite if there is none."""
+    """Return the distance in metres to the nearest footprint of several; infinite without one."""
     own = convex_hull(one.xy)[None]
     return min((float(gap(own, convex_hull(o.xy)[None])[0]) for o in others), default=np.inf)
 
 
 def seen(pose: FloatArray, points: FloatArray) -> FloatArray:
-    """Points (n, 2) as seen from a pose x, y, yaw: how far ahead, and how far to the left."""
+    """Return points (n, 2) in the frame of a pose x, y, yaw: distances ahead and to the left."""
     return rotate(points - pose[:2], np.full(len(points), -pose[2]))
 
 
 def looking_at(pose: FloatArray, points: FloatArray) -> FloatArray:
-    """The pose turned so that it looks at the middle of points (n, 2)."""
+    """Return the pose turned towards the middle of points, shape (n, 2)."""
     way = points.mean(axis=0) - pose[:2]
     return np.array([*pose[:2], np.arctan2(way[1], way[0])])
 
 
 def is_between(one: Prism, others: Sequence[Prism]) -> bool:
-    """Whether something lies between any two of several."""
+    """Check that an object lies between any two of several."""
     point = centre(one)
     return any(_between(point, centre(a), centre(b)) for a, b in combinations(others, 2))
 
@@ -59,23 +59,23 @@ def _between(point: FloatArray, a: FloatArray, b: FloatArray) -> bool:
     return bool(0 < along < length and abs(aside) <= ASIDE_M)
 
 
-def prisms(words: Worded, ids: Things) -> list[Prism]:
-    """Where things are before anything is done."""
+def prisms(words: GroundedCommand, ids: Things) -> list[Prism]:
+    """Return the shapes of objects at the start."""
     return [words.state.thing(i).prism for i in sorted(ids)]
 
 
-def of_kind(words: Worded, ids: Things) -> Things:
+def of_kind(words: GroundedCommand, ids: Things) -> Things:
     """Things that share a label with some of those given, and these."""
     known = {label for i in ids for label in words.state.thing(i).labels}
     things = words.state.context.objects
     return frozenset(o.id for o in things if o.id != words.robot and known & set(o.labels))
 
 
-def in_order(words: Worded, modifier: Modifier, found: Things, group: Things) -> Things:
-    """Those on a side, or the so many-th from it: of all, of those on a thing, or of a row.
+def in_order(words: GroundedCommand, modifier: Modifier, found: Things, group: Things) -> Things:
+    """Select things on a side, or by their number from it: of all, on a thing, or in a row.
 
-    `found` is what it may be; the group is the thing that they are on or beside, or the row that
-    they are of, and none for all.
+    `found` are the candidates. `group` is the thing that they are on or beside, or their row; it is
+    empty for all candidates.
     """
     side, number = modifier.side, modifier.ordinal
     on = {i for i in found if (under := carrier(words.state, i)) and under.id in group}
@@ -92,14 +92,14 @@ def in_order(words: Worded, modifier: Modifier, found: Things, group: Things) ->
     return found & fitting
 
 
-def inner(words: Worded, found: Things) -> Things:
+def inner(words: GroundedCommand, found: Things) -> Things:
     """Those of a row that aren't at its ends."""
     rows = _together(words, of_kind(words, found))
     return found & frozenset(i for ids in rows for i in _from_left(words, ids)[1:-1])
 
 
-def straight_ahead(words: Worded, found: Things, way: int = 1) -> Things:
-    """The nearest and the straightest in front of the robot, or behind it; what it holds, too."""
+def straight_ahead(words: GroundedCommand, found: Things, way: int = 1) -> Things:
+    """Return the nearest and straightest object ahead or behind, or the held one."""
     ids = sorted(found)
     if not ids:
         return found
@@ -110,8 +110,8 @@ def straight_ahead(words: Worded, found: Things, way: int = 1) -> Things:
     return frozenset(best) | (found & {words.state.held or ""})
 
 
-def by_distance(words: Worded, found: Things, *, far: bool) -> Things:
-    """The nearest to the robot, or the farthest."""
+def by_distance(words: GroundedCommand, found: Things, *, far: bool) -> Things:
+    """Return the object nearest to the robot, or the farthest."""
     ids = sorted(found)
     if not ids:
         return found
@@ -120,7 +120,7 @@ def by_distance(words: Worded, found: Things, *, far: bool) -> Things:
 
 
 def _placed(order: list[str], side: Concept | None, number: int | None) -> list[str]:
-    """Those at a place from a side, from either if none is said; without one those of its half."""
+    """Select things by their place from a side, from either if none is given; else half of them."""
     count = len(order)
     found = []
     for left, i in enumerate(order, start=1):
@@ -131,7 +131,7 @@ def _placed(order: list[str], side: Concept | None, number: int | None) -> list[
     return found
 
 
-def _together(words: Worded, ids: Things) -> list[Things]:
+def _together(words: GroundedCommand, ids: Things) -> list[Things]:
     """Those that stand on the same thing, or on the ground; all if each stands on another."""
     by: dict[str, set[str]] = {}
     for i in ids:
@@ -140,7 +140,7 @@ def _together(words: Worded, ids: Things) -> list[Things]:
     return [frozenset(own) for own in by.values() if len(own) > 1] or [ids]
 
 
-def _from_left(words: Worded, ids: Things) -> list[str]:
+def _from_left(words: GroundedCommand, ids: Things) -> list[str]:
     order = sorted(ids)
     if not order:
         return []
@@ -149,17 +149,19 @@ def _from_left(words: Worded, ids: Things) -> list[str]:
     return [order[i] for i in np.argsort(-leftward, kind="stable")]
 
 
-def _middles(words: Worded, ids: list[str]) -> FloatArray:
+def _middles(words: GroundedCommand, ids: list[str]) -> FloatArray:
     return np.array([centre(words.state.thing(i).prism) for i in ids])
 
 
-def _is_aside(words: Worded, thing: str, side: Concept) -> bool:
+def _is_aside(words: GroundedCommand, thing: str, side: Concept) -> bool:
     [[ahead, left]] = seen(words.state.pose, _middles(words, [thing]))
     angle = float(np.arctan2(left, ahead))
     return (angle if side == "left" else -angle) >= ASIDE
 
 
-def _beside_group(words: Worded, found: Things, group: Things, side: Concept | None) -> Things:
+def _beside_group(
+    words: GroundedCommand, found: Things, group: Things, side: Concept | None
+) -> Things:
     """Those near a group, on its side as an onlooker sees it."""
     if side is None:
         return frozenset()

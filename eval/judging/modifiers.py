@@ -1,11 +1,11 @@
-"""What an OBJECT's words say of a thing beside its kind: "second from the left", "by the truck"."""
+"""Modifiers of an OBJECT's noun: "second from the left", "by the truck"."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from eval.judging.worded import Worded
+from eval.judging.grounded_command import GroundedCommand
 from g3.inference.problem.phrases import unstressed
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import Concept, concepts
@@ -20,14 +20,14 @@ _ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Modifier:
-    """Words that say where a thing is."""
+    """Words that state the position of a thing."""
 
     words: tuple[str, ...]
     """In their normal form."""
     landmarks: tuple[int, ...] = ()
-    """The clauses of what it is related to."""
+    """The clauses of its landmarks."""
     negative: bool = False
-    """Whether they say where it isn't."""
+    """True if they exclude a position."""
 
     @property
     def concepts(self) -> frozenset[Concept]:
@@ -43,16 +43,16 @@ class Modifier:
 
     @property
     def ordinal(self) -> int | None:
-        """The place in an order; 1 from its side for what is the leftmost."""
+        """Place in an order, counted from its side; 1 for the leftmost."""
         number = next((_ORDINALS[w] for w in self.words if w in _ORDINALS), None)
         extreme = EXTREMES.intersection(self.words) or {"last", "far", "first"} & self.concepts
         return number or (1 if self.side and extreme else None)
 
 
-def modifiers_of(words: Worded, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
-    """The modifiers of an OBJECT; those of order are one: "the second pallet" "from the right".
+def modifiers_of(words: GroundedCommand, node: int, also: tuple[Span, ...] = ()) -> list[Modifier]:
+    """Return an OBJECT's modifiers; those of order are merged: "the second" "from the right".
 
-    `also` are words elsewhere that say more of it.
+    `also` are words elsewhere that modify the OBJECT.
     """
     found = [_modifier(words, n) for n in _same_thing(words, node)]
     found.append(Modifier(unstressed(field_words(also))))
@@ -69,18 +69,18 @@ def modifiers_of(words: Worded, node: int, also: tuple[Span, ...] = ()) -> list[
 
 
 def is_reflexive(sdc: SDC) -> bool:
-    """Whether a clause is "itself"."""
+    """Check that a clause is "itself"."""
     return any(bare(word.text) in SELVES for word in sdc.words)
 
 
-def unplaced(words: Worded, marks: Iterable[int]) -> tuple[str, ...]:
-    """Words of landmarks that are no things, which say where as relations do: "the middle"."""
+def unplaced(words: GroundedCommand, marks: Iterable[int]) -> tuple[str, ...]:
+    """Return landmarks' words that name no things but relations: "the middle"."""
     leaves = (n for n in marks if not words.annotated[n] and words.tree.nodes[n].is_leaf)
     return tuple(w for n in leaves for w in unstressed(field_words(words.tree.nodes[n].words)))
 
 
-def _same_thing(words: Worded, node: int) -> list[int]:
-    """An OBJECT and those in it that name the same thing in fewer words."""
+def _same_thing(words: GroundedCommand, node: int) -> list[int]:
+    """Return an OBJECT and the ones in it that name the same thing in fewer words."""
     tree, found = words.tree, [node]
     for n in found:
         figures = (c for c in tree.children[n].get("f", ()) if tree.nodes[c].type == "OBJECT")
@@ -88,7 +88,7 @@ def _same_thing(words: Worded, node: int) -> list[int]:
     return found
 
 
-def _modifier(words: Worded, node: int) -> Modifier | None:
+def _modifier(words: GroundedCommand, node: int) -> Modifier | None:
     tree = words.tree
     sdc = tree.nodes[node]
     marks = tuple(n for f in ("l", "l2") for n in tree.children[node].get(f, ()))

@@ -1,9 +1,9 @@
-"""The automatic judge where only outcomes are known: what was picked up, and what it ended on.
+"""The automatic judge for commands with known outcomes and no log: loads, and where they end.
 
-There is no log with paths and positions, only what the robot did. All that is known of it must be
-right: a plan picks up what was picked up and nothing else. That ends on the forks, on the ground,
-or on one of the things it may have been put on. Where on the ground it ended, or where a robot went
-that only drove, is never known; any place will do.
+There is no log with paths and positions, only a record of the handled loads. A plan must agree with
+all that is known: it picks up the same loads and nothing else. They end on the forks, on the
+ground, or on one of the possible carriers. A load's position on the ground, and the goal of a robot
+that only drove, are never known; any place will do.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What the outcomes of a command say together."""
+    """A command's outcomes combined."""
 
     last: Mapping[str, TaskOutcome]
-    """Of each thing that was picked up, its last outcome."""
+    """Last outcome of each object that was picked up."""
     is_whole: bool
-    """Whether nothing else was picked up."""
+    """True if nothing else was picked up."""
     is_determined: bool
-    """Whether nothing is unknown but which of several carriers a thing was put on: any is right."""
+    """True if nothing is unknown except the carrier of a load, of several that are right."""
 
     @property
     def picked(self) -> frozenset[str]:
-        """Ids of what was picked up, as far as it is known."""
+        """Ids of objects known to be picked up."""
         return frozenset(self.last)
 
     @property
     def tells(self) -> bool:
-        """Whether anything is known by which a plan could be wrong."""
+        """True if anything is known by which a plan could be wrong."""
         return bool(self.last) or self.is_whole
 
 
@@ -52,7 +52,7 @@ def expected(outcomes: Sequence[TaskOutcome]) -> Expected:
 
 
 def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: State) -> Verdict:
-    """Compare what a plan picks up (`picked_up`) and what it leads to with what was done."""
+    """Compare a plan's loads (`picked_up`) and end state with the known outcomes."""
     missing, strange = want.picked - picked, picked - want.picked
     if missing:
         return Verdict(False, f"it doesn't pick up {', '.join(sorted(missing))}")
@@ -65,7 +65,7 @@ def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: S
 
 
 def _wrong_end(thing: str, outcome: TaskOutcome, final: State) -> str:
-    """What is wrong with where a thing ends; empty if nothing is, or it isn't known."""
+    """Return the error in an object's end position; empty if there is none, or it isn't known."""
     if not outcome.put or "put" in outcome.unknown:
         return ""
     if outcome.put == "held":

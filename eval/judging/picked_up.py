@@ -1,4 +1,4 @@
-"""What was picked up: by a plan, and by a log."""
+"""Loads picked up by a plan, and by a log."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from g3.groundings import Context
 
 
 def picked_up(start: State, actions: Sequence[Action], final: State) -> frozenset[str]:
-    """Ids of all that a plan picks up or moves, but for what is on the forks at the start."""
+    """Return the ids of loads that a plan picks up or moves, but for the one held at the start."""
     lifted = {a.object_id for a in actions if a.kind.takes}
     return frozenset(shifted(start, final) | lifted) - {start.held}
 
 
 def picked_in_log(context: Context) -> frozenset[str]:
-    """Ids of what is picked up in a context's own log."""
+    """Return the ids of loads that are picked up in a context's own log."""
     if handling(context) == NOTHING:
         return frozenset()
     return moved(recorded(context)) - {start_state(context).held}

@@ -1,8 +1,8 @@
-"""The second verdict: whether what was done is what the words say, wherever the log ends.
+"""The second verdict: agreement of an execution with the command's words, wherever the log ends.
 
 It is independent of any model: it reads a command's annotated clauses and the geometry of the
-world. Any thing, side or place that the words allow is right. What the words ask for and isn't
-done is wrong, and so is what is done to a thing that they don't speak of.
+world. Any thing, side or place that the words allow is right. A requested action that is missing is
+wrong, and so is an action on a thing that the words don't mention.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import numpy as np
 
 from eval.judging.allowed_places import Ending, ends_well
 from eval.judging.allowed_things import allowed
-from eval.judging.deeds import Carried, Deeds
+from eval.judging.execution import Carried, Execution
+from eval.judging.grounded_command import GroundedCommand, grounded_command
 from eval.judging.judge import END_M, MOVED_M, PLACE_M, Verdict
 from eval.judging.judged_clauses import JudgedClause, judged_clauses, themes_of
 from eval.judging.layout import NEAR_M, nearest, seen
-from eval.judging.worded import Worded, worded
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import moved_to
 from g3.annotation import Annotation
@@ -30,84 +30,88 @@ from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import HANDLING_VERBS
 
 ROWS = 60
-"""At so many points of its way it is looked whether the robot comes by something."""
+"""Number of points of the path at which positions are checked."""
 TURN = np.pi / 6
-"""A turn to a side is at least so wide,"""
+"""Smallest angle of a turn to a side, in radians."""
 ASIDE_M = 1.0
-"""or leads so far to it."""
+"""Smallest distance to a side that replaces a turn, in metres."""
 
 
-def judge_by_words(annotation: Annotation, deeds: Deeds) -> Verdict:
-    """Compare what was done, in the command's own world or another one, with its words."""
-    words = worded(annotation, deeds.start)
+def judge_by_words(annotation: Annotation, execution: Execution) -> Verdict:
+    """Compare an execution, in the command's own world or another, with its words."""
+    words = grounded_command(annotation, execution.start)
     clauses = judged_clauses(words)
     handles = any(c.handles for c in clauses)
-    reason = (_wrong if handles else _misdriven)(words, clauses, deeds)
+    reason = (_wrong if handles else _misdriven)(words, clauses, execution)
     return Verdict(not reason, reason)
 
 
-def _misdriven(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
-    """What isn't as words say that only drive; empty if all is."""
-    if any(c.id != deeds.start.held or c.lowered is not None for c in deeds.carried):
+def _misdriven(
+    words: GroundedCommand, clauses: Sequence[JudgedClause], execution: Execution
+) -> str:
+    """Return the error of a command that only drives; empty if there is none."""
+    if any(c.id != execution.start.held or c.lowered is not None for c in execution.carried):
         return "it moves a load, of which the words don't speak"
-    if any("staying" not in c.verbs for c in clauses) and not _drives(deeds.way):
+    if any("staying" not in c.verbs for c in clauses) and not _drives(execution.way):
         return "the robot stays where it is"
-    return _astray(words, clauses, deeds)
+    return _astray(words, clauses, execution)
 
 
-def _wrong(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
-    """What isn't as words say that handle a load; empty if all is."""
+def _wrong(words: GroundedCommand, clauses: Sequence[JudgedClause], execution: Execution) -> str:
+    """Return the error of a command that handles a load; empty if there is none."""
     themes = themes_of(words, clauses)
     wanted = frozenset(i for ids in themes.values() for i in ids)
-    strange = [c.id for c in deeds.carried if themes and c.id not in wanted]
+    strange = [c.id for c in execution.carried if themes and c.id not in wanted]
     if strange:
         return f"it moves {', '.join(strange)}, which the words don't speak of"
-    if len(deeds.carried) > max(sum(map(len, themes)), 1):
+    if len(execution.carried) > max(sum(map(len, themes)), 1):
         return "it moves more than the words say"
     for theme, ids in themes.items() if themes else [(None, None)]:
-        loads = [c for c in deeds.carried if ids is None or c.id in ids]
+        loads = [c for c in execution.carried if ids is None or c.id in ids]
         if len(loads) < max(len(theme or ()), 1):
             return "it doesn't move what the words say"
         own = [c for c in clauses if c.handles and (theme is None or theme in c.themes)]
         for load in loads:
-            reason = _mishandled(words, own, load, deeds)
+            reason = _mishandled(words, own, load, execution)
             if reason:
                 return reason
-    return _astray(words, clauses, deeds)
+    return _astray(words, clauses, execution)
 
 
-def _mishandled(words: Worded, clauses: Sequence[JudgedClause], load: Carried, deeds: Deeds) -> str:
-    """What is wrong with what is done to a load; what is done to it afterwards isn't."""
+def _mishandled(
+    words: GroundedCommand, clauses: Sequence[JudgedClause], load: Carried, execution: Execution
+) -> str:
+    """Return the error in how a load is handled; later handling is no error."""
     sources = [
         n for c in clauses for n in ways(words.tree, c.root) if is_source(words.tree.nodes[n])
     ]
     if not all(_comes_from(words, node, load.id) for node in sources):
         return "it isn't taken from where the words say"
-    first, last = deeds.start.thing(load.id), deeds.end.thing(load.id)
+    first, last = execution.start.thing(load.id), execution.end.thing(load.id)
     held = load.lowered is None
-    short = held and not deeds.whole
-    ending = Ending(load.id, first.prism, last.prism, deeds.end, short)
-    if held and load.id == deeds.start.held and apart(first.prism, last.prism) < MOVED_M:
+    short = held and not execution.whole
+    ending = Ending(load.id, first.prism, last.prism, execution.end, short)
+    if held and load.id == execution.start.held and apart(first.prism, last.prism) < MOVED_M:
         return "nothing is done with the load on the forks"
     verbs = clauses[-1].verbs & HANDLING_VERBS
     if held and verbs == {"placing"} and not (short and clauses[-1].goals):
         return "the load isn't put down"
     told_where = [c.goals for c in clauses if c.goals]
     only_taken = not told_where and all(c.verbs & HANDLING_VERBS == {"taking"} for c in clauses)
-    if deeds.whole and only_taken and not held:
+    if execution.whole and only_taken and not held:
         return "it puts down what it is only to pick up"
     return _misplaced(words, told_where[-1], ending) if told_where else ""
 
 
-def _misplaced(words: Worded, goals: Sequence[int], ending: Ending) -> str:
+def _misplaced(words: GroundedCommand, goals: Sequence[int], ending: Ending) -> str:
     holds = ends_well(words, goals, ending)
     if holds is None:
         return _unlike_log(words, ending, PLACE_M)
     return "" if holds else "the load doesn't end where the words say"
 
 
-def _unlike_log(words: Worded, ending: Ending, tolerance_m: float) -> str:
-    """What differs from the own log, for words that can't be measured; empty in other worlds."""
+def _unlike_log(words: GroundedCommand, ending: Ending, tolerance_m: float) -> str:
+    """Return the difference from the own log, for unmeasurable words; empty elsewhere."""
     if words.state_after is None:
         return ""
     goal = words.state_after.thing(ending.thing).prism
@@ -117,7 +121,7 @@ def _unlike_log(words: Worded, ending: Ending, tolerance_m: float) -> str:
     return f"the words can't be measured, and it ends {off:.1f} m from where the log ends"
 
 
-def _comes_from(words: Worded, node: int, load: str) -> bool:
+def _comes_from(words: GroundedCommand, node: int, load: str) -> bool:
     marks = words.tree.below(node, ("l", "l2"), "OBJECT")
     sources = frozenset(i for n in marks for i in allowed(words, n) | words.things[n])
     things = [words.state.thing(i) for i in sorted(sources - {words.robot, load})]
@@ -131,46 +135,46 @@ def _comes_from(words: Worded, node: int, load: str) -> bool:
     return near and (load == words.state.held or not any(map(is_surface, things)))
 
 
-def _astray(words: Worded, clauses: Sequence[JudgedClause], deeds: Deeds) -> str:
-    """What is wrong with where the robot drives: what clauses name comes in their order."""
-    end = len(deeds.way) - 1
+def _astray(words: GroundedCommand, clauses: Sequence[JudgedClause], execution: Execution) -> str:
+    """Return the error in the robot's path; the clauses' goals come in their order."""
+    end = len(execution.way) - 1
     row, measured = 0, any(c.handles for c in clauses)
     # A log that starts with the load on the forks doesn't show how the robot came to it.
-    late = any(c.lifted == 0 for c in deeds.carried) and measured
+    late = any(c.lifted == 0 for c in execution.carried) and measured
     moving = [c for c in clauses if c.verbs != {"staying"}]
     for clause in moving:
         late &= not clause.handles
         if late or clause.handles:
             continue
-        if not _turns(words, clause, deeds.way[row:]):
+        if not _turns(words, clause, execution.way[row:]):
             return "the robot doesn't turn as the words say"
         rows = np.unique(np.linspace(row, end, ROWS).astype(int)).tolist()
-        if any(_reached(words, (n,), deeds, rows) is False for n in clause.passed):
+        if any(_reached(words, (n,), execution, rows) is False for n in clause.passed):
             return "the robot doesn't pass as the words say"
         last = clause is moving[-1]
-        reached = _reached(words, clause.goals, deeds, [end] if last else rows)
+        reached = _reached(words, clause.goals, execution, [end] if last else rows)
         if reached is False:
             return f"the robot doesn't {'end' if last else 'come'} where the words say"
         measured |= reached is not None
         row = row if reached is None else int(reached)
-    return "" if measured else _unlike_log(words, _robot(deeds, end), END_M)
+    return "" if measured else _unlike_log(words, _robot(execution, end), END_M)
 
 
 def _reached(
-    words: Worded, nodes: Sequence[int], deeds: Deeds, rows: Sequence[int]
+    words: GroundedCommand, nodes: Sequence[int], execution: Execution, rows: Sequence[int]
 ) -> int | bool | None:
-    """The first row at which the robot is where clauses say; False if none, None if unknown."""
+    """Return the first row at which clauses hold; False if none, None if unknown."""
     known = False
     for row in rows:
-        holds = ends_well(words, nodes, _robot(deeds, row))
+        holds = ends_well(words, nodes, _robot(execution, row))
         if holds:
             return row
         known |= holds is not None
     return False if known else None
 
 
-def _turns(words: Worded, clause: JudgedClause, way: FloatArray) -> bool:
-    """Whether the robot turns or drives to the side that a clause without a goal tells."""
+def _turns(words: GroundedCommand, clause: JudgedClause, way: FloatArray) -> bool:
+    """Check that the robot turns or drives to the side that a clause without a goal states."""
     side = concepts(unstressed(field_words(words.tree.nodes[clause.root].relation))) & {
         "left",
         "right",
@@ -184,13 +188,13 @@ def _turns(words: Worded, clause: JudgedClause, way: FloatArray) -> bool:
 
 
 def _drives(way: FloatArray) -> bool:
-    """Whether the robot drives or turns at all."""
+    """Check that the robot drives or turns at all."""
     far = np.linalg.norm(way[:, :2] - way[0, :2], axis=1).max() > MOVED_M
     return bool(far or np.ptp(np.unwrap(way[:, 2])) >= TURN)
 
 
-def _robot(deeds: Deeds, row: int) -> Ending:
-    robot = deeds.start.context.agent
-    there = moved_to(robot, deeds.way[row], robot.prism.z_min)
-    state = deeds.end if row == len(deeds.way) - 1 else deeds.start
+def _robot(execution: Execution, row: int) -> Ending:
+    robot = execution.start.context.agent
+    there = moved_to(robot, execution.way[row], robot.prism.z_min)
+    state = execution.end if row == len(execution.way) - 1 else execution.start
     return Ending(robot.id, robot.prism, there.prism, state, robot=True)

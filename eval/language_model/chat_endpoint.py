@@ -1,6 +1,6 @@
-"""Asking a language model at an endpoint that speaks OpenAI's protocol of chat completions.
+"""Requests to a language model at an endpoint with OpenAI's protocol of chat completions.
 
-Nothing is sent without an endpoint that somebody named. A request whose reply is kept isn't sent.
+Nothing is sent without a named endpoint. A request with a kept reply isn't sent.
 """
 
 from __future__ import annotations
@@ -35,37 +35,37 @@ KEY_VARIABLE = "CT_LLM_KEY"
 MISSING = "the package openai isn't installed: pip install 'corpus-tools-g3[llm]'"
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 30.0
 UNPAID_STATUS = 429
-"""Whoever is told to wait has got nothing."""
+"""HTTP status of a request that was refused for its rate, and cost nothing."""
 
 Message = dict[str, str]
 Form: TypeAlias = Literal["schema", "object", "none"]
-"""How a server is asked for JSON: ``schema`` as OpenAI's protocol has it now, ``object`` as servers
-do that know only ``json_object``, with the schema beside it, or ``none``: the prompt asks."""
+"""Form of a request for JSON: ``schema`` as in OpenAI's current protocol; ``object`` for servers
+that know only ``json_object``, with the schema beside it; or ``none``: in the prompt alone."""
 FORMS: tuple[Form, ...] = get_args(Form)
 
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A language model, and how it is asked.
+    """A language model at an endpoint, with its request settings.
 
     Parameters
     ----------
     url
-        Where the protocol is spoken, such as ``http://localhost:8000/v1``.
+        Address of the endpoint, such as ``http://localhost:8000/v1``.
     folder
-        Where replies are kept.
+        Folder of kept replies.
     seed, temperature
-        What is sent along, so that a server that can repeats itself.
+        Sent with requests, so that servers that support it give reproducible replies.
     at_once
-        How many requests are under way at the same time.
+        Number of requests at the same time.
     tries
-        How often a request is sent that comes to nothing.
+        Number of attempts at a request that fails.
     price
         Dollars for a million tokens of prompts, and of completions.
     form
-        How the server is asked for JSON of a form; see :data:`FORMS`.
+        Form of requests for JSON; see :data:`FORMS`.
     run
-        Name of the run whose use of replies is noted.
+        Name of the run under which the use of replies is noted.
     """
 
     url: str
@@ -82,7 +82,7 @@ class Endpoint:
 
     @property
     def about(self) -> Mapping[str, object]:
-        """What decides of its replies."""
+        """Settings that decide its replies."""
         return {
             "endpoint": self.url,
             "model": self.model,
@@ -92,12 +92,12 @@ class Endpoint:
 
     @property
     def replies(self) -> ReplyFolder:
-        """Where its replies are kept."""
+        """Folder of its kept replies."""
         return open_folder(Path(self.folder))
 
 
 def missing() -> str:
-    """Why no language model can be asked here; empty if one can."""
+    """Return why no language model can be reached here; empty if one can."""
     try:
         import openai  # noqa: F401, PLC0415 - comes with the extra "llm"
     except ImportError:
@@ -108,14 +108,14 @@ def missing() -> str:
 def ask(
     endpoint: Endpoint, messages: Sequence[Message], schema: Mapping[str, Any], *, purpose: str
 ) -> KeptReply:
-    """The reply to messages: the one that is kept, or else the endpoint's.
+    """Return the reply to messages: the kept one, or else the endpoint's.
 
     Parameters
     ----------
     schema
-        JSON Schema of what is to come back.
+        JSON Schema of the reply.
     purpose
-        What it is for: ``plan`` or ``judge``.
+        Purpose of the request: ``plan`` or ``judge``.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def ask(
 
 
 def _form(form: Form, purpose: str, schema: dict[str, Any]) -> dict[str, Any]:
-    """What a request says of the form of its reply."""
+    """Return the part of a request that requests the form of its reply."""
     if form == "none":
         return {}
     told = {"type": "json_schema", "json_schema": {"name": purpose, "schema": schema}}
@@ -154,7 +154,7 @@ def _form(form: Form, purpose: str, schema: dict[str, Any]) -> dict[str, Any]:
 
 
 def _sent(endpoint: Endpoint, request: dict[str, Any], key: str, known: UnderWay) -> KeptReply:
-    """Send a request until it is answered; what may have been paid for is noted first."""
+    """Send a request until it is answered; possible charges are noted first."""
     import openai  # noqa: PLC0415 - comes with the extra "llm"
 
     client, folder = _client(endpoint), endpoint.replies
@@ -225,14 +225,14 @@ def _kept(
 
 
 def _said(error: openai.APIStatusError) -> str:
-    """What the endpoint says of an error, shortened."""
+    """Return the endpoint's error message, shortened."""
     body = error.body
     said = body.get("message") if isinstance(body, dict) else body
     return str(said or error.message)[:300]
 
 
 def _wait_s(tried: int, asked_for: str) -> float:
-    """How long to wait: as long as the endpoint asks for, or twice as long each time."""
+    """Return the wait in seconds: the endpoint's wish, or twice the last one."""
     try:
         return min(float(asked_for), LONGEST_WAIT_S)
     except ValueError:

@@ -1,8 +1,8 @@
 """Replies of a language model, kept on the disk so that no request is paid for twice.
 
 A reply is kept under the digest of its whole request: endpoint, model, messages, schema, seed.
-While a request is under way there is a file that says so. If a program is killed then, nobody knows
-whether the request was paid for: it is *in doubt*. It is asked again, and counted.
+While a request is under way, a file marks it. If the program is killed then, it is unknown whether
+the request was paid for: it is *in doubt*. It is sent again, and counted.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Origin = Literal["new", "kept"]
 
 
 class Tokens(msgspec.Struct, frozen=True):
-    """How many tokens an endpoint has counted."""
+    """Numbers of tokens that an endpoint has counted."""
 
     prompt: int = 0
     completion: int = 0
@@ -45,17 +45,17 @@ class KeptReply(msgspec.Struct, frozen=True, kw_only=True):
     Parameters
     ----------
     request
-        What was sent, the prompt, the model and the seed included.
+        The request as sent, with the prompt, the model and the seed.
     model, fingerprint
-        What the endpoint says that it ran.
+        Model and fingerprint as reported by the endpoint.
     latency_s
         From sending the request that was answered to its answer.
     asked
-        When, in UTC.
+        Time of the request, in UTC.
     tries
-        How often it was sent.
+        Number of times that the request was sent.
     in_doubt
-        How many of these may have been paid for without an answer.
+        Number of these that may have been paid for without an answer.
     """
 
     endpoint: str
@@ -71,7 +71,7 @@ class KeptReply(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class UnderWay(msgspec.Struct):
-    """A request that is under way: how often it was sent, and how often that came to nothing."""
+    """A request under way: number of times sent, and number of failures."""
 
     sent: int = 0
     unpaid: int = 0
@@ -79,12 +79,12 @@ class UnderWay(msgspec.Struct):
 
 @dataclass(frozen=True, slots=True)
 class ReplyFolder:
-    """Where replies are kept."""
+    """A folder of kept replies."""
 
     path: Path
 
     def reply(self, key: str) -> KeptReply | None:
-        """The reply to a request; None if there is none that can be read."""
+        """Return the reply to a request; None if there is no readable one."""
         path = self._reply(key)
         try:
             return msgspec.json.decode(path.read_bytes(), type=KeptReply)
@@ -100,10 +100,10 @@ class ReplyFolder:
 
     @contextlib.contextmanager
     def asking(self, key: str) -> Iterator[UnderWay]:
-        """Be the only one who asks for a reply: others wait until it is there, or isn't.
+        """Lock a request: others wait until its reply is there, or its sender stops.
 
-        Whoever gets here looks again whether there is a reply now. What is said of the request by
-        :meth:`note` is there for the next one, should this program be killed.
+        The caller checks again for a reply after it gets the lock. A record written by :meth:`note`
+        remains for the next process, should this program be killed.
         """
         marker = self._marker(key)
         marker.parent.mkdir(parents=True, exist_ok=True)
@@ -122,7 +122,7 @@ class ReplyFolder:
             os.close(descriptor)
 
     def note(self, key: str, known: UnderWay) -> None:
-        """Write down what is known of a request, before it is sent and after it came to nothing."""
+        """Record the state of a request, before it is sent and after it fails."""
         descriptor = os.open(self._marker(key), os.O_CREAT | os.O_WRONLY | os.O_TRUNC, 0o600)
         with os.fdopen(descriptor, "wb") as file:
             file.write(msgspec.json.encode(known))
@@ -137,7 +137,7 @@ class ReplyFolder:
             file.write(f"{key} {origin}\n".encode())
 
     def used_by(self, run: str, purpose: str) -> dict[str, Origin]:
-        """The requests whose replies a run has used, and whether they were asked for by it."""
+        """Return the requests that a run has used, with the origins of their replies."""
         found: dict[str, Origin] = {}
         path = self.path / "runs" / f"{run}-{purpose}.log"
         lines = path.read_text().split("\n") if path.exists() else []
@@ -153,7 +153,7 @@ class ReplyFolder:
 
 
 def open_folder(path: Path) -> ReplyFolder:
-    """A folder for replies, made if it isn't there; it can be written to."""
+    """Open a folder for replies; create it if it is missing, and check that it is writable."""
     try:
         path.mkdir(parents=True, exist_ok=True)
         if not os.access(path, os.W_OK):
@@ -168,11 +168,11 @@ def open_folder(path: Path) -> ReplyFolder:
 
 
 def key_of(endpoint: str, request: dict[str, Any]) -> str:
-    """The digest of a request to an endpoint."""
+    """Return the digest of a request to an endpoint."""
     content = msgspec.json.encode({"endpoint": endpoint, "request": request}, order="sorted")
     return hashlib.sha256(content).hexdigest()
 
 
 def now() -> str:
-    """The time in UTC."""
+    """Return the time in UTC, in ISO 8601."""
     return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="milliseconds")

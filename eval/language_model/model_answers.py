@@ -1,4 +1,4 @@
-"""The language model as a grounder and as a judge of Table 3: what is called ``llm`` there."""
+"""The language model as a grounder and as a judge of Table 3, with the name ``llm``."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from g3.errors import CorpusError, FormatError
 
 NAME = "llm"
 PLAN, JUDGE = "plan", "judge"
-"""What requests are for."""
+"""Purposes of requests."""
 
 
 @dataclass(frozen=True)
 class LanguageModelGrounder(PlanGrounder):
     """Plans by a language model.
 
-    All tasks are asked about before the first is judged, several at the same time. A reply that
-    can't be used is asked for again; after three of them the command counts as refused.
+    All plans are requested before the first is judged, several at the same time. An unusable reply
+    is requested again; after three of them the command counts as refused.
     """
 
     endpoint: Endpoint
@@ -44,15 +44,15 @@ class LanguageModelGrounder(PlanGrounder):
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The model, and what identifies its prompt."""
+        """The model, and a digest of its prompt."""
         return {**self.endpoint.about, "prompt": _digest(plan_prompt())}
 
     def missing(self) -> str:
-        """Why it can't be run here; empty if it can."""
+        """Return why the grounder can't be run here; empty if it can."""
         return missing()
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """Ask about all tasks; if the endpoint gives no reply to one, those that came are kept."""
+        """Request plans for all tasks; after a failure, received ones are kept."""
         with ThreadPoolExecutor(self.endpoint.at_once) as threads:
             asked = [threads.submit(self.propose, task) for task in tasks]
             try:
@@ -95,12 +95,12 @@ class LanguageModelJudge:
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The model, and what identifies its prompt."""
+        """The model, and a digest of its prompt."""
         return {**self.endpoint.about, "prompt": _digest(judge_prompt())}
 
     @property
     def at_once(self) -> int:
-        """How many plans it is asked about at the same time."""
+        """Number of plans that are sent to the model at the same time."""
         return self.endpoint.at_once
 
     def verdict(self, plan: JudgedPlan) -> Verdict:
@@ -116,11 +116,11 @@ class LanguageModelJudge:
 
 
 def check_installed() -> None:
-    """Refuse to go on without the extra that a language model is asked with."""
+    """Refuse to go on without the extra for language models."""
     if why := missing():
         raise CorpusError(why, fix="or leave the language model out")
 
 
 def _digest(prompt: str) -> str:
-    """What tells a prompt from others; the whole of it is in each kept reply."""
+    """Return a digest that identifies a prompt; each kept reply has all of the prompt."""
     return f"sha256:{sha256(prompt.encode()).hexdigest()}"

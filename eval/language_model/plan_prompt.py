@@ -1,4 +1,4 @@
-"""The prompts: a command, its world, and what the robot can do."""
+"""The prompts: a command, its world, and the robot's actions."""
 
 from __future__ import annotations
 
@@ -68,25 +68,25 @@ class VerdictReply(msgspec.Struct, frozen=True):
 
 
 def plan_prompt() -> str:
-    """The text before any command."""
+    """Return the text before any command."""
     actions = "\n".join(f'- "{kind}": {_takes(kind)} {kind.description}' for kind in KINDS.values())
     return PLANNING.format(scene=SCENE, actions=actions)
 
 
 def judge_prompt() -> str:
-    """The text before any plan."""
+    """Return the text before any plan."""
     return JUDGING.format(scene=SCENE)
 
 
 def plan_messages(task: PlanTask) -> list[Message]:
-    """What asks for a plan."""
+    """Return the messages that request a plan."""
     return _messages(
         plan_prompt(), f"World: {_compact(scene_shown(task.start))}\nCommand: {task.text}"
     )
 
 
 def judge_messages(plan: JudgedPlan) -> list[Message]:
-    """What asks for a verdict."""
+    """Return the messages that request a verdict."""
     start = plan.deeds.start
     world = _compact(scene_shown(start))
     done = "\n".join(f"- {line}" for line in _done(plan, start))
@@ -103,7 +103,7 @@ def _compact(scene: SceneShown) -> str:
 
 
 def _takes(kind: ActionKind) -> str:
-    """The fields of an action, in brackets."""
+    """Return the fields of an action, in brackets."""
     units = {"m": "metres", "rad": "degrees, to the left if positive", "s": "seconds"}
     fields = ["object"] if kind.handles else []
     fields += ["on, near or at"] if kind.leaves else []
@@ -114,24 +114,24 @@ def _takes(kind: ActionKind) -> str:
 
 
 def _done(plan: JudgedPlan, start: State) -> Sequence[str]:
-    """What was done, from its traces: a log has no actions."""
-    deeds = plan.deeds
+    """Describe an execution by its traces, for a log has no actions."""
+    execution = plan.deeds
     lines = [f"action: {described(action)}" for action in plan.actions]
-    for load in deeds.carried:
-        after = deeds.end.thing(load.id)
+    for load in execution.carried:
+        after = execution.end.thing(load.id)
         if load.lowered is None:
             where = "is on the forks at the end"
         else:
-            under = carrier(deeds.end, load.id)
+            under = carrier(execution.end, load.id)
             x, y = centre(after.prism)
             where = f"ends at [{x:.1f}, {y:.1f}] on {under.id if under else 'the ground'}"
         taken = "was on the forks at the start" if load.id == start.held else "was picked up"
         lines.append(f"{load.id} {taken} and {where}")
-    if not deeds.carried:
+    if not execution.carried:
         lines.append("no load was moved")
-    way = deeds.way[:: max(1, len(deeds.way) // 12)]
-    points = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y, _ in (*way, deeds.way[-1]))
-    x, y, yaw = deeds.way[-1]
+    way = execution.way[:: max(1, len(execution.way) // 12)]
+    points = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y, _ in (*way, execution.way[-1]))
+    x, y, yaw = execution.way[-1]
     lines.append(f"the robot drove by {points}")
     lines.append(f"it ends at [{x:.1f}, {y:.1f}], heading {_degrees(yaw):.0f} degrees")
     return lines

@@ -1,4 +1,4 @@
-"""Replies with a form: read by msgspec, checked, and asked for again where they can't be used."""
+"""Structured replies: read by msgspec, checked, and requested again where they can't be used."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Form = TypeVar("Form", bound=msgspec.Struct)
 Value = TypeVar("Value")
 
 ROUNDS = 3
-"""How often a model is asked for the same thing; it is told each time what was wrong."""
+"""Number of requests for one reply; each states the error of the one before."""
 SHOWN = 200
 
 
@@ -32,14 +32,14 @@ def ask_for(
     purpose: str,
     choices: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Value:
-    """Ask for a reply in a form, and make something of it.
+    """Ask for a reply in a form, and convert it.
 
     Parameters
     ----------
     use
-        Makes something of it; raises a FormatError where that can't be done.
+        Converts the reply; raises a FormatError where that can't be done.
     choices
-        What fields of the form can be, by their names, for servers that hold a model to it.
+        Allowed values of the form's fields, by name, for servers that constrain a model to them.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def ask_for(
 
 
 def _schema(form: type[msgspec.Struct], choices: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """The JSON Schema of a form: an object at the top, as endpoints want it, without prose."""
+    """Return the JSON Schema of a form: an object at the top, for endpoints, without prose."""
     whole = msgspec.json.schema(form)
     root = whole["$defs"].pop(form.__name__)
     bare: dict[str, Any] = _without_prose({**root, "$defs": whole["$defs"]})
@@ -85,7 +85,7 @@ def _without_prose(part: Any) -> Any:
 
 
 def json_in(text: str) -> str:
-    """The JSON object in a reply; models like to put something around it.
+    """Return the JSON object in a reply, without the text that models put around it.
 
     >>> json_in('Sure: {"correct": true}!')
     '{"correct": true}'

@@ -1,4 +1,4 @@
-"""What a run has asked of a language model: requests, tokens, dollars, seconds."""
+"""A run's usage of a language model: requests, tokens, dollars, seconds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MILLION = 1e6
 
 
 def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
-    """What the replies that a run has used took.
+    """Return the usage behind the replies that a run has used.
 
     Parameters
     ----------
@@ -24,8 +24,8 @@ def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
     Returns
     -------
     Mapping
-        ``requests`` with a reply; how many are ``new``, and how many were ``kept`` from before;
-        ``sent``, how often these were sent in all, and how many of these are ``in_doubt``: they may
+        Numbers of ``requests`` with a reply, of ``new`` ones, and of those ``kept`` from before;
+        ``sent``, the number of times these were sent in all, and of these ``in_doubt``, which may
         have been paid for without a reply. Tokens of prompts and completions; ``dollars``, of all
         replies and of the new ones, None without a price; seconds to a reply.
     """
@@ -62,7 +62,7 @@ def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
 
 
 def in_words(purpose: str, told: Mapping[str, Any]) -> str:
-    """The same in a line."""
+    """State a usage in one line."""
     latency, cost, doubt = told["latency_s"], "", ""
     if told["dollars"] is not None:
         cost = f", ${told['dollars']:.4f} (${told['new_dollars']:.4f} now)"

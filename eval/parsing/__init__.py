@@ -1,1 +1,1 @@
-"""``ct eval --sdc``: how well clauses are extracted from text."""
+"""``ct eval --sdc``: accuracy of clauses extracted from text."""

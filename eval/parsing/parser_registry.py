@@ -1,9 +1,9 @@
-"""Parsers: whatever makes SDC trees of a text. Each can be a row of Table 3.
+"""Parsers of texts into SDC trees. Each can be a row of Table 3.
 
 A parser is a function from a text to its top-level clauses, or to a
 :class:`~g3.language.parsing.extractor.Parse` with several trees. :func:`parser` registers one under
-a name, which ``ct eval --table 3 --parser NAME`` and ``--sdc --parser NAME`` ask for. Modules that
-other distributions name in the entry point group ``ct.parsers`` register theirs when this one is
+a name, for ``ct eval --table 3 --parser NAME`` and ``--sdc --parser NAME``. Modules that other
+distributions name in the entry point group ``ct.parsers`` register theirs when this one is
 imported.
 """
 
@@ -31,7 +31,7 @@ class RegisteredParser:
     function: ParseFunction
 
     def parse(self, text: str) -> Parse:
-        """The trees of a text.
+        """Parse a text into its trees.
 
         Raises
         ------

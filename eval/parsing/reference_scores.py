@@ -1,8 +1,8 @@
-"""How well words alone say what OBJECTs speak of, by the annotated trees and groundings.
+"""Accuracy of OBJECTs' references by words alone, against annotated trees and groundings.
 
 Antecedents of pronouns (:mod:`g3.language.discourse.anaphora`) are compared with the groundings:
-one is right if it is grounded in what the pronoun is grounded in. The number of an OBJECT
-(:mod:`g3.language.discourse.groups`) is compared with how many groundings it has.
+one is right if it has the pronoun's groundings. The number of an OBJECT
+(:mod:`g3.language.discourse.groups`) is compared with its number of groundings.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def reference_scores(annotations: Iterable[Annotation]) -> ReferenceScores:
 
 
 def _antecedents(annotation: Annotation) -> Iterator[list[bool]]:
-    """For each grounded pronoun which of its antecedents are right."""
+    """Yield for each grounded pronoun which of its antecedents are right."""
     for anaphor in anaphors(annotation.sdcs):
         meant = _things(annotation.groundings[anaphor.index])
         if anaphor.kind == "same" and meant:
@@ -83,7 +83,7 @@ def _things(groundings: Iterable[Grounding]) -> frozenset[Grounding | str]:
 
 
 def _sizes(annotation: Annotation) -> Iterator[tuple[str, int]]:
-    """Number and count of things of each OBJECT, with its modifiers, that is grounded in things."""
+    """Yield grammatical number and count of groundings of each OBJECT grounded in things."""
     inside: set[int] = set()
     for sdc, groundings in zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True):
         if sdc.type != "OBJECT":

@@ -20,7 +20,7 @@ FIGURES = ("precision", "recall", "f")
 
 
 def figures(tested: Sequence[TestedCommand]) -> dict[str, Any]:
-    """The figures over all commands, by name."""
+    """Return the figures over all commands, by name."""
     comparisons = [one.comparison for one in tested]
     typed = sum((c.typed for c in comparisons), Counts())
     untyped = sum((c.untyped for c in comparisons), Counts())
@@ -43,7 +43,7 @@ def figures(tested: Sequence[TestedCommand]) -> dict[str, Any]:
 
 
 def confusion(tested: Sequence[TestedCommand]) -> dict[str, dict[str, int]]:
-    """Letters by annotated and by predicted type and field."""
+    """Count letters by annotated and by predicted type and field."""
     total: Counter[tuple[str, str]] = sum((t.comparison.confusion for t in tested), Counter())
     return {
         gold: {to: total[gold, to] for to in (*FIELDS, NOWHERE) if total[gold, to]}
@@ -53,7 +53,7 @@ def confusion(tested: Sequence[TestedCommand]) -> dict[str, dict[str, int]]:
 
 
 def errors(tested: Sequence[TestedCommand]) -> list[dict[str, object]]:
-    """The commands whose trees are not exact, those that share least first."""
+    """List the commands with inexact trees, those that share least first."""
 
     def order(one: TestedCommand) -> tuple[float, str]:
         # Trees without words on either side have no F, and nothing in common.
@@ -81,14 +81,14 @@ def render(
     top: int,
     terminal: bool,
 ) -> str:
-    """All figures of the tested commands.
+    """Render all figures of the tested commands.
 
     Parameters
     ----------
     by_kind
         The tested commands as typed, and by perturbation.
     top
-        How many errors a table lists; JSON has all.
+        Number of errors in a table; JSON has all.
     """
     tested = by_kind[AS_TYPED]
     found = figures(tested)
@@ -123,7 +123,7 @@ def _figures_table(found: Mapping[str, Any]) -> Table:
 
 
 def _shown(found: Mapping[str, Any], name: str) -> str:
-    """A figure of a record, or why there is none."""
+    """Return a figure of a record, or the reason for its absence."""
     return str(found[f"{name}_reason"]) or f"{found[name]:.3f}"
 
 

@@ -1,4 +1,4 @@
-"""How well extracted SDC trees agree with annotated ones (section 3.1).
+"""Agreement of extracted SDC trees with annotated ones (section 3.1).
 
 A constituent is a clause, known by its type and all words in it and in the clauses below it.
 The implicit robot has no words and doesn't count. Words are compared by the letters and digits
@@ -27,7 +27,7 @@ FIELDS = tuple(f"{type_}.{field}" for type_ in SDC_TYPES for field in ("f", "r")
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What two sides have in common: how many of each, and how many are the same."""
+    """Sizes of two sides, and of their intersection."""
 
     same: int = 0
     predicted: int = 0
@@ -40,12 +40,12 @@ class Counts:
 
     @property
     def precision(self) -> Estimate:
-        """Fraction of the predicted that is right; undefined where nothing is predicted."""
+        """Share of the predicted that is correct; undefined where nothing is predicted."""
         return part(self.same, self.predicted)
 
     @property
     def recall(self) -> Estimate:
-        """Fraction of the annotated that is found; undefined where nothing is annotated."""
+        """Share of the annotated that is predicted; undefined where nothing is annotated."""
         return part(self.same, self.gold)
 
     @property
@@ -68,7 +68,7 @@ class Comparison:
     segments
         Top-level clauses, matched by their words among those that both sides have in a clause.
     exact
-        Whether all trees are the same: types, fields and words.
+        True if all trees are equal in types, fields and words.
     confusion
         Letters by annotated and predicted type and field of the word that they are in.
     """

@@ -1,4 +1,4 @@
-"""Extraction of SDC trees from commands whose trees are annotated: what is trained and tested."""
+"""Training and testing of extraction on commands with annotated SDC trees."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AS_TYPED = ""
 @short_repr
 @dataclass(frozen=True, slots=True)
 class SDCChoices:
-    """What the options of ``ct eval --sdc`` say.
+    """Options of ``ct eval --sdc``.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class SDCChoices:
     test
         one to test on, with
     train
-        one to train on (with `corpus`: besides its other scenarios), or
+        one to train on (with `corpus`: in addition to its other scenarios), or
     model
         a trained model, or
     parser
@@ -44,9 +44,9 @@ class SDCChoices:
     l2
         Strength of the regularisation; None for the default.
     perturb
-        How commands are perturbed that are tested besides those as typed.
+        Perturbations of commands to test in addition to the commands as typed.
     seed
-        What perturbations are drawn with.
+        Random seed of perturbations.
     """
 
     corpus: str = ""
@@ -87,7 +87,7 @@ def run(
     dict of str to list of TestedCommand
         By perturbation, the commands as typed first; each in the order of the corpus.
     dict
-        What to record with the figures.
+        Metadata to record with the figures.
     """
     l2 = DEFAULT_L2 if choices.l2 is None else choices.l2
     corpus = open_corpus(choices.corpus or choices.test)
@@ -121,7 +121,7 @@ def run(
 
 
 def _by_parser(name: str, tested: Mapping[str, _Tested]) -> dict[str, list[TestedCommand]]:
-    """The trees that another parser makes of the commands."""
+    """Parse the commands with a registered parser."""
     parser = parser_named(name)
     return {
         kind: [_compared(item, parser.parse(item.command.text)) for item in own.items]
@@ -139,7 +139,7 @@ def _prepared(corpus: Corpus) -> _Tested:
 
 
 def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
-    """The commands of another corpus, none of a scenario that is tested."""
+    """Return another corpus's commands to train on; no scenario may be tested."""
     items = annotated_trees(training)
     both = {i.command.scenario for i in items} & {i.command.scenario for i in tested}
     if both:
@@ -152,7 +152,7 @@ def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
 
 
 def seen_scenarios(extractor: SDCExtractor, items: Iterable[Annotated]) -> list[str]:
-    """Scenarios of tested commands that the model was trained on: figures are too good there."""
+    """Return tested scenarios that the model was trained on; scores are too high there."""
     known = extractor.card_.get("scenarios", ())
     tested = {item.command.scenario for item in items}
     return sorted(tested & set(known)) if isinstance(known, (list, tuple)) else []

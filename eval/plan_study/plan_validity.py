@@ -1,4 +1,4 @@
-"""How well the automatic judge agrees with people on plans of which only a sample was rated."""
+"""Agreement of the automatic judge with people on plans of which only a sample was rated."""
 
 from __future__ import annotations
 
@@ -27,26 +27,26 @@ class PlanAgreement:
     configuration: str
     """Its name, or ``all``, where a plan of several configurations counts once."""
     plans: int
-    """How many plans there are, rated or not."""
+    """Number of plans, rated or not."""
     rated: int
     counts: Mapping[str, int]
-    """Rated plans by what people and the judge say, as ``people_yes_judge_no``."""
+    """Rated plans by the answers of people and of the judge, as ``people_yes_judge_no``."""
     figures: Mapping[str, Estimate]
-    """Of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision: of the plans
-    that the judge calls right, the part that people call right too. Recall: of the plans that
-    people call right, the part that the judge does."""
+    """Figures of all plans, by :data:`FIGURES`, with whole scenarios resampled. Precision: share of
+    the plans accepted by the judge that people accept. Recall: share of the plans accepted by
+    people that the judge accepts."""
 
 
 def figures(counts: FloatArray) -> FloatArray:
-    """Figures of all plans from weighted counts of rated ones.
+    """Return figures of all plans from weighted counts of rated ones.
 
     The plans that the judge calls right, and those that it calls wrong, count as many as there
     are. The rated ones only show how people divide them.
 
-    `counts` have shape (..., 3, 2). The last axis is what the judge says, wrong or right; the rows
-    are the weights of plans that people call wrong, of those that they call right, and how many
-    plans there are. Figures have shape (..., 6), in the order of :data:`FIGURES`; NaN where the
-    rated plans don't show it.
+    `counts` have shape (..., 3, 2). The last axis is the judge's verdict, wrong or right; the rows
+    are the weights of plans that people call wrong, of those that they call right, and the number
+    of plans. Figures have shape (..., 6), in the order of :data:`FIGURES`; NaN where the rated
+    plans don't determine them.
     """
     rated, there = counts[..., :2, :], counts[..., 2, :]
     shares = ratio(rated, rated.sum(axis=-2, keepdims=True))
@@ -77,10 +77,10 @@ def agreements(
     seed: int,
     draws: int,
 ) -> list[PlanAgreement]:
-    """A row for all plans, and one for each configuration.
+    """Return a row for all plans, and one for each configuration.
 
-    `plans` are all, rated or not; `people` says whether most people call a rated plan right, by its
-    run; `verdict` is the one of the judge that is compared.
+    `plans` are all, rated or not; `people` has the majority verdict on each rated plan, by its run;
+    `verdict` is the judge's verdict to compare.
     """
     rows = []
     for name in (ALL, *CONFIGURATIONS):
@@ -111,12 +111,12 @@ def agreements(
 
 
 def _missing(figure: str, rated: Mapping[str, int]) -> Reason:
-    """Why a figure is undefined, if it is."""
+    """Return the reason for an undefined figure."""
     if not sum(rated.values()):
         return "no data"
     return "all alike" if figure == "kappa" else "empty class"
 
 
 def tells_of_all(plans: Sequence[DistinctPlan], sample: Sample) -> bool:
-    """Whether every kind of plan was drawn, without which only the first verdict can be checked."""
+    """Check that every kind was drawn, which verdicts after the first need."""
     return {p.kind for p in plans} == {p.kind for p in plans if p.run in sample.chance}

@@ -1,4 +1,4 @@
-"""How precise a set of plans to rate will be, and how long it takes, before anybody has rated."""
+"""Expected precision and duration of a set of plans to rate, before any rating."""
 
 from __future__ import annotations
 
@@ -17,46 +17,47 @@ from eval.statistics.power import own_shares
 from eval.statistics.ratings import codes
 
 ASSUMED = {WRONG: 0.15, RIGHT: 0.85}
-"""Part of the plans that most people call right, by the judge's verdict.
+"""Share of the plans that most people call right, by the judge's verdict.
 
 Of the AAAI-11 corpus's pairs it is .04 and .89 (`ct eval --judge-validity`), but plans are nearer
 misses than videos of other scenarios.
 """
 CORRELATION = 0.1
-"""Between plans of a scenario; .11 between the pairs of a video there that the judge refuses."""
+"""Correlation between plans of a scenario; .11 between the pairs of a video there that the judge
+refuses."""
 ANSWER_S = 10.0
-"""To read the command and to answer, besides watching the video once."""
+"""Time to read the command and to answer, in seconds, without the video."""
 STUDIES = 2000
 
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """What is planned."""
+    """A rating set as planned."""
 
     plans: Mapping[str, int]
-    """How many plans there are by the judge's verdict, each once."""
+    """Number of plans by the judge's verdict, each once."""
     without: int
-    """Commands in a configuration for which there is no plan."""
+    """Number of commands in a configuration without a plan."""
     stopped: int
-    """How many plans were drawn that physics stopped; nobody rates them."""
+    """Number of drawn plans that physics stopped; nobody rates them."""
     pairs: Mapping[str, int]
-    """How many are rated, by the judge's verdict."""
+    """Number of rated plans, by the judge's verdict."""
     configurations: Mapping[str, Mapping[str, int]]
-    """The same by configuration; a plan of two counts in both."""
+    """Number of rated plans by configuration and verdict; a plan of two counts in both."""
     scenarios: int
     raters: int
     seconds_each: float
-    """That a pair takes, on average."""
+    """Mean duration of a pair, in seconds."""
     minutes: float
-    """That one person takes for all pairs."""
+    """Duration of all pairs for one person, in minutes."""
     half_widths: Mapping[str, float]
-    """Expected of the figures' 95 % intervals; NaN where there will be none."""
+    """Expected half widths of the figures' 95 % intervals; NaN where there will be none."""
     unknown: Mapping[str, Reason]
-    """Why there will be none, by figure."""
+    """Reasons for missing half widths, by figure."""
 
     @property
     def total(self) -> int:
-        """How many pairs there are."""
+        """Number of pairs."""
         return sum(self.pairs.values())
 
 
@@ -69,7 +70,7 @@ def planned(
     stopped: int,
     seed: int,
 ) -> Planned:
-    """What is planned for a sample, with how many have no plan or one that physics stopped."""
+    """Plan a sample, with the numbers of commands without a plan and of plans physics stopped."""
     chosen = [p for p in plans if p.run in sample.chance]
     whole = float(sum(seconds)) + ANSWER_S * len(chosen)
     widths = half_widths(plans, sample, np.random.default_rng(seed))
@@ -100,7 +101,7 @@ def half_widths(
     """Half widths that the figures' 95 % intervals have in simulated studies, without intervals.
 
     As :func:`eval.statistics.power.simulated_half_width` does for a share. Each scenario's own
-    shares are drawn from beta distributions with the wanted correlation, the majority of each
+    shares are drawn from beta distributions with the given correlation, the majority of each
     pair from those. The half width is that of the middle of the studies' figures.
 
     `shares` are the part of the plans that most people call right, by the judge's verdict; the

@@ -1,4 +1,4 @@
-"""A rating set as text and as JSON: what is planned, and what people's ratings say of the judge."""
+"""A rating set as text and as JSON: its plan, and people's ratings against the judge."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NOTES = (
 
 
 def lines_planned(planned: Planned) -> list[str]:
-    """What is planned, for people to read before anything is rendered."""
+    """Describe a planned rating set, for people to read before anything is rendered."""
     there, drawn = (
         ", ".join(f"{counts[kind]} {kind}" for kind in KINDS)
         for counts in (planned.plans, planned.pairs)
@@ -60,7 +60,7 @@ def lines_planned(planned: Planned) -> list[str]:
 
 
 def render(rated: Rated, form: Literal["text", "json"], *, terminal: bool = False) -> str:
-    """What is planned, and the judge's validity; ``no ratings yet`` where there is none."""
+    """Render the plan and the judge's validity; ``no ratings yet`` where there is none."""
     settings, planned = rated.of.settings, rated.of.planned
     about = {
         "train": settings.train,

@@ -1,4 +1,4 @@
-"""Which plans people rate so that the automatic judge can be checked, and how they are drawn."""
+"""Samples of plans for people to rate, to check the automatic judge."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from g3.storage.atomic_file import write_bytes
 SAMPLE = "sample.json"
 WRONG, RIGHT = KINDS = ("wrong", "right")
 RESERVED = 0.25
-"""Part of the pairs that isn't for the kind which counts first: without right plans nobody can
-show the judge's precision, nor its kappa."""
+"""Share of the pairs that isn't for the first kind: without right plans nobody can show the judge's
+precision, nor its kappa."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class DistinctPlan:
     """A plan for a command, once however many configurations made it."""
 
     run: str
-    """Name of its run and of its video; it doesn't say who made it."""
+    """Name of its run and of its video, which doesn't show its configuration."""
     record: PlanRecord
     """The plan as the first of its configurations has it."""
     configurations: tuple[str, ...]
@@ -38,22 +38,22 @@ class DistinctPlan:
 
 
 class Sample(msgspec.Struct, frozen=True):
-    """What was drawn."""
+    """The plans drawn."""
 
     seed: int
     judge: str
-    """The verdict that it was drawn by."""
+    """The verdict that plans were drawn by."""
     chance: dict[str, float]
-    """By the run of each plan that was drawn, the chance that it had."""
+    """Inclusion probability of each drawn plan, by its run."""
 
 
 def kind_of(plan: DistinctPlan, verdict: str) -> str:
-    """``wrong`` or ``right``, by one of the judge's verdicts."""
+    """Return ``wrong`` or ``right``, by one of the judge's verdicts."""
     return RIGHT if plan.record.verdicts[verdict] else WRONG
 
 
 def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
-    """All plans; those with the same script for the same command are one."""
+    """Return all plans; those with the same script for the same command are one."""
     by_run: dict[str, list[PlanRecord]] = {}
     for record in records:
         if record.script is not None:
@@ -66,10 +66,10 @@ def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
 
 
 def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
-    """How many plans of each kind are drawn.
+    """Return the number of plans to draw of each kind.
 
-    `sizes` says how many there are of each kind, that which counts first first; `most` how many may
-    be drawn, 0 for all.
+    `sizes` are the numbers of plans of each kind, in order of priority; `most` is the largest
+    number to draw, 0 for all.
     """
     if not most:
         return dict(sizes)
@@ -83,10 +83,10 @@ def quotas(sizes: Mapping[str, int], most: int) -> dict[str, int]:
 
 
 def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: int) -> Sample:
-    """Draw plans of some kinds, balanced over scenarios and over who made them.
+    """Draw plans of some kinds, balanced over scenarios and configurations.
 
     Of two :data:`KINDS`, the second gets only :data:`RESERVED` of the pairs while there are enough
-    plans of the first. There are at most so many, 0 for all.
+    plans of the first. `most` is the largest number of plans, 0 for all.
     """
     rng = np.random.default_rng(seed)
     of_kind = {kind: [p for p in plans if p.kind == kind] for kind in kinds}
@@ -106,7 +106,7 @@ def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: i
 
 
 def sampled(folder: Path, plans: Sequence[DistinctPlan], settings: Settings) -> Sample:
-    """The sample of a folder, which is drawn once."""
+    """Return the sample of a folder, which is drawn once."""
     path = folder / SAMPLE
     if not path.exists():
         found = draw(plans, settings.plans, settings.pairs, settings.seed)
@@ -123,14 +123,14 @@ def balanced_sample(
 ) -> tuple[IntArray, FloatArray]:
     """Draw as evenly from all cells as their sizes allow.
 
-    Every cell gives the same number, or all that it has. What is left over is less than one item
-    for each cell that has more. It is drawn from these cells systematically, which spreads it over
+    Every cell gives the same number, or all that it has. The remainder is less than one item for
+    each cell that has more. It is drawn from these cells systematically, which spreads it over
     their order and gives each the same chance (W. G. Cochran, Sampling Techniques, 1977, chapter
     8). Weights of one over the chance make up for the balance (D. G. Horvitz and D. J. Thompson,
     J. Am. Stat. Assoc. 47, 1952), also where a cell gives nothing.
 
-    Cells are numbered from 0 without gaps, shape (n,); of so many items as are wanted there may be
-    fewer. Indices of the items drawn grow, and the chance is that of each item, shape (n,).
+    Cells are numbered from 0 without gaps, shape (n,); fewer items than `size` may exist. Indices
+    of the items drawn ascend, and the chance is that of each item, shape (n,).
     """
     if size <= 0 or len(cell) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(len(cell))

@@ -39,11 +39,11 @@ PLANNED = "planned.json"
 
 
 class RunOutcome(msgspec.Struct, frozen=True):
-    """What came of a run, kept beside its corpus when that is whole."""
+    """The outcome of a run, kept beside its corpus when that is whole."""
 
     seconds: float
     failure: str
-    """Why physics stopped it; empty if it didn't."""
+    """Reason for which physics stopped the run; empty if it didn't."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +67,11 @@ class Rated:
 
     of: RatingSet
     file: Path
-    """What ``ct annotate`` serves."""
+    """The study's file for ``ct annotate``."""
     judgments: int
-    """How many there are."""
+    """Number of judgments."""
     people: Mapping[str, bool]
-    """By the run of each rated plan, whether most people call it right."""
+    """Majority verdict of people on each rated plan, by its run."""
     agreements: Mapping[str, Sequence[PlanAgreement]]
     """By verdict of the judge; empty without ratings."""
 
@@ -79,9 +79,9 @@ class Rated:
 def prepare(
     folder: Path, settings: Settings, *, on_progress: OnProgress = no_progress
 ) -> RatingSet:
-    """Make and draw plans, carry out what was drawn, and say what is planned.
+    """Make and draw plans, carry out the drawn ones, and return the rating set with its plan.
 
-    What is there already isn't made again.
+    Existing results aren't made again.
     """
     check_settings(folder, settings)
     records = plan_all(folder, settings, on_progress)
@@ -141,14 +141,14 @@ def finish(
 
 
 def verdicts(plans: Sequence[DistinctPlan], sample: Sample) -> list[str]:
-    """The judge's verdicts that the sample can check, of those that all plans have."""
+    """Return the judge's verdicts that the sample can check, of those that all plans have."""
     named = [name for name in plans[0].record.verdicts if name != FIRST] if plans else []
     others = [name for name in named if all(name in p.record.verdicts for p in plans)]
     return [FIRST, *(others if tells_of_all(plans, sample) else ())]
 
 
 def most_people(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> dict[str, bool]:
-    """Whether most people agree, by the run of each rated pair; see :func:`check_ratings`."""
+    """Return most people's verdict by run of each rated pair; see :func:`check_ratings`."""
     check_ratings(pairs, judgments)
     if not judgments:
         return {}

@@ -1,4 +1,4 @@
-"""What people are to rate: commands with videos, of plans and of known right and wrong pairs."""
+"""Pairs of commands and videos to rate: plans, and known right and wrong pairs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HOW = Settings(fps=15, quality="draft")
 INSTANCE = "annotation"
 """The annotation app's folder in the study's."""
 ANSWERS = 5
-"""Judgments of each pair, as in the paper."""
+"""Number of judgments of each pair, as in the paper."""
 
 HEAD = """\
 # A rating study of plans, as in section 4.3 of the paper. Written by ct eval --end-to-end.
@@ -40,26 +40,26 @@ class Pair:
 
     text: str
     video: str
-    """Name of the run, or of the context of the test corpus whose log is shown."""
+    """Name of the run, or of the test corpus's context with the log shown."""
     own_video: str
-    """Name of the context whose log the command was typed for."""
+    """Name of the context that the command was typed for."""
     configuration: str
     """``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair."""
     command: str
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """As :func:`eval.statistics.ratings.shown_pair` has it of a judgment."""
+        """Key of the pair, as in :func:`eval.statistics.ratings.shown_pair`."""
         return self.text, self.own_video, self.video
 
     @property
     def is_plan(self) -> bool:
-        """Whether the video shows a plan."""
+        """True if the video shows a plan."""
         return self.configuration not in ("right", "wrong")
 
 
 def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> list[Pair]:
-    """All pairs to rate.
+    """Return all pairs to rate.
 
     Of extracted clauses only the most probable plans are shown, as in the paper. One command of
     each scenario is shown with its own video, and with a random other one of the test corpus. This
@@ -88,10 +88,10 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
 
 
 def write_study(folder: Path, found: list[Pair], seed: int, pay: float | None = None) -> Path:
-    """Write the study's file for ``ct annotate``; its pairs don't say what made them.
+    """Write the study's file for ``ct annotate``; its pairs don't show their origin.
 
-    What somebody has changed in the file is kept, but for the pairs, and for what is paid for each
-    in dollars if that is said here.
+    Edits of the file are kept, except to the pairs, and to the pay for each in dollars if it is
+    given here.
     """
     path = folder / STUDY
     study: dict[str, object] = {

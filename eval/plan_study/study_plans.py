@@ -1,4 +1,4 @@
-"""Plans for held-out commands, kept one by one, and what they lead to when they are carried out."""
+"""Plans for held-out commands, kept one by one, and their executions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.recording import to_context
 from corpus_tools.world.state.robot_script import Script
-from eval.judging.deeds import planned
+from eval.judging.execution import planned
 from eval.judging.judge import Verdict, judge
 from eval.judging.words_judge import judge_by_words
 from eval.plan_study.study_settings import Settings
@@ -39,10 +39,10 @@ from g3.storage.atomic_file import write_bytes
 
 CONFIGURATIONS = ("random", "gold", "auto")
 RATE_HZ = 10.0
-"""How often the things in a run are noted down; videos draw what is between."""
+"""Sampling rate of the objects in a run, in hertz; videos interpolate."""
 PLANS, RUNS = "plans", "runs"
 DIGITS = 3
-"""Plans whose numbers agree to so many digits, in metres and degrees, are the same."""
+"""Number of digits, in metres and degrees, to which the numbers of equal plans agree."""
 
 Judge: TypeAlias = Callable[[Annotation, Plan], Verdict]
 
@@ -69,7 +69,7 @@ class KeptPlace(msgspec.Struct, frozen=True):
 
 
 class PlanScript(msgspec.Struct, frozen=True):
-    """What a plan has the robot do: steps, and the places by the names that these use."""
+    """A plan as a script: steps, and the places that these name."""
 
     steps: Script
     kept_places: dict[str, KeptPlace] = {}
@@ -84,7 +84,7 @@ class PlanScript(msgspec.Struct, frozen=True):
 
     @property
     def digest(self) -> str:
-        """The same for plans that do the same."""
+        """A digest that is equal for plans with the same steps."""
         text = json.dumps(_rounded(msgspec.to_builtins(self)), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:10]
 
@@ -105,7 +105,7 @@ def script_of(start: State, actions: tuple[Action, ...]) -> PlanScript:
 
 
 class PlanRecord(msgspec.Struct, frozen=True):
-    """A plan as it is kept."""
+    """A plan as kept in a study's folder."""
 
     configuration: str
     command: str
@@ -114,19 +114,19 @@ class PlanRecord(msgspec.Struct, frozen=True):
     probability: float
     correct: bool
     reason: str
-    """The automatic judge's first verdict: whether it ends where the log ends."""
+    """The automatic judge's first verdict: agreement with the log's end."""
     run: str = ""
-    """Name of the run that it was carried out in; empty if there is no plan."""
+    """Name of the run that executed the plan; empty if there is no plan."""
     failure: str = ""
-    """Why physics stopped the run; empty if it didn't."""
+    """Reason for which physics stopped the run; empty if it didn't."""
     script: PlanScript | None = None
-    """What the robot is to do; None if there is no plan."""
+    """The robot's script; None if there is no plan."""
     verdicts: dict[str, bool] = {}
-    """Whether it is right, by each of :data:`JUDGES`; empty if there is no plan."""
+    """Verdicts by each of :data:`JUDGES`; empty if there is no plan."""
 
     @property
     def by_words(self) -> bool | None:
-        """Whether it does what the words say: no without a plan, None in older studies."""
+        """The verdict by words: False without a plan, None in older studies."""
         return self.verdicts.get(WORDS) if self.script or self.run else False
 
 
@@ -149,12 +149,12 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """Of its files."""
+        """Name of its files, without a suffix."""
         return f"{self.configuration}-{self.annotation.command.id}".replace("/", "-")
 
 
 def chosen_commands(settings: Settings) -> list[Annotation]:
-    """The commands that are followed, by scenario."""
+    """Return the commands to follow, by scenario."""
     by_scenario: dict[str, list[Annotation]] = {}
     for annotation in annotated_commands(open_corpus(settings.test).annotations).values():
         by_scenario.setdefault(annotation.command.scenario, []).append(annotation)
@@ -165,7 +165,7 @@ def chosen_commands(settings: Settings) -> list[Annotation]:
 def plan_all(
     folder: Path, settings: Settings, on_progress: OnProgress = no_progress
 ) -> list[PlanRecord]:
-    """Make the plans that aren't there yet, and carry them out; all that are there then.
+    """Make the missing plans, carry them out, and return all plans.
 
     Each is kept as soon as it is made. For a rating set only a sample is carried out, later.
     """
@@ -190,13 +190,13 @@ def plan_all(
 
 
 def top(records: list[PlanRecord], configuration: str) -> list[PlanRecord]:
-    """The most probable plans of a configuration, as many as the paper's top rows have."""
+    """Return a configuration's most probable plans, as many as the paper's top rows have."""
     own = [r for r in records if r.configuration == configuration]
     return sorted(own, key=lambda r: (-r.probability, r.command))[:TOP]
 
 
 def run_corpus(folder: Path, run: str) -> Path:
-    """The corpus that holds a run as its only context."""
+    """Return the folder of the corpus that holds a run as its only context."""
     return folder / RUNS / run
 
 
@@ -207,7 +207,7 @@ def _kept(folder: Path, unit: Unit) -> Path:
 def _planned(
     units: list[Unit], settings: Settings, on_progress: OnProgress
 ) -> Iterator[tuple[Unit, Plan | None, str]]:
-    """The best plan of each unit; costs and extraction are learned without its scenario."""
+    """Yield the best plan of each unit; its scenario is held out of training."""
     if not units:
         return
     known = [open_corpus(name) for name in settings.train.split(",")]
@@ -241,7 +241,7 @@ def _record(unit: Unit, plan: Plan | None, note: str) -> PlanRecord:
 
 
 def carry_out(folder: Path, run: str, record: PlanRecord, context: Context) -> str:
-    """Carry a plan out in physics and write what happens; why it was stopped, or nothing."""
+    """Carry out a plan in physics and write its run; return why it stopped, or ""."""
     if record.script is None:
         raise ValueError(f"there is no plan for {record.command}")
     script = record.script

@@ -23,7 +23,7 @@ MINUTES_EACH = 1
 
 
 def received(folder: Path) -> Sequence[Judgment]:
-    """What people have rated so far, as the database in the study's folder has it."""
+    """Return people's ratings so far, from the database in the study's folder."""
     if not (folder / INSTANCE / DATABASE_FILE).exists():
         return ()
     with opened(_instance(folder).database) as engine, reading(engine, one_state=True) as session:
@@ -41,12 +41,13 @@ def offer(
 ) -> list[str]:
     """Put a study into the app, and offer as many assignments as its judgments take.
 
-    Doing it again offers only what is missing. What there is then is told, and where.
+    A repeated offer adds only missing assignments. The result lists the assignments and their
+    address.
 
-    The study's file says what is paid for a pair, unless only links are made; people reach the app
-    at the URL, and an assignment asks for so many pairs at most. In the platform's sandbox no money
-    is paid; the endpoint is another address of its interface. A FormatError says that there is no
-    such platform, nothing is paid, or credentials are missing; a PlatformError that the platform
+    The study's file has the pay for a pair, unless only links are made; people reach the app at the
+    URL, and an assignment has at most `items` pairs. In the platform's sandbox no money is paid;
+    the endpoint is another address of its interface. A FormatError means that there is no such
+    platform, nothing is paid, or credentials are missing; a PlatformError that the platform
     refuses.
     """
     provider = find_provider(platform)

@@ -1,4 +1,4 @@
-"""Table 3 from people's ratings of a study; what the automatic judge says stands apart."""
+"""Table 3 from people's ratings of a study; the automatic judge's rows stand apart."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ ROWS = {
     "auto-top30": ("auto", True),
     "gold-all": ("gold", False),
 }
-"""The rows of Table 3: of which configuration, and whether only of the most probable plans."""
+"""The rows of Table 3: each one's configuration, and whether only the most probable plans count."""
 KNOWN = ("right", "wrong")
 
 
 @dataclass(frozen=True, slots=True)
 class RatedRow:
-    """What people say of a configuration."""
+    """People's ratings of a configuration."""
 
     configuration: str
     share: Estimate
     """Judgments that agree, with whole scenarios resampled."""
     two_way: Estimate
-    """The same for other scenarios and other raters."""
+    """Share for other scenarios and other raters."""
     majority: float
-    """The part of the pairs of which more than half of the judgments agree."""
+    """Share of the pairs on which more than half of the judgments agree."""
     judgments: int
     rated: int
-    """How many judgments there are, and of how many pairs."""
+    """Numbers of judgments, and of the pairs that they rate."""
     n: int
-    """How many pairs there are to rate."""
+    """Number of pairs to rate."""
 
 
 def by_people(
@@ -58,7 +58,7 @@ def by_people(
     seed: int,
     draws: int,
 ) -> list[RatedRow]:
-    """The rows that people's ratings give so far; those that nobody has rated are left out."""
+    """Return the rows of people's ratings so far; unrated ones are left out."""
     check_ratings(pairs, judgments)
     scenarios = _scenarios(records)
     rows = []
@@ -94,7 +94,7 @@ def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
 
 
 def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[JudgedRow]:
-    """The same rows by the automatic judge, and those of baselines."""
+    """Return the same rows by the automatic judge, and those of baselines."""
     rows: list[JudgedRow] = []
     there = {r.configuration for r in records} | missing().keys()
     baselines = {name: (name, False) for name in BASELINES if name in there}
@@ -114,7 +114,7 @@ def compare_people(
     seed: int,
     draws: int,
 ) -> list[Comparison]:
-    """What people say of configurations, compared on the commands that were rated in both."""
+    """Compare configurations by people's ratings, on the commands rated in both."""
     of_pair = {p.key: p for p in pairs if p.is_plan}
     said: dict[str, dict[str, list[bool]]] = {name: {} for name in CONFIGURATIONS}
     for j in judgments:
@@ -129,7 +129,7 @@ def compare_people(
 
 
 def compare_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Comparison]:
-    """Each model with each other configuration by the automatic judge, on all commands."""
+    """Compare each model with each other configuration by the automatic judge."""
     shares = {
         name: {r.command: float(r.correct) for r in records if r.configuration == name}
         for name in (*CONFIGURATIONS, *BASELINES)

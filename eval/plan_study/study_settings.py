@@ -1,4 +1,4 @@
-"""What a study of plans is made of, kept in its folder."""
+"""Settings of a study of plans, kept in its folder."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ SETTINGS = "settings.json"
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """What a study is made of; a folder holds one study only."""
+    """Settings of a study; a folder holds one study only."""
 
     train: str
-    """The corpora to learn from, with commas between, without the scenario that is tested."""
+    """Names of the training corpora, with commas between; the tested scenario is held out."""
     test: str
     most: int
-    """How many commands of each scenario; 0 for all."""
+    """Number of commands of each scenario; 0 for all."""
     l2: float
     seed: int
     hashes: tuple[str, ...] = ()
     plans: tuple[str, ...] = ()
-    """Of a rating set, which plans are rated: ``wrong`` or ``right`` by the automatic judge, in the
-    order in which they count; empty for a study like the paper's."""
+    """Verdicts of the plans in a rating set: ``wrong`` or ``right`` by the automatic judge, in
+    order of priority; empty for a study like the paper's."""
     pairs: int = 0
-    """Of a rating set, how many pairs there are at most; 0 for all."""
+    """Largest number of pairs in a rating set; 0 for all."""
 
 
 def settings_for(
     train: str, test: str, *, most: int, l2: float, seed: int, plans: tuple[str, ...] = ()
 ) -> Settings:
-    """Settings with the hashes of the corpora.
+    """Return settings with the hashes of the corpora.
 
     `most` is how many commands of each scenario, or how many pairs of a rating set; 0 for all.
     """

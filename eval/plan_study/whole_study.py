@@ -1,4 +1,4 @@
-"""A study from end to end: plans, runs, videos, the study's file, and what came of it so far."""
+"""A study from end to end: plans, runs, videos, the study's file, and results so far."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class Study:
 
     settings: Settings
     file: Path
-    """What ``ct annotate`` serves."""
+    """The study's file for ``ct annotate``."""
     pairs: Sequence[Pair]
     records: Sequence[PlanRecord]
     people: Sequence[RatedRow]
     """Rows of Table 3 by people; empty without ratings."""
     automatic: Sequence[JudgedRow]
-    """The same by the automatic judge."""
+    """Rows of Table 3 by the automatic judge."""
     validity: Validity | None
     compared_by_people: Sequence[Comparison] = ()
     compared: Sequence[Comparison] = ()
@@ -99,7 +99,7 @@ def go_on(
 
 
 def baseline_records(settings: Settings) -> list[PlanRecord]:
-    """The automatic judge's verdicts on baselines' plans for the commands of a study."""
+    """Return the automatic judge's verdicts on baselines' plans for a study's commands."""
     chosen = {annotation.command.id for annotation in chosen_commands(settings)}
     commands = [c for c in judged_commands(open_corpus(settings.test)) if c.command.id in chosen]
     names = [name for name in BASELINES if name not in missing()]
@@ -115,7 +115,7 @@ def baseline_records(settings: Settings) -> list[PlanRecord]:
 
 
 def ratings_so_far(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
-    """What people have rated: in a corpus, or if there is none in the app's database."""
+    """Return people's ratings, from a corpus, or without one from the app's database."""
     if ratings is not None:
         return load_corpus(ratings).judgments
     if find_spec("sqlalchemy") is None:
@@ -126,12 +126,12 @@ def ratings_so_far(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
 
 
 def _half(on_progress: OnProgress, which: int) -> OnProgress:
-    """One bar for plans and videos, of which each fills a half."""
+    """Return a progress callback that fills one half of a bar for plans and videos."""
     return lambda step, done, total: on_progress(step, which * total + done, 2 * total)
 
 
 def render(study: Study, form: Literal["text", "json"], *, terminal: bool = False) -> str:
-    """People's rows and the judge's, in tables of their own."""
+    """Render people's rows and the judge's, in tables of their own."""
     about = {"table": 3, "train": study.settings.train, "test": study.settings.test}
     about |= {"seed": study.settings.seed}
     if form == "json":

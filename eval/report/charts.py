@@ -21,7 +21,7 @@ UNIT = 0.185
 LETTER, COLUMN = 0.058, 1.05
 """Widths of a letter of a label and of a column of figures, inches."""
 SERIES = ((BLUE, "o"), (GREEN, "s"))
-"""Colours and marks of what is shown of each line."""
+"""Colours and marks of a line's figures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,21 +30,21 @@ class Line:
 
     label: str
     figures: Mapping[str, Estimate]
-    """By what they measure; NaN bounds draw no interval, a NaN value nothing."""
+    """Figures by name; NaN bounds draw no interval, a NaN value nothing."""
     paper: float | None = None
     """The paper's figure; None if it has none."""
     is_baseline: bool = False
-    """Whether it is what others have to beat."""
+    """True for a baseline."""
 
     @property
     def colour(self) -> str:
-        """Of the label."""
+        """Colour of the label."""
         return GREY if self.is_baseline else INK
 
 
 @dataclass(frozen=True, slots=True)
 class _Scale:
-    """Where figures lie, and how they are written."""
+    """Ticks of an axis, and the format of its figures."""
 
     ticks: Sequence[float]
     form: str
@@ -64,17 +64,17 @@ DIFFERENCES = _Scale((-1.0, -0.5, 0.0, 0.5, 1.0), "{:+.2f}", " to ")
 
 
 def intervals(lines: Sequence[Line], title: str) -> Plot:
-    """Figures between 0 and 1 as points with whiskers, the paper's as hollow diamonds."""
+    """Plot figures between 0 and 1 as points with whiskers, the paper's as hollow diamonds."""
     return Plot(title, partial(_drawn, lines, SHARES))
 
 
 def differences(lines: Sequence[Line], title: str) -> Plot:
-    """Figures between -1 and 1 as points with whiskers, and a line where there is none."""
+    """Plot figures between -1 and 1 as points with whiskers, and a line at no difference."""
     return Plot(title, partial(_drawn, lines, DIFFERENCES))
 
 
 def reliability(bins: Sequence[Bin], title: str) -> Plot:
-    """What was stated against what was true; the diagonal is perfect, area is the number."""
+    """Plot observed against stated probabilities; a marker's area shows the number."""
     return Plot(title, partial(_reliability, bins))
 
 
@@ -135,7 +135,7 @@ def _narrow(lines: Sequence[Line], names: Sequence[str], scale: _Scale, width: f
 def _axes(
     width: float, left: float, right: float, span: tuple[float, float], scale: _Scale
 ) -> Axes:
-    """Empty axes with margins in inches, and room for a span of lines."""
+    """Make empty axes with margins in inches, and room for a span of lines."""
     # Not pyplot: it keeps global state and picks a window system.
     from matplotlib.figure import Figure  # noqa: PLC0415
 
@@ -177,7 +177,7 @@ def _write(
 
 
 def _mark(axes: Axes, y: float, figure: Estimate, shown: tuple[str, str]) -> None:
-    """A point with its interval; a hollow one where there is none."""
+    """Draw a point with its interval; a hollow one where there is none."""
     colour, marker = shown
     known = not math.isnan(figure.low)
     if known:
@@ -192,7 +192,7 @@ def _diamond(axes: Axes, y: float, value: float) -> None:
 
 
 def _quiet(axes: Axes, **grid: Any) -> None:
-    """Axes with nothing but a faint grid behind what is drawn."""
+    """Leave axes with nothing but a faint grid behind the data."""
     axes.grid(color=FAINT, linewidth=0.7, **grid)
     axes.set_axisbelow(True)
     axes.tick_params(length=0)

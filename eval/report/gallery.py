@@ -1,4 +1,4 @@
-"""Examples to look at: rendered videos with a command and what its clauses are grounded in."""
+"""Example videos for a report, with a command and its clauses' groundings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 
 @dataclass(frozen=True, slots=True)
 class Phrase:
-    """A clause and what it is grounded in."""
+    """A clause and its groundings."""
 
     text: str
     objects: tuple[str, ...]
@@ -44,21 +44,21 @@ class Shown:
     name: str
     title: str
     command: str
-    """What somebody has typed or written for it."""
+    """The command's text, typed or written for the video."""
     words: tuple[Words, ...]
-    """The same in pieces: those of a clause with what it is grounded in, and those between."""
+    """The command in pieces: grounded clauses, and the words between."""
     phrases: tuple[Phrase, ...]
     video: str
     poster: str
-    """As data URIs."""
+    """Data URIs of video and poster."""
     size: tuple[int, int]
-    """Of the picture, pixels."""
+    """Size of the picture, in pixels."""
     outlines: tuple[tuple[str, str], ...]
-    """Of grounded objects in the poster: a colour, and corners in pixels as SVG has them."""
+    """Grounded objects in the poster: a colour, and corners in pixels, in SVG's form."""
 
 
 def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:
-    """The first videos of a folder that show contexts of the corpus; a FormatError if none does."""
+    """Return the first videos that show contexts of the corpus; a FormatError if none does."""
     first: dict[str, Annotation] = {}
     for annotation in corpus.annotations:
         if annotation.source == "positive":
@@ -85,7 +85,7 @@ class Failed:
 
 
 def failures(plans: Plans, most: int) -> list[Failed]:
-    """The most probable of the wrong plans, as far as their study's videos are here."""
+    """Return the most probable of the wrong plans, with videos of their study here."""
     found: list[Failed] = []
     for plan in plans.wrong():
         folder = Path(plans.file.study).parent / "videos" / plan.run
@@ -120,7 +120,7 @@ def _shown(folder: Path, manifest: dict[str, Any], annotation: Annotation) -> Sh
 
 
 def _clauses(annotation: Annotation) -> list[tuple[Phrase, tuple[Span, ...]]]:
-    """The OBJECTs but the robot, outer ones first; those of the same things have one colour."""
+    """Return the OBJECTs but the robot, outer ones first; same groundings share a colour."""
     found: list[tuple[Phrase, tuple[Span, ...]]] = []
     colours: dict[tuple[str, ...], str] = {}
     nodes = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)

@@ -22,7 +22,7 @@ from g3.errors import FormatError
 from g3.storage import regular_file
 
 WHOLE = "all"
-"""The part of the commands that tables without parts are of."""
+"""Name of the whole of the commands, in tables without parts."""
 MADE_BY = "make one with `ct eval --table 3 --json --out FILE`, or `--end-to-end` without --plans"
 
 
@@ -51,7 +51,7 @@ class PlanRow(msgspec.Struct, frozen=True):
 
 
 class JudgedPlan(msgspec.Struct, frozen=True):
-    """What became of a command."""
+    """The automatic judge's verdict on a plan for a command."""
 
     command: str
     probability: float
@@ -87,9 +87,9 @@ class AutomaticRows(msgspec.Struct, frozen=True):
 
 
 class PlanFile(msgspec.Struct, frozen=True):
-    """The file of ``--table 3`` has rows, that of ``--end-to-end`` has them by who judged.
+    """The file of ``--table 3``, with rows, or of ``--end-to-end``, with rows by people and judge.
 
-    What else it has is provenance.
+    All other entries are provenance.
     """
 
     train: list[str] = []
@@ -109,7 +109,7 @@ class PlanFile(msgspec.Struct, frozen=True):
 
 
 SHOWN = {*PlanFile.__struct_fields__} - {"train", "test", "test_scenarios"}
-"""What a report shows of the file; the rest says how it was made."""
+"""Entries of the file that a report shows; the rest is provenance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,38 +117,38 @@ class Plans:
     """Table 3, its plans, and how they were made."""
 
     name: str
-    """Of the file, without its folder and suffix."""
+    """Name of the file, without its folder and suffix."""
     file: PlanFile
-    """What it holds; its rows, comparisons and validity are those of the automatic judge."""
+    """Content of the file; its rows, comparisons and validity are those of the automatic judge."""
     reliability: Sequence[Bin]
-    """Of the plans' probabilities; the intervals take plans to be independent."""
+    """Reliability of the plans' probabilities; the intervals assume independent plans."""
     document: Mapping[str, Any]
-    """All that the file says."""
+    """The whole file."""
 
     @property
     def is_new(self) -> bool:
-        """Whether the tested corpus is none of those that were learned from."""
+        """True if the tested corpus is none of the training corpora."""
         return bool(self.file.train) and self.file.test not in self.file.train
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """What the file says that a report doesn't show."""
+        """Entries of the file that a report doesn't show."""
         return {key: value for key, value in self.document.items() if key not in SHOWN}
 
     @property
     def has_paper(self) -> bool:
-        """Whether the tested corpus is one like the paper's, with annotated clauses."""
+        """True if the tested corpus has annotated clauses, like the paper's."""
         return any(
             row.configuration.startswith("gold")
             for row in (*self.file.rows, *(self.file.people or ()))
         )
 
     def part(self, subset: str) -> list[PlanRow]:
-        """The judge's rows of a part of the commands."""
+        """Return the judge's rows of a part of the commands."""
         return [row for row in self.file.rows if row.subset == subset]
 
     def parts(self) -> dict[str, list[PlanRow]]:
-        """The judge's rows by the name of their part; what is the same as all is shown once."""
+        """Return the judge's rows by part; a part equal to the whole is left out."""
         sizes = {subset: max((r.n for r in self.part(subset)), default=0) for subset in TITLES}
         return {
             subset: self.part(subset)
@@ -157,13 +157,13 @@ class Plans:
         }
 
     def compared_on(self, subset: str) -> list[Compared]:
-        """The judge's comparisons on a part of the commands."""
+        """Return the judge's comparisons on a part of the commands."""
         return [c for c in self.file.comparisons if c.subset == subset]
 
     def wrong(self) -> list[JudgedPlan]:
-        """Wrong plans, those that were thought most probable first.
+        """Return the wrong plans, the most probable first.
 
-        Of annotated clauses, or of extracted ones where nobody has annotated any.
+        They are of annotated clauses, or of extracted ones where there are no annotations.
         """
         plans = self.file.commands.get("gold") or self.file.commands.get("auto", [])
         found = [plan for plan in plans if not plan.correct]
@@ -171,7 +171,7 @@ class Plans:
 
 
 def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
-    """Read Table 3 of several corpora; those that nothing was learned from come first."""
+    """Read Table 3 of several corpora, those without training commands first."""
     names = [path.stem for path in paths]
     if len({*names}) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
@@ -181,9 +181,9 @@ def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
 
 
 def read_plans(path: Path) -> Plans:
-    """Read what ``ct eval --table 3 --format json`` has written.
+    """Read the output of ``ct eval --table 3 --format json``.
 
-    A FormatError says that the file can't be read or holds something else, has no baselines, or is
+    A FormatError means that the file can't be read or holds something else, has no baselines, or is
     by another judge than the automatic one.
     """
     try:
@@ -217,7 +217,7 @@ def read_plans(path: Path) -> Plans:
 
 
 def _with_interval(plans: outcomes.Bin) -> Bin:
-    """A bin with Wilson's interval; without, where there are too few plans."""
+    """Return a bin with Wilson's interval; without one, where there are too few plans."""
     stated, correct, n = plans["stated"], plans["correct"], plans["n"]
     share = wilson(round(correct * n), n)
     if n < FEWEST_CLUSTERS:

@@ -1,4 +1,4 @@
-"""Whether what is said to be so probable is right so often."""
+"""Reliability of stated probabilities: their agreement with observed shares."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ BINS = 10
 
 @dataclass(frozen=True, slots=True)
 class Bin:
-    """Examples of which about the same probability was stated."""
+    """Examples with about the same stated probability."""
 
     stated: float
     """Their mean probability."""
     true: float
-    """The part of them that is right."""
+    """Share of them that is correct."""
     low: float
     high: float
-    """Its 95% interval with whole commands resampled; NaN where the reason says why."""
+    """Bounds of its 95% interval with whole commands resampled; NaN where there is a reason."""
     n: int
     reason: Reason = ""
 
 
 def bins(predictions: Predictions, *, seed: int, draws: int) -> tuple[Bin, ...]:
-    """The reliability diagram of predicted correspondences, in bins of equal width."""
+    """Return the reliability diagram of predicted correspondences, in bins of equal width."""
     rng = np.random.default_rng(seed)
     place = np.minimum((predictions.probability * BINS).astype(int), BINS - 1)
     found = []
@@ -45,7 +45,7 @@ def bins(predictions: Predictions, *, seed: int, draws: int) -> tuple[Bin, ...]:
 
 
 def calibration_error(found: Sequence[Bin]) -> Estimate:
-    """Expected calibration error: the mean gap between what is stated and what is true.
+    """Return the expected calibration error: the mean gap of stated and observed.
 
     It has no interval.
     """

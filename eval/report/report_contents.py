@@ -31,16 +31,16 @@ LIBRARIES = ("matplotlib", "numpy", "scipy")
 
 @dataclass(frozen=True, slots=True)
 class ReportChoices:
-    """What a report is made of."""
+    """Inputs and settings of a report."""
 
     corpus: str
-    """Measured with each scenario held out in turn."""
+    """The corpus, measured with each scenario held out in turn."""
     plans: Sequence[Path] = ()
-    """Table 3 as ``ct eval --table 3 --format json`` has written it, of each tested corpus."""
+    """Files of ``ct eval --table 3 --format json``, one for each tested corpus."""
     videos: Path | None = None
-    """What ``ct render-videos`` has made of the corpus; None to show none."""
+    """Folder of ``ct render-videos`` for the corpus; None to show none."""
     study: str = ""
-    """Whose ratings Table 2 counts; the largest if empty."""
+    """Name of the rating study for Table 2; the largest if empty."""
     negatives: str = "random"
     l2: float | None = None
     threshold: float = 0.5
@@ -54,15 +54,15 @@ class ReportChoices:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a report shows; what wasn't measured is None or empty."""
+    """Contents of a report; results that weren't measured are None or empty."""
 
     table_1: Sequence[Row]
     metadata: dict[str, object]
-    """Its rows, and how they were made."""
+    """Rows of Table 1, and their metadata."""
     reliability: Sequence[Bin]
     curve: Sequence[CurvePoint]
     repeats: int
-    """The learning curve's points, and of how many random orders."""
+    """The learning curve's points, and the number of random orders behind them."""
     errors: Sequence[ErrorList]
     """The lists of section 4.2."""
     table_2: Results | None
@@ -73,13 +73,13 @@ class Contents:
     """Ratings by people, the judge against them, Table 3 of each tested corpus with new worlds
     first, example videos, and wrong plans'."""
     provenance: dict[str, object]
-    """What it was made of and with."""
+    """Corpora, settings and versions behind the report."""
     commands: Sequence[str]
-    """What makes the same figures again."""
+    """Commands that reproduce the figures."""
 
 
 def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Contents:
-    """Measure what a report shows; a CorpusError if the corpus, plans or videos can't be used."""
+    """Measure a report's contents; a CorpusError if corpus, plans or videos can't be used."""
     corpus = open_corpus(choices.corpus)
     plans = read_all_plans(choices.plans, corpus.hash)
     shown = examples(corpus, choices.videos, EXAMPLES) if choices.videos else []

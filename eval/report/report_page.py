@@ -47,24 +47,24 @@ NAMES = {
     "wrong": "known wrong pairs",
 }
 MEASURES = {"precision": "right", "theme": "right load"}
-"""What verdicts are called."""
+"""Titles of verdicts."""
 WRONG_PLANS = 25
 LISTED = 6
-"""How many values of a setting the page lists."""
+"""Largest number of a setting's values that the page lists."""
 COLOURS = ("ink", "grey", "faint", "ground", "blue", "orange", "green", "purple")
 THEMED = {getattr(plot_style, name.upper()): name for name in COLOURS}
-"""The page's names of the plots' colours, which are others where it is dark."""
+"""The page's names of the plots' colours, which differ in dark mode."""
 
 
 def check_installed() -> None:
-    """Refuse to begin what can't be finished, without what fills templates and draws plots."""
+    """Refuse to begin without the packages that fill templates and draw plots."""
     for package in ("jinja2", "matplotlib"):
         if find_spec(package) is None:
             raise CorpusError(f"reports need {package}", fix="pip install 'corpus-tools-g3[study]'")
 
 
 def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
-    """The page; `plots` are those of :func:`plots_of`."""
+    """Return the page; `plots` are those of :func:`plots_of`."""
     from jinja2 import Environment, StrictUndefined  # noqa: PLC0415 - an extra
     from markupsafe import Markup  # noqa: PLC0415 - comes with it
 
@@ -108,7 +108,7 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
 
 
 def plots_of(contents: Contents) -> dict[str, Plot]:
-    """All plots of a report by the names of their files."""
+    """Return all plots of a report by the names of their files."""
     found = {
         "table-1": intervals(_of_table_1(contents.table_1), "F-scores of Table 1"),
         "reliability": reliability(contents.reliability, "Reliability of correspondences"),
@@ -141,7 +141,7 @@ def _of_plans(plans: Plans) -> dict[str, Plot]:
 
 
 def _inline(plot: Plot) -> str:
-    """A plot in two widths, of which the page shows the one that fits."""
+    """Return a plot as HTML in two widths, of which the page shows the one that fits."""
     return "".join(
         f'<div class="{name}">{_themed(plot, width)}</div>'
         for name, width in (("on-wide", WIDE), ("on-narrow", NARROW))
@@ -149,7 +149,7 @@ def _inline(plot: Plot) -> str:
 
 
 def _themed(plot: Plot, width: float) -> str:
-    """A plot as an element of the page, in the page's colours and type."""
+    """Return a plot as an SVG element, in the page's colours and type."""
     svg = plot.saved("svg", width).decode()
     svg = re.sub("<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     svg = re.sub(r' id="[a-z0-9]+_\d+"', "", svg)  # which other plots have too
@@ -189,13 +189,13 @@ def _of_table_3(rows: Sequence[PlanRow], plans: Plans) -> list[Line]:
 
 
 def paper_figure(row: PlanRow, plans: Plans) -> float | None:
-    """The paper's figure beside a row, where its corpus is one like the tested one."""
+    """Return the paper's figure beside a row, where the corpora are alike."""
     is_alike = row.subset == WHOLE and plans.has_paper
     return beside(PAPER_TABLE_3.get(row.configuration), row.n) if is_alike else None
 
 
 def name_of(row: PlanRow) -> str:
-    """What a row is called for people."""
+    """Return a row's name for people."""
     return NAMES.get(row.configuration, row.configuration)
 
 
@@ -208,7 +208,7 @@ def _of_comparisons(compared: Sequence[Compared]) -> list[Line]:
 
 
 def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
-    """The verdicts' agreement with people by verdict and pairs, near misses first."""
+    """Return the agreements with people by verdict and pairs, near misses first."""
     if validity is None:
         return []
     near = [
@@ -221,7 +221,7 @@ def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
 
 
 def _said(value: object) -> str:
-    """What is told of a setting; long lists are in the JSON beside the page."""
+    """Render a setting as text; long lists are in the JSON beside the page."""
     if isinstance(value, Mapping):
         return "; ".join(f"{key.replace('_', ' ')}: {_said(one)}" for key, one in value.items())
     if isinstance(value, list):

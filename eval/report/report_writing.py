@@ -37,7 +37,7 @@ PLAN_COLUMNS = ("table", *PlanRow.__struct_fields__, "paper")
 
 
 def check_writable(folder: Path) -> None:
-    """Refuse a folder that holds other things than an old report, and missing packages."""
+    """Refuse a folder that holds anything but an old report, and missing packages."""
     check_installed()
     check_target(folder, force=True, marker=MARKER)
 

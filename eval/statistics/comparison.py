@@ -30,13 +30,13 @@ class Comparison:
     one: str
     other: str
     n: int
-    """How many commands both have."""
+    """Number of commands that both have."""
     difference: Estimate
-    """Of the shares, the first's less the second's, with a bootstrap's bounds."""
+    """Difference of the shares, first less second, with a bootstrap's bounds."""
     p: float
-    """Of no difference, two-sided."""
+    """Two-sided p value of no difference."""
     adjusted_p: float
-    """The same after Holm's correction for all comparisons that were made."""
+    """The p value after Holm's correction for all comparisons."""
     effect: float
     """Cohen's h."""
 
@@ -78,14 +78,14 @@ def compare_all(
 def _difference(
     differences: FloatArray, cluster: IntArray, rng: np.random.Generator, draws: int
 ) -> Estimate:
-    """Their mean, with whole clusters resampled."""
+    """Return the mean difference, with whole clusters resampled."""
     counted = np.stack([np.bincount(cluster, weights=differences), np.bincount(cluster)], axis=1)
     sums, sizes = resampled_sums(counted, rng=rng, draws=draws).T
     return percentiles(float(differences.mean()), sums / sizes, len(counted))
 
 
 def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:
-    """Two-sided p of no difference, for matched pairs in clusters.
+    """Return the two-sided p of no difference, for matched pairs in clusters.
 
     N. A. Obuchowski, Statistics in Medicine 17 (1998): the square of the sum over that of the
     clusters' squared sums, which is McNemar's test where each pair is a cluster. Its distribution
@@ -116,7 +116,7 @@ def clustered_mcnemar(differences: FloatArray, cluster: IntArray) -> float:
 
 
 def holm(p: npt.ArrayLike) -> FloatArray:
-    """P values adjusted by S. Holm's step-down procedure (Scand. J. Stat. 6, 1979)."""
+    """Adjust p values by S. Holm's step-down procedure (Scand. J. Stat. 6, 1979)."""
     values = np.asarray(p, dtype=np.float64)
     order = np.argsort(values, kind="stable")
     steps = values[order] * np.arange(len(values), 0, -1)
@@ -126,6 +126,6 @@ def holm(p: npt.ArrayLike) -> FloatArray:
 
 
 def cohens_h(one: float, other: float) -> float:
-    """The difference of two shares on the scale of arcs (J. Cohen, 1988, chapter 6)."""
+    """Return the difference of two shares on the arcsine scale (J. Cohen, 1988, chapter 6)."""
     first, second = np.arcsin(np.sqrt(np.clip([one, other], 0, 1)))
     return float(2 * first - 2 * second)

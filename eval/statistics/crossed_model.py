@@ -1,4 +1,4 @@
-"""A mixed model of judgments whose clusters cross: of videos, which raters see several of."""
+"""A mixed model of judgments in crossed clusters: of videos and of raters."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from eval.statistics.model_fits import Fit, fitted
 
 
 def crossed(agrees: BoolArray, *clusters: IntArray) -> Estimate:
-    """The share by a linear mixed model with crossed random effects, such as of videos and raters.
+    """Estimate a share by a linear mixed model with crossed random effects.
 
     R. H. Baayen, D. J. Davidson and D. M. Bates (J. Mem. Lang. 59, 2008), fitted by restricted
     maximum likelihood. It is linear in the share, so that its intercept is the share over all

@@ -20,37 +20,37 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 EstimateArray: TypeAlias = npt.NDArray[np.object_]
-"""Of elements that are estimates."""
+"""An array of estimates."""
 
 CELLS = ("tp", "fp", "fn", "tn")
 """Order of the last axis of every array of counts."""
 FIGURES = ("precision", "recall", "f", "accuracy")
 """Order of the last axis of :func:`figures`."""
 LEVEL = 0.95
-"""Probability that an interval leaves inside."""
+"""Coverage of an interval."""
 FEWEST_CLUSTERS = 10
-"""Of fewer clusters a bootstrap's interval is far too narrow, so there is none."""
+"""Smallest number of clusters for a bootstrap's interval; of fewer it would be far too narrow."""
 FEWEST_BESIDE = FEWEST_CLUSTERS
-"""The paper's figures aren't shown beside ours of fewer: these can't be compared."""
+"""Smallest number of ours beside which the paper's figures are shown; fewer can't be compared."""
 ALIKE = 1e-12
-"""Figures that differ by less are the same but for rounding."""
+"""Largest difference of figures that are equal up to rounding."""
 
 
 def beside(paper: float | None, n: int) -> float | None:
-    """The paper's figure beside one of ours, or None beside one of too few.
+    """Return the paper's figure to show beside one of ours, or None beside one of too few.
 
     Parameters
     ----------
     paper
-        What the paper says, or None where it says nothing.
+        The paper's figure; None where it has none.
     n
-        How many ours is of: examples, pairs or commands.
+        Number of our examples, pairs or commands.
     """
     return paper if n >= FEWEST_BESIDE else None
 
 
 def ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
-    """Quotients of two arrays that broadcast together; NaN where the denominator isn't positive."""
+    """Divide two arrays that broadcast together; NaN where the denominator isn't positive."""
     above, below = np.broadcast_arrays(numerator, denominator)
     result = np.full(above.shape, np.nan)
     np.divide(above, below, out=result, where=below > 0)
@@ -58,7 +58,7 @@ def ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:
 
 
 def figures(counts: npt.ArrayLike) -> FloatArray:
-    """Precision, recall, F-score and accuracy of confusion counts.
+    """Return precision, recall, F-score and accuracy of confusion counts.
 
     A figure whose denominator is 0 is NaN, never 0 or 1: precision where nothing was predicted
     true, recall where nothing is true, accuracy where there is no example. The F-score is 2 tp / (2
@@ -96,12 +96,12 @@ def confusion(
     group: IntArray,
     shape: tuple[int, int],
 ) -> IntArray:
-    """Confusion counts of each group within each cluster.
+    """Count the confusions of each group within each cluster.
 
     Parameters
     ----------
     label, predicted
-        What holds and what was predicted, shape (n,).
+        True and predicted values, shape (n,).
     cluster, group
         Index of each example's cluster and group, shape (n,).
     shape
@@ -126,14 +126,15 @@ def cluster_bootstrap(
     draws: int = 2000,
     executor: Executor | None = None,
 ) -> EstimateArray:
-    """Figures of summed counts with percentile intervals, resampling clusters.
+    """Return figures of summed counts with percentile intervals, resampling clusters.
 
     Groups are resampled together. Clusters without an example of a group stay in the pool, as
     commands without a PLACE are part of the population of commands.
 
-    A figure that fewer than :data:`FEWEST_CLUSTERS` say anything about has no interval. Resampling
+    A figure with fewer than :data:`FEWEST_CLUSTERS` informative clusters has no interval.
+    Resampling
     few clusters can't show how clusters differ. With under 30 clusters or so percentile intervals
-    are still somewhat too narrow. :func:`percentiles` says which others have none.
+    are still somewhat too narrow. :func:`percentiles` lists the other figures without one.
 
     Parameters
     ----------
@@ -144,7 +145,7 @@ def cluster_bootstrap(
     rng
         Source of randomness; the same state gives the same bounds.
     executor
-        Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
 
     Returns
     -------
@@ -170,10 +171,10 @@ def cluster_bootstrap(
 def percentiles(
     value: float, drawn: FloatArray, clusters: int, missing: Reason = "empty class"
 ) -> Estimate:
-    """A figure with the bounds of a percentile interval.
+    """Return a figure with the bounds of a percentile interval.
 
     Where both bounds would be the same there are none. Clusters that don't differ are no evidence
-    that others won't, and an interval of no width would say that the figure is known exactly.
+    that others won't, and an interval of no width would claim that the figure is known exactly.
 
     Resamples in which the figure is undefined are left out and counted. There is no interval where
     more of them are undefined than an interval leaves outside, nor where all but so few are on one
@@ -186,10 +187,9 @@ def percentiles(
     drawn
         The same of each resample, shape (draws,).
     clusters
-        How many clusters were resampled; of fewer than :data:`FEWEST_CLUSTERS` there is no
-        interval.
+        Number of resampled clusters; of fewer than :data:`FEWEST_CLUSTERS` there is no interval.
     missing
-        Why the figure is undefined, where it is.
+        Reason for an undefined figure.
     """
     if not np.isfinite(value):
         return undefined(missing)
@@ -207,9 +207,9 @@ def percentiles(
 
 
 def bounded(value: float, low: float, high: float, left_out: int = 0) -> Estimate:
-    """An estimate with an interval, or with the reason why it isn't one.
+    """Return an estimate with an interval, or with the reason why it has none.
 
-    Bounds that aren't numbers come of matrices that are nearly singular.
+    Bounds that aren't numbers result from nearly singular matrices.
     """
     if not np.isfinite([value, low, high]).all():
         return undefined("singular")

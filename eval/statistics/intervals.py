@@ -29,12 +29,12 @@ DRAWS = 10_000
 
 
 def wilson(agreeing: int, n: int) -> Estimate:
-    """Wilson's score interval (J. Am. Stat. Assoc. 22, 1927), for independent judgments."""
+    """Return Wilson's score interval (J. Am. Stat. Assoc. 22, 1927), for independent judgments."""
     return _independent(agreeing, n, "wilson")
 
 
 def clopper_pearson(agreeing: int, n: int) -> Estimate:
-    """Clopper and Pearson's exact interval (Biometrika 26, 1934), for independent judgments."""
+    """Return Clopper and Pearson's exact interval (Biometrika 26, 1934), for independence."""
     return _independent(agreeing, n, "exact")
 
 
@@ -55,14 +55,14 @@ def bootstrap(
     draws: int = DRAWS,
     executor: Executor | None = None,
 ) -> Estimate:
-    """Percentile interval that resamples whole clusters, such as videos.
+    """Return a percentile interval that resamples whole clusters, such as videos.
 
     Parameters
     ----------
     agrees, cluster
         Each judgment's answer, or the share of several, and its cluster, shape (n,).
     executor
-        Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
     if len(agrees) == 0:
         return undefined("no data")
@@ -73,7 +73,7 @@ def bootstrap(
 
 
 def two_way(agrees: BoolArray | FloatArray, first: IntArray, second: IntArray) -> Estimate:
-    """Interval for judgments in two crossed clusterings, such as of videos and of raters.
+    """Return an interval for judgments in two crossed clusterings, such as videos and raters.
 
     A. C. Cameron, J. B. Gelbach and D. L. Miller (J. Bus. Econ. Stat. 29, 2011): the variance
     between clusters of the one kind and of the other, less that between clusters of both. On the
@@ -108,14 +108,14 @@ def two_way(agrees: BoolArray | FloatArray, first: IntArray, second: IntArray) -
 
 
 def _between(deviations: FloatArray, cluster: IntArray) -> float:
-    """Sum of squares of the clusters' sums, corrected for their number."""
+    """Return the sum of squares of the clusters' sums, corrected for their number."""
     sums = np.bincount(cluster, weights=deviations)
     n = len(sums)
     return float((sums**2).sum()) * (n / (n - 1) if n > 1 else 1.0)
 
 
 def gee(agrees: BoolArray, cluster: IntArray) -> Estimate:
-    """Interval of generalised estimating equations with exchangeable correlation in clusters.
+    """Return an interval by generalised estimating equations, with exchangeable correlation.
 
     K.-Y. Liang and S. L. Zeger (Biometrika 73, 1986), on the logit scale. The standard error is
     Mancl and DeRouen's (Biometrics 57, 2001) and the quantile Student's, for there are few
@@ -153,7 +153,7 @@ def gee(agrees: BoolArray, cluster: IntArray) -> Estimate:
 
 
 def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> Estimate:
-    """How alike judgments in a cluster are: the analysis-of-variance estimate, without bounds.
+    """Estimate the correlation of judgments in a cluster by analysis of variance.
 
     M. S. Ridout, C. G. B. Demétrio and D. Firth, Biometrics 55 (1999), equation 3.
     """

@@ -13,9 +13,9 @@ from eval.statistics.model_fits import Fit, fitted
 from g3.short_repr import short_repr
 
 SLACK = 1e-6
-"""A linear programme's optimum that is smaller is zero but for rounding."""
+"""Largest optimum of a linear programme that is zero up to rounding."""
 FLAT = 1e-5
-"""A log-likelihood is at its top where its slope for each rating is smaller."""
+"""Largest slope for each rating at which a log-likelihood is at its maximum."""
 
 
 @short_repr
@@ -27,12 +27,12 @@ class CumulativeLink:
     """β with bounds, one for each predictor: the logarithm of an odds ratio. Where the model can't
     be fitted, each has the reason."""
     errors: FloatArray
-    """Their standard errors, shape (k,); NaN where the model can't be fitted."""
+    """Standard errors of the coefficients, shape (k,); NaN where the model can't be fitted."""
     thresholds: FloatArray
-    """θ, increasing, one less than there are points; none where the model can't be fitted."""
+    """θ, increasing, one less than there are points; empty where the model can't be fitted."""
 
     def odds_ratio(self, index: int = 0) -> Estimate:
-        """By how much a predictor multiplies the odds of a higher rating."""
+        """Return the factor of a predictor on the odds of a higher rating."""
         beta = self.coefficients[index]
         with np.errstate(over="ignore"):
             value, low, high = (float(np.exp(bound)) for bound in beta[:3])
@@ -42,7 +42,7 @@ class CumulativeLink:
 
 
 def no_link(reason: Reason, predictors: int = 1) -> CumulativeLink:
-    """A model that can't be fitted."""
+    """Return a model that can't be fitted, with the reason."""
     none = np.full(predictors, np.nan)
     return CumulativeLink((undefined(reason),) * predictors, none, np.zeros(0))
 
@@ -96,7 +96,7 @@ def cumulative_link(
 
 
 def _no_fit(rating: IntArray, predictors: FloatArray, cluster: IntArray | None) -> Reason:
-    """Why the likelihood of a proportional-odds model has no single top; empty if it has one."""
+    """Return why the likelihood of a proportional-odds model has no single maximum, or ""."""
     n, k = predictors.shape
     if n == 0:
         return "no data"
@@ -111,7 +111,7 @@ def _no_fit(rating: IntArray, predictors: FloatArray, cluster: IntArray | None) 
 
 
 def _is_separated(points: IntArray, predictors: FloatArray) -> bool:
-    """Whether the likelihood grows for ever in some direction, so that it has no top.
+    """Check that the likelihood grows without bound in some direction.
 
     K. Konis (Computational algorithms for detecting separated data, 2007) finds such a direction
     with a linear programme. Here it is one of thresholds δ and coefficients β. Of a rating j with
@@ -135,7 +135,7 @@ def _is_separated(points: IntArray, predictors: FloatArray) -> bool:
 
 
 def cliffs_delta(one: IntArray, other: IntArray) -> Estimate:
-    """How much more often a rating of `one` is above one of `other` than below it, −1 to 1.
+    """Return Cliff's δ: how much more often `one` rates above `other` than below, −1 to 1.
 
     N. Cliff, Psychological Bulletin 114 (1993). It has no interval.
     """

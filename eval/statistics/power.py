@@ -1,4 +1,4 @@
-"""How many pairs and judgments a study needs."""
+"""Numbers of pairs and judgments that a study needs."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from eval.statistics.estimates import LEVEL, FloatArray
 
 POWER = 0.8
 LEAST_CORRELATION = 1e-9
-"""A smaller one is none, and one so near to 1 is 1."""
+"""Smallest correlation above none; one as near to 1 is 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A study that is large enough: pairs of command and video, each judged by so many people."""
+    """A large enough study: pairs of command and video, and the number of judges of each."""
 
     pairs: int
     judges: int
     judgments: int
     design_effect: float
-    """By how much judgments of the same pair being alike multiplies the variance."""
+    """Factor on the variance as judgments of a pair are alike."""
     half_width: float
-    """Of the interval that it gives."""
+    """Half width of the interval."""
 
 
 def design_effect(judges: int, correlation: float) -> float:
-    """How much more a share varies if judgments of a pair are alike (L. Kish, 1965, 5.4)."""
+    """Return the variance's factor for alike judgments of a pair (L. Kish, 1965, 5.4)."""
     return 1.0 + (judges - 1) * correlation
 
 
 def plan_interval(
     half_width: float, *, share: float, judges: int, correlation: float
 ) -> Plan | Reason:
-    """How many pairs an interval of a share needs to be so narrow, or why none can be planned.
+    """Plan the pairs for an interval of a half width, or return why none can be planned.
 
-    The half width is the wanted distance of the bounds from the share that is expected, of which
-    0.5 is the worst case; the correlation is between judgments of a pair, within it. It doesn't
-    matter for one judge of a pair, and may be NaN then; below 0 it is taken for 0. A share of 0 or
-    1 doesn't vary, so that nothing follows from it.
+    The half width is the required distance of the bounds from the expected share, of which 0.5 is
+    the worst case; the correlation is between judgments of a pair. It doesn't matter for one judge
+    of a pair, and may be NaN then; below 0 it counts as 0. A share of 0 or 1 doesn't vary, so that
+    nothing follows from it.
     """
     if not 0 < share < 1:
         return "no data" if np.isnan(share) else "all alike"
@@ -61,7 +61,7 @@ def plan_interval(
 
 
 def power_of_difference(n: float, one: float, other: float) -> float:
-    """Power to find two shares different with n independent judgments of each.
+    """Return the power to find two shares different with n judgments of each.
 
     The normal approximation with a pooled variance under no difference (J. L. Fleiss, B. Levin
     and M. C. Paik, Statistical Methods for Rates and Proportions, 2003, section 4.2).
@@ -73,7 +73,7 @@ def power_of_difference(n: float, one: float, other: float) -> float:
 
 
 def judgments_for_difference(one: float, other: float, power: float = POWER) -> float:
-    """How many independent judgments of each find two shares different so often."""
+    """Return the independent judgments of each to find a difference with power."""
     if one == other:
         raise ValueError("the shares are the same: nothing can be found")
     z, under_none, spread = _deviations(one, other)
@@ -81,7 +81,7 @@ def judgments_for_difference(one: float, other: float, power: float = POWER) -> 
 
 
 def _deviations(one: float, other: float) -> tuple[float, float, float]:
-    """The normal quantile, and the difference's deviation for one judgment: under none, and so."""
+    """Return the normal quantile, and the deviations for one judgment: null and alternative."""
     middle = (one + other) / 2
     under_none = float(np.sqrt(2 * middle * (1 - middle)))
     spread = float(np.sqrt(one * (1 - one) + other * (1 - other)))
@@ -96,9 +96,9 @@ def simulated_half_width(
     rng: np.random.Generator,
     studies: int = 2000,
 ) -> Estimate:
-    """The half width that a plan gives in simulated studies, without an interval.
+    """Return the half width of a plan's interval, by simulated studies.
 
-    Each pair's own share is drawn from a beta distribution with the wanted correlation, its
+    Each pair's own share is drawn from a beta distribution with the plan's correlation, its
     judgments from that. The half width is that of the middle 95 % of the studies' shares.
     """
     if not 0 < share < 1:
@@ -112,10 +112,10 @@ def simulated_half_width(
 def own_shares(
     share: npt.ArrayLike, correlation: float, shape: tuple[int, ...], rng: np.random.Generator
 ) -> FloatArray:
-    """Shares of clusters, drawn from beta distributions with the wanted correlation within them.
+    """Draw shares of clusters from beta distributions with a correlation within them.
 
     The shares that are expected broadcast to the shape. With a correlation of 0 each cluster has
-    them; with one of 1 all in a cluster say the same.
+    them; with one of 1 all in a cluster are equal.
     """
     expected = np.broadcast_to(np.asarray(share, dtype=np.float64), shape)
     if not correlation > LEAST_CORRELATION:

@@ -1,4 +1,4 @@
-"""What the raters of a pair say together: majorities, and raters weighed by how they err."""
+"""Joint answers of a pair's raters: majorities, and raters weighted by their errors."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from g3.short_repr import short_repr
 TOLERANCE = 1e-8
 MOST_STEPS = 2000
 FEWEST_RATERS = 3
-"""Of fewer the answers can't show how each errs."""
+"""Smallest number of raters whose answers can show their errors."""
 TINY = float(np.finfo(np.float64).tiny)
 
 
 def majorities(agrees: BoolArray, pair: IntArray) -> BoolArray:
-    """Whether more than half of each pair's judgments agree, in the order of pairs."""
+    """Return for each pair whether more than half of its judgments agree, in order."""
     _, index = np.unique(pair, return_inverse=True)
     found: BoolArray = 2 * np.bincount(index, weights=agrees) > np.bincount(index)
     return found
@@ -27,22 +27,22 @@ def majorities(agrees: BoolArray, pair: IntArray) -> BoolArray:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class DawidSkene:
-    """A model of raters who err, each in their own way."""
+    """A model of raters' individual errors."""
 
     prevalence: FloatArray
-    """How frequent each true class is, shape (classes,)."""
+    """Frequency of each true class, shape (classes,)."""
     answers: FloatArray
-    """How often each rater gives each class where each is true, shape (raters, true classes, given
+    """Probability of each rater's answers for each true class, shape (raters, true classes, given
     classes); NaN where nothing is known."""
     posterior: FloatArray
-    """How probable each class is for each item, shape (items, classes)."""
+    """Probability of each class for each item, shape (items, classes)."""
     log_likelihood: FloatArray
-    """After each step, which never decreases."""
+    """Log-likelihood after each step, which never decreases."""
     reason: Reason = ""
-    """Why the model says nothing of raters' errors, where it doesn't."""
+    """Reason for which the model can't show raters' errors; empty if it can."""
 
     def share(self, of: IntArray, is_class: int) -> Estimate:
-        """The part of some items that are probably of a class, without an interval."""
+        """Return the share of some items that are probably of a class, without an interval."""
         if self.reason or len(of) == 0:
             return undefined(self.reason or "no data")
         return Estimate(float((self.posterior[of, is_class] > 0.5).mean()))
@@ -57,10 +57,10 @@ def dawid_skene(
     of answers, as they do.
 
     Of each answer there are an item, a rater and the class that was given: numbers from 0 without
-    gaps, shape (n,). There are so many classes, or the greatest that was given plus one.
+    gaps, shape (n,). The number of classes defaults to the greatest given class plus one.
 
-    With fewer than three raters, or where nothing was judged twice, errors can't be told from true
-    classes: the posteriors are the shares of answers then, and `reason` says so.
+    With fewer than three raters, or where nothing was judged twice, errors can't be separated from
+    true classes: the posteriors are the shares of answers then, and `reason` has the reason.
     """
     items, raters = int(item.max(initial=-1)) + 1, int(rater.max(initial=-1)) + 1
     k = classes or int(given.max(initial=-1)) + 1

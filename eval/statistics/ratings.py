@@ -14,7 +14,7 @@ from g3.errors import FormatError
 from g3.short_repr import short_repr
 
 AGREES = 4
-"""From this of the five points on, somebody agrees that the video shows the command."""
+"""Lowest of the five points that agrees that the video shows the command."""
 
 
 @short_repr
@@ -25,7 +25,7 @@ class Ratings:
     rating: IntArray
     """From 1, strongly disagree, to 5, strongly agree."""
     original: BoolArray
-    """Whether the command was shown with the video that it was typed for."""
+    """True where the command was shown with the video that it was typed for."""
     pair: IntArray
     """Index of the command with the video that it was shown with."""
     command: IntArray
@@ -33,33 +33,32 @@ class Ratings:
     video: IntArray
     """Index of the video that the command was typed for."""
     shown: IntArray
-    """Index of the video that it was shown with."""
+    """Index of the video that the command was shown with."""
     rater: IntArray
     """Index of the person."""
 
     def __len__(self) -> int:
-        """How many judgments there are."""
         return len(self.rating)
 
     @property
     def agrees(self) -> BoolArray:
-        """Who agrees or agrees strongly, shape (n,)."""
+        """True where somebody agrees or agrees strongly, shape (n,)."""
         found: BoolArray = self.rating >= AGREES
         return found
 
     def only(self, chosen: BoolArray) -> Ratings:
-        """Some of the judgments, with the same indices."""
+        """Select judgments, with the same indices."""
         return Ratings(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
     def units(self) -> list[list[int]]:
-        """The ratings of each pair."""
+        """Return the ratings of each pair."""
         order = np.argsort(self.pair, kind="stable")
         starts = np.flatnonzero(np.diff(self.pair[order], prepend=-1))
         return [part.tolist() for part in np.split(self.rating[order], starts[1:])]
 
 
 def ratings_of(judgments: Iterable[Judgment]) -> Ratings:
-    """Judgments as arrays, in their order."""
+    """Convert judgments to arrays, in their order."""
     rows = list(judgments)
     return Ratings(
         np.array([RATINGS.index(j.rating) + 1 for j in rows], dtype=np.int64),
@@ -73,17 +72,17 @@ def ratings_of(judgments: Iterable[Judgment]) -> Ratings:
 
 
 def agrees(judgment: Judgment) -> bool:
-    """Whether somebody agrees, or agrees strongly."""
+    """Check that somebody agrees, or agrees strongly."""
     return RATINGS.index(judgment.rating) + 1 >= AGREES
 
 
 def shown_pair(judgment: Judgment) -> tuple[str, str, str]:
-    """The command, the video that it was typed for, and the one that it was shown with."""
+    """Return the command, the video that it was typed for, and the one shown with it."""
     return judgment.command, judgment.command_video, judgment.shown_video
 
 
 def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
-    """The judgments of a study; of that which has most of them if it isn't named.
+    """Return the judgments of a study; of the largest one if it isn't named.
 
     Several studies may be of the same pairs, such as a trial run and the real one.
 
@@ -102,7 +101,7 @@ def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
 
 
 def codes(values: Sequence[Hashable]) -> IntArray:
-    """A number for each different value, from 0 in the order of first appearance."""
+    """Assign numbers to the different values, from 0 in the order of first appearance."""
     numbers: dict[Hashable, int] = {}
     return np.array([numbers.setdefault(value, len(numbers)) for value in values], dtype=np.int64)
 
@@ -125,6 +124,6 @@ def check_judgments(judgments: Iterable[Judgment], videos: Container[str]) -> No
 
 
 def repeated(judgments: Iterable[Judgment]) -> int:
-    """How many judgments are by somebody who had judged the same pair before in the study."""
+    """Count judgments by somebody who had judged the same pair before in the study."""
     rows = [(j.study, j.subject, *shown_pair(j)) for j in judgments if j.subject]
     return len(rows) - len(set(rows))

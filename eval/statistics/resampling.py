@@ -1,7 +1,7 @@
-"""Drawing clusters with replacement, which all bootstrap intervals here are made of.
+"""Resampling of clusters with replacement, for all bootstrap intervals here.
 
-Draws are made in blocks, each with random numbers of its own. So they are the same however
-many processes make them, and so that memory doesn't grow with their number.
+Draws are made in blocks, each with its own random numbers. So they are the same for any number of
+processes, and memory doesn't grow with the number of draws.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ def resampled_sums(
     draws: int,
     executor: Executor | None = None,
 ) -> npt.NDArray[np.float64]:
-    """Sums over as many clusters as there are, drawn with replacement; shape (draws, ...).
+    """Return sums over clusters drawn with replacement, shape (draws, ...).
 
-    Davison and Hinkley (1997), Bootstrap Methods and their Application, section 3.8: how often each
-    cluster is drawn is multinomial, so a block of draws is one product of matrices.
+    Davison and Hinkley (1997), Bootstrap Methods and their Application, section 3.8: the counts of
+    drawn clusters are multinomial, so a block of draws is one product of matrices.
 
-    `clusters` is what is added up of each cluster, shape (clusters, ...). The same state of `rng`
-    gives the same sums. The executor makes the blocks, or this process. A ValueError says that
+    `clusters` has the summands of each cluster, shape (clusters, ...). The same state of `rng`
+    gives the same sums. The executor makes the blocks, or this process. A ValueError means that
     there is no cluster, or no draw.
     """
     values = np.asarray(clusters, dtype=np.float64)

@@ -1,1 +1,1 @@
-"""Table 1: how well a model predicts correspondences; the learning curve; lists of errors."""
+"""Table 1: accuracy of predicted correspondences; the learning curve; lists of errors."""

@@ -1,7 +1,7 @@
-"""How well a model predicts the correspondence variable φ: the paper's Table 1.
+"""Accuracy of predictions of the correspondence variable φ: the paper's Table 1.
 
-An example is one SDC with groundings and the label that says whether they are right;
-the model gives the probability of φ = True (section 4.2).
+An example is one SDC with groundings and a label, which is true if they are right; the model gives
+the probability of φ = True (section 4.2).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ ROW_TYPES: tuple[RowType, ...] = get_args(RowType)
 TYPES = ROW_TYPES[:-1]
 
 Cluster = Literal["command", "scenario"]
-"""What is resampled for intervals: commands, or the coarser scenarios that they are about."""
+"""Unit of resampling for intervals: commands, or the coarser scenarios that they describe."""
 
 
 class PaperRow(NamedTuple):
@@ -64,14 +64,14 @@ PAPER_TABLE_1: Mapping[RowType, PaperRow] = MappingProxyType(
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Predictions:
-    """Aligned arrays of what a model said of n examples; copied and read-only.
+    """Aligned arrays of a model's predictions for n examples; copied and read-only.
 
     Parameters
     ----------
     type
         SDC type of each example, shape (n,).
     label
-        Whether the groundings are right, shape (n,), bool.
+        True where the groundings are right, shape (n,), bool.
     probability
         The model's probability of φ = True, shape (n,).
     command
@@ -82,7 +82,7 @@ class Predictions:
     Raises
     ------
     ValueError
-        Where the arrays aren't aligned or hold something else than described.
+        If the arrays aren't aligned or hold something else than described.
     """
 
     type: StrArray
@@ -149,7 +149,7 @@ class Row:
 
 
 def predicted_true(predictions: Predictions, threshold: float) -> BoolArray:
-    """Where the model says φ = True: probability at or above the threshold, shape (n,)."""
+    """Return where φ is predicted true: probability at or above the threshold, shape (n,)."""
     return predictions.probability >= threshold
 
 
@@ -174,11 +174,11 @@ def table_rows(
     draws, seed
         Resamples for the intervals and the seed they are drawn with.
     cluster
-        What is resampled. Intervals over commands speak of new commands about the same
-        scenarios, intervals over scenarios of new scenarios; the latter are wider and
-        need a few dozen scenarios to be trusted.
+        Unit of resampling. Intervals over commands hold for new commands about the same scenarios,
+        intervals over scenarios for new scenarios; the latter are wider and need a few dozen
+        scenarios to be trusted.
     executor
-        Who makes the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
     """
     counts = _counts_by_cluster(predictions, threshold, cluster)
     rng = np.random.default_rng(seed)
@@ -187,7 +187,7 @@ def table_rows(
 
 
 def _counts_by_cluster(predictions: Predictions, threshold: float, cluster: Cluster) -> IntArray:
-    """Confusion counts, shape (clusters, rows of the table, 4)."""
+    """Count confusions, shape (clusters, rows of the table, 4)."""
     ids = predictions.command if cluster == "command" else predictions.scenario
     names, cluster_index = np.unique(ids, return_inverse=True)
     group = np.zeros(len(predictions), dtype=np.int64)

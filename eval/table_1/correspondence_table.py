@@ -52,7 +52,7 @@ def render(
     compared: Sequence[ComparedType] = (),
     terminal: bool = False,
 ) -> str:
-    """Table 1 in one of the formats, with the paper's figures beside.
+    """Render Table 1 in one of the formats, with the paper's figures beside.
 
     Parameters
     ----------
@@ -60,19 +60,19 @@ def render(
         ``table`` to read, ``json``, ``csv`` (metadata as columns that repeat, so that
         files of several runs can be put together) or ``latex`` (a tabular for booktabs).
     metadata
-        What to record with the figures: corpus, model, seeds. In JSON they stand at the
-        top level.
+        Metadata to record with the figures: corpus, model, seeds. In JSON they stand at the top
+        level.
     others
         The rows of other models by name, on the same examples.
     compared
-        How these compare with the model and with each other.
+        Comparisons of these models with the model and with each other.
     terminal
-        Whether the table goes to a terminal: colours and Unicode lines, else pure ASCII.
+        True if the table goes to a terminal: colours and Unicode lines, else pure ASCII.
 
     Raises
     ------
     ValueError
-        Where a key of the metadata is also the name of a column, or no such format exists.
+        If a key of the metadata is also the name of a column, or no such format exists.
     """
     models = {OURS: rows, **others} if others else {"": rows}
     if format == "text":
@@ -100,7 +100,7 @@ def _figures(row: Row) -> dict[str, object]:
 
 
 def _paper(row: Row) -> dict[str, float | None]:
-    """The paper's figures beside a row."""
+    """Return the paper's figures beside a row."""
     return {name: beside(one, row.n) for name, one in PAPER_TABLE_1[row.type]._asdict().items()}
 
 
@@ -148,7 +148,7 @@ def _text(
 
 
 def _estimates(models: Mapping[str, Sequence[Row]]) -> dict[str, Estimate]:
-    """All figures by what they are of."""
+    """Return all figures, by description."""
     return {
         f"{model} {name} of {row.type}".strip(): getattr(row, name)
         for model, rows in models.items()

@@ -1,4 +1,4 @@
-"""What is trained on and tested on: from the command line's choices to examples and splits."""
+"""Training and test examples, by the command line's options: corpora, examples, splits."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ Division = Literal["cv", "split"]
 Metadata = dict[str, object]
 
 _STREAM = 2
-"""Tells these random numbers from others that are drawn with the same seed."""
+"""Stream of random numbers, distinct from others with the same seed."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """What the options of ``ct eval`` say.
+    """Options of ``ct eval``.
 
     Parameters
     ----------
@@ -44,11 +44,11 @@ class Choices:
     model
         a trained model, and ``test``.
     division
-        How to divide ``corpus`` by scenario: each held out in turn, or some.
+        Division of ``corpus`` by scenario: each held out in turn, or some.
     test_scenarios
-        Which to hold out (:func:`eval.splits.read_scenarios`); drawn if empty.
+        Scenarios to hold out (:func:`eval.splits.read_scenarios`); drawn if empty.
     test_negatives
-        Which negatives to test on, if others than to train on.
+        Kind of negatives to test on, if it differs from the kind to train on.
     ablate
         Feature sets to leave out, and potentials, which only plans depend on.
     plus
@@ -75,7 +75,7 @@ class Choices:
 
     @property
     def tested_negatives(self) -> Negatives:
-        """Which negatives to test on."""
+        """Kind of negatives to test on."""
         return self.test_negatives or self.negatives
 
     @property
@@ -87,7 +87,7 @@ class Choices:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class DividedExamples:
-    """Examples, and how they are divided."""
+    """Examples and their splits."""
 
     items: Sequence[Example]
     splits: Sequence[Split]
@@ -95,7 +95,7 @@ class DividedExamples:
 
 
 def chosen_sets(choices: Choices) -> tuple[FeatureSet, ...]:
-    """The feature sets that are trained; potentials that are left out change no factor.
+    """Return the feature sets to train; ablated potentials change no factor.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def _divided(
     divide: Callable[[Sequence[str]], Sequence[Split]],
     metadata: Metadata,
 ) -> DividedExamples:
-    """Divide examples by their scenarios; others than are trained on may be tested on."""
+    """Divide examples by their scenarios; test examples may differ from training ones."""
     splits = divide(scenarios(items))
     if tested is items:
         return DividedExamples(items, splits, metadata)
@@ -219,12 +219,12 @@ def _refuse_shared(trained: AbstractSet[str], tested: Iterable[Example], where: 
 
 
 def scenarios(items: Iterable[Example]) -> list[str]:
-    """The scenario of each example."""
+    """Return the scenario of each example."""
     return [e.annotation.command.scenario for e in items]
 
 
 def by_source(items: Iterable[Example]) -> dict[str, int]:
-    """Number of examples by how their groundings came about."""
+    """Count examples by the source of their groundings."""
     return dict(sorted(Counter(e.source for e in items).items()))
 
 

@@ -1,4 +1,4 @@
-"""Which phrases a model gets right and wrong, as section 4.2 of the paper discusses them.
+"""Phrases that a model gets right and wrong, as section 4.2 of the paper discusses them.
 
 For each SDC type there are four lists of phrases: those that are right and predicted so
 ("correctly-classified high-scoring examples"), those wrong and predicted so, and both
@@ -29,19 +29,19 @@ KINDS: tuple[tuple[bool, Score], ...] = (
     (False, "highest"),
     (False, "lowest"),
 )
-"""Whether the prediction is correct, and which end of the scores: the four lists."""
+"""The four lists: correctness of the prediction, and end of the scores."""
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """What to show of one example.
+    """An example's fields in error lists.
 
     Parameters
     ----------
     id
         Names the example: the annotation and the clause in it.
     source
-        Where its groundings come from (:data:`g3.annotation.Source`).
+        Source of its groundings (:data:`g3.annotation.Source`).
     """
 
     id: str
@@ -64,7 +64,7 @@ class Phrase:
     total
         Number of examples of this SDC type with these words, however classified.
     id, source
-        Of the example with that probability; the first by id if several have it.
+        Fields of the example with that probability; the first by id if several have it.
     """
 
     words: str
@@ -107,7 +107,7 @@ def error_lists(
     Parameters
     ----------
     examples
-        What to show of them, aligned, length n.
+        Displayed fields of the examples, aligned, length n.
     k
         Number of different phrases in a list.
 
@@ -164,7 +164,7 @@ def render_lists(
     *,
     terminal: bool = False,
 ) -> str:
-    """Error lists as a table to read or as JSON, without a final newline.
+    """Render error lists as a table to read or as JSON, without a final newline.
 
     Parameters
     ----------

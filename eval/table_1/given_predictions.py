@@ -1,4 +1,4 @@
-"""Predictions that other programs have made, from a file: rows of Table 1 beside G³."""
+"""Predictions by other programs, read from a file: rows of Table 1 beside G³."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from g3.learning.examples import Example
 from g3.sdc.clauses import all_words
 
 OURS = "g3"
-"""What the model is called beside others."""
+"""Name of the model beside others."""
 FIX = "`ct eval --table 1 --write-tasks FILE` writes the form to fill in"
 DIGITS = 2
 POSES = 20
-"""Of a trajectory so many poses are shown, evenly in time."""
+"""Number of a trajectory's poses that are shown, evenly in time."""
 
 
 def id_of(example: Example) -> str:
-    """What an example is called: ids of annotations show which are right, a digest doesn't."""
+    """Return an example's id as a digest, for annotations' ids show which are right."""
     return sha256(f"{example.annotation.id} {example.node}".encode()).hexdigest()[:16]
 
 
 def prediction_line(example: Example) -> PredictionLine:
-    """What is asked of an example; its label isn't given."""
+    """Return the line of the form for an example, without its label."""
     groundings: dict[str, tuple[dict[str, object], ...]] = {
         role: tuple(map(_shown, getattr(example, role))) for role in ROLES if getattr(example, role)
     }
@@ -99,7 +99,7 @@ def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class ComparedType:
-    """Comparisons of how often predictions are right, on the examples of one row of the table."""
+    """Comparisons of accuracy on the examples of one row of the table."""
 
     type: RowType
     comparisons: Sequence[Comparison]

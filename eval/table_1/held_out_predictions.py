@@ -1,4 +1,4 @@
-"""What ``ct eval`` trains and predicts: one side of each split learned from, the other tested.
+"""Training and prediction for ``ct eval``: one side of each split trains, the other is tested.
 
 Features don't depend on other examples, so they are computed once for all splits; each
 model sees only the columns that are active on its own training side.
@@ -41,7 +41,7 @@ SMALLEST_SIZE = 50
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:
-    """What was predicted of the tested examples."""
+    """Predictions for the tested examples."""
 
     items: Sequence[Example]
     predictions: Predictions
@@ -49,7 +49,7 @@ class Result:
 
     @property
     def shown(self) -> list[ShownExample]:
-        """What error lists show of the examples."""
+        """The examples' fields in error lists."""
         return [
             ShownExample(
                 id=f"{e.annotation.id}, clause {e.node + 1}",
@@ -79,7 +79,7 @@ def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
 
 
 def given(files: Iterable[Path], result: Result) -> dict[str, Predictions]:
-    """What other programs say of the tested examples, by the names of their files.
+    """Read other programs' predictions for the tested examples, by the names of their files.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def given(files: Iterable[Path], result: Result) -> dict[str, Predictions]:
 
 
 def tested_examples(choices: Choices) -> list[Example]:
-    """The examples that :func:`run` tests, in its order, without training anything."""
+    """Return the examples that :func:`run` tests, in its order, without training."""
     if choices.model is not None:
         return list(set_up_model(choices)[1])
     divided = set_up(choices)
@@ -110,13 +110,13 @@ def tested_examples(choices: Choices) -> list[Example]:
 
 
 def _set_up(choices: Choices) -> tuple[DividedExamples, FactorMatrix]:
-    """The examples and how they are divided, with the features that are chosen."""
+    """Return the divided examples, with the matrix of the chosen features."""
     divided = set_up(choices)
     return divided, matrix_of_examples(divided.items, chosen_sets(choices))
 
 
 def predictions(items: Sequence[Example], probability: FloatArray) -> Predictions:
-    """Align what a model said of examples with what evaluation needs of them."""
+    """Align a model's probabilities of examples with the fields that evaluation needs."""
     return Predictions(
         type=np.array([e.sdc.type for e in items], dtype=np.str_),
         label=labels(items),
@@ -138,12 +138,12 @@ def learning_curve(
     Parameters
     ----------
     choices
-        What is trained and tested; the errors of several splits are pooled.
+        Training and test sets; the errors of several splits are pooled.
 
     Returns
     -------
     tuple
-        The mean error over the orders, with its least and its greatest value; and what to
+        The mean error over the orders, with its least and its greatest value; and metadata to
         record with it.
     """
     divided, factors = _set_up(choices)
@@ -183,7 +183,7 @@ def learning_curve(
 
 
 def curve_sizes(total: int) -> tuple[int, ...]:
-    """Numbers of SDCs to train on: doubling, and at last all there are."""
+    """Return numbers of SDCs to train on: doubling, and at last all there are."""
     sizes = []
     size = SMALLEST_SIZE
     while size < total * 0.75:  # a point close to the last would say nothing new
@@ -193,12 +193,12 @@ def curve_sizes(total: int) -> tuple[int, ...]:
 
 
 def _annotated(items: Sequence[Example], rows: IntArray) -> int:
-    """How many different clauses of commands some examples are about."""
+    """Count the different clauses of commands in examples."""
     return len({(items[i].annotation.command.id, items[i].node) for i in rows})
 
 
 def _shuffled(items: Sequence[Example], rows: IntArray, rng: np.random.Generator) -> list[IntArray]:
-    """The examples of each command, the commands in random order."""
+    """Return the rows of each command's examples, the commands in random order."""
     names = np.array([items[i].annotation.command.id for i in rows])
     commands = np.unique(names)
     return [rows[names == command] for command in rng.permutation(commands)]
@@ -207,14 +207,14 @@ def _shuffled(items: Sequence[Example], rows: IntArray, rng: np.random.Generator
 def _first_commands(
     items: Sequence[Example], commands: Sequence[IntArray], size: int
 ) -> tuple[IntArray, int]:
-    """The examples of the first commands that annotate so many SDCs, and how many they do."""
+    """Return rows of the first commands with a number of SDCs, and that number."""
     annotated = np.cumsum([_annotated(items, rows) for rows in commands])
     count = min(int(np.searchsorted(annotated, size)) + 1, len(commands))
     return np.sort(np.concatenate(commands[:count])), int(annotated[count - 1])
 
 
 def _errors(said: Predictions, threshold: float) -> FloatArray:
-    """Fraction predicted wrongly of each type and overall; NaN where there are none; (5,)."""
+    """Return error rates of each type and overall, shape (5,); NaN where there are none."""
     wrong = predicted_true(said, threshold) != said.label
     of_types = [wrong[said.type == kind] for kind in TYPES]
     return np.array([w.mean() if len(w) else np.nan for w in (*of_types, wrong)])

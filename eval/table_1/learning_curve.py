@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAPER_ASYMPTOTE_SDCS = 1000
-"""Where the paper's test error stops falling (section 4.2)."""
+"""Number of SDCs at which the paper's test error stops falling (section 4.2)."""
 
 PLOT_SUFFIXES: Mapping[str, PlotFormat] = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
 
@@ -51,7 +51,7 @@ STYLES: Mapping[RowType, tuple[str, str]] = {
     "EVENT": (PURPLE, "D"),
     "overall": (INK, "o"),
 }
-"""Colours, and marks that tell curves apart in grey print."""
+"""Colours, and marks that distinguish curves in grey print."""
 TEXT_HEIGHT = 0.055
 """Height of a line of text beside the plot, as a fraction of the axes."""
 
@@ -59,7 +59,7 @@ TEXT_HEIGHT = 0.055
 @short_repr
 @dataclass(frozen=True, slots=True)
 class CurvePoint:
-    """The test error of models trained on so many SDCs.
+    """The test error of models trained on a number of SDCs.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class CurvePoint:
     low, high
         Bounds of its interval; NaN if there is none.
     reason
-        Why there is no error; empty if there is.
+        Reason for a missing error; empty if there is one.
     """
 
     type: RowType
@@ -106,14 +106,14 @@ def write_plot(
     points
         The curve, in any order; types without a defined error are left out.
     metadata
-        What to record in the file's description.
+        Metadata for the file's description.
     bounds
-        What lows and highs are; stands at the axis.
+        Meaning of lows and highs; stands at the axis.
 
     Raises
     ------
     FormatError
-        Where the suffix is another.
+        If the suffix is another.
     """
     suffix = PLOT_SUFFIXES.get(path.suffix.lower())
     if suffix is None:
@@ -127,7 +127,7 @@ def write_plot(
 
 
 def curve_plot(points: Sequence[CurvePoint], bounds: str) -> Plot:
-    """The plot of the curve; `bounds` says what lows and highs are."""
+    """Return the plot of the curve; `bounds` is the meaning of lows and highs."""
     return Plot("Learning curve", partial(_plot, points, bounds))
 
 

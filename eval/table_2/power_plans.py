@@ -1,4 +1,4 @@
-"""``ct eval --power``: how many pairs and judgments a wanted interval needs."""
+"""``ct eval --power``: numbers of pairs and judgments for an interval of a given width."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from g3.annotation import Judgment
 
 JUDGES = (1, 3, 5, 10)
 SHARE, CORRELATION = 0.88, 0.44
-"""Of the AAAI-11 corpus's judgments of commands with their own videos."""
+"""Share and correlation in the AAAI-11 corpus, for commands with their own videos."""
 DIFFERENCE = 0.1
 COLUMNS = (
     "judges", "pairs", "judgments", "half_width", "simulated_half_width", "design_effect",
@@ -39,11 +39,11 @@ FORMS = {
     "design_effect": "{:.2f}",
     "pairs_for_difference": "{}",
 }
-"""How the figures of a plan are written in a table."""
+"""Formats of the figures of a plan in a table."""
 
 
 def assumptions(judgments: Sequence[Judgment] | None) -> tuple[Estimate, Estimate]:
-    """Share and correlation within pairs of judgments of commands with their own videos.
+    """Return share and correlation of judgments of commands with their own videos.
 
     Without a corpus's judgments they are those of the AAAI-11 corpus; of judgments that don't show
     them there is a reason.
@@ -61,10 +61,10 @@ def assumptions(judgments: Sequence[Judgment] | None) -> tuple[Estimate, Estimat
 def plans(
     half_width: float, share: Estimate, correlation: Estimate, seed: int
 ) -> list[dict[str, float | str]]:
-    """A record for each number of judges, by :data:`COLUMNS`.
+    """Return a record for each number of judges, by :data:`COLUMNS`.
 
-    Beside the plan it has the half width in simulated studies, and how many pairs of each of two
-    configurations find shares that differ by :data:`DIFFERENCE` with a probability of
+    Beside the plan it has the half width in simulated studies, and the number of pairs of each of
+    two configurations that find shares that differ by :data:`DIFFERENCE` with a probability of
     :data:`~eval.statistics.power.POWER`. Where nothing can be planned it has the reason instead.
     """
     rng = np.random.default_rng(seed)
@@ -92,7 +92,7 @@ def render(
     *,
     terminal: bool = False,
 ) -> str:
-    """The plans in one of the formats."""
+    """Render the plans in one of the formats."""
     if form == "json":
         rows = [{name: record[name] for name in COLUMNS} for record in records]
         return document({"rows": rows}, metadata)

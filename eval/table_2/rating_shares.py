@@ -1,4 +1,4 @@
-"""What Table 2 counts: how often people agree that a video shows a command."""
+"""Counts for Table 2: how often people agree that a video shows a command."""
 
 from __future__ import annotations
 
@@ -36,23 +36,24 @@ class Row:
     share
         Judgments that agree or agree strongly, with whole videos resampled.
     two_way
-        The same for other videos and other raters.
+        The share for other videos and other raters.
     wilson, exact
-        The same with judgments taken for independent, which is too narrow.
+        The share with judgments assumed independent; the interval is too narrow.
     n, pairs, videos, raters
-        How many there are; `videos` are those that the commands were typed for, which are the
-        clusters.
+        Numbers of judgments, pairs, videos and raters; `videos` are those that the commands were
+        typed for, which are the clusters.
     shown
-        How many videos the commands were shown with.
+        Number of videos that the commands were shown with.
     majority
-        The part of the pairs of which more than half of the judgments agree.
+        Share of the pairs on which more than half of the judgments agree.
     weighed
-        The part of the pairs that show the command, by Dawid and Skene's model of raters who
-        err each in their own way; without an interval.
+        Share of the pairs that show the command, by Dawid and Skene's model of raters' individual
+        errors; without an interval.
     model
-        By generalised estimating equations, with videos as clusters; None unless asked for.
+        The share by generalised estimating equations, with videos as clusters; None unless
+        requested.
     crossed
-        By a mixed model with crossed effects of videos and raters; None unless asked for.
+        The share by a mixed model with crossed effects of videos and raters; None unless requested.
     """
 
     configuration: Configuration
@@ -74,20 +75,20 @@ class Row:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Results:
-    """Table 2, and what else the judgments say.
+    """Table 2, with other results of the judgments.
 
     Parameters
     ----------
     left_out
-        For each other study, how many judgments it has and what part agrees by configuration.
+        For each other study, its number of judgments and the share that agrees, by configuration.
     repeats
-        How many judgments are by somebody who had judged the same pair before; they count.
+        Number of judgments by somebody who had judged the same pair before; they count.
     alpha
         Krippendorff's α of the five points, over all pairs; without an interval.
     delta
         Cliff's δ between the ratings of the two configurations; without an interval.
     link
-        The cumulative-link model of the ratings; None unless asked for.
+        The cumulative-link model of the ratings; None unless requested.
     """
 
     rows: tuple[Row, ...]
@@ -113,13 +114,13 @@ def table_2(
     Parameters
     ----------
     study
-        Whose judgments are counted; the study that has most of them if empty, for another one
-        may be of the same pairs.
+        Name of the study to count; the study with most judgments if empty, for another one may be
+        of the same pairs.
     draws, executor
-        Resamples for the intervals, and who makes them
+        Number of resamples for the intervals, and their executor
         (:func:`eval.statistics.resampling.resampled_sums`).
     models
-        Whether to fit the models too, which takes seconds and needs statsmodels.
+        True to fit the models too, which takes seconds and needs statsmodels.
 
     Raises
     ------

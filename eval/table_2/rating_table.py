@@ -43,7 +43,7 @@ def render(
     *,
     terminal: bool = False,
 ) -> str:
-    """Table 2 in one of the formats, with the paper's figures beside."""
+    """Render Table 2 in one of the formats, with the paper's figures beside."""
     about = {"judged_by": judged_by(results.study), "study": results.study, **metadata}
     if form == "json":
         return document(_content(results), about)
@@ -57,17 +57,17 @@ def render(
 
 
 def paper_figure(row: Row) -> float | None:
-    """The paper's figure beside a row."""
+    """Return the paper's figure beside a row."""
     return beside(PAPER[row.configuration], row.pairs)
 
 
 def judged_by(study: str) -> str:
-    """Who gave a study's ratings."""
+    """Return the kind of raters of a study."""
     return "simulated raters" if study == SIMULATED else "people"
 
 
 def notes(results: Results) -> list[str]:
-    """What a reader should know of the figures, and why they differ from the paper's."""
+    """Return notes on the figures, and on their difference from the paper's."""
     videos = (f"{r.configuration} {r.videos}, shown with {r.shown}" for r in results.rows)
     found = [
         "95%: percentile interval with whole videos resampled: those that the commands were typed "
@@ -106,7 +106,7 @@ def notes(results: Results) -> list[str]:
 
 
 def _estimates(results: Results) -> list[Estimate]:
-    """All figures of the table and its notes."""
+    """Return all figures of the table and its notes."""
     found: list[Estimate | None] = [results.alpha, results.delta]
     for row in results.rows:
         found += [row.share, row.two_way, row.wilson, row.exact, row.weighed]
@@ -166,7 +166,7 @@ def _flat(row: Row) -> dict[str, object]:
 
 
 def _of_both(results: Results) -> dict[str, object]:
-    """Figures of both configurations together, which CSV repeats in each row."""
+    """Return figures of both configurations together, which CSV repeats in each row."""
     odds = None if results.link is None else results.link.odds_ratio()
     found: dict[str, object] = {
         **named({"alpha": results.alpha, "cliffs_delta": results.delta}),

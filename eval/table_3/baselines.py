@@ -1,9 +1,9 @@
-"""Plans without a model: what a figure of Table 3 has to be compared with.
+"""Plans without a model, as baselines for Table 3.
 
-All of them pick up one load. What else they do is decided by single words: where "put" or the like
-occurs, the load is put down; a thing that is named after it is where it goes. A command with a verb
-of going and none of handling something is driven. They differ in how they choose the load:
-:func:`nearest`, :func:`keywords`, :func:`embeddings`.
+All of them pick up one load. Single words decide the rest: where "put" or the like occurs, the load
+is put down; a thing that is named after it is its goal. A command with a verb of going and none of
+handling something is driven. They differ in the choice of the load: :func:`nearest`,
+:func:`keywords`, :func:`embeddings`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from g3.language.lexicon.word_sets import CONCEPT_WORDS, WORD_CLASSES, stems
 from g3.language.similarity import static_embeddings
 
 LEAST_ALIKE = 0.3
-"""Cosine from which words may name a label."""
+"""Smallest cosine at which words may name a label."""
 STRAIGHT_M = 4.0
 LEFT, RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
 PUTTING = stems("put place set drop")
@@ -34,7 +34,7 @@ GO = stems(f"{WORD_CLASSES['going']} {WORD_CLASSES['turning']}")
 
 Things = Sequence[PhysicalObject]
 Naming = tuple[Things, int]
-"""Things that words name, and where in the command the words end."""
+"""Things that words name, and the index at which the words end."""
 FindNamed = Callable[[Sequence[str], Sequence[tuple[str, ...]], Things], Naming | None]
 
 
@@ -44,14 +44,14 @@ def _embeddings_missing() -> str:
 
 @grounder("nearest")
 def nearest(task: PlanTask) -> list[Action]:
-    """The load that is nearest to the robot, whatever the words are."""
+    """Choose the load nearest to the robot, regardless of the words."""
     load = _nearest(task.loads, task.start)
     return _done_with(load, 0, by_label, task)
 
 
 @grounder("keywords")
 def keywords(task: PlanTask) -> list[Action]:
-    """The first word that is a label of a load.
+    """Choose the load by the first word that is a label of one.
 
     Of several loads alike, "left" and "right" take that one, as the robot sees them at the start.
     Else the nearest is taken. Words that are labels of all loads, such as "pallet", decide nothing.
@@ -62,7 +62,7 @@ def keywords(task: PlanTask) -> list[Action]:
 
 @grounder("embeddings", missing=_embeddings_missing)
 def embeddings(task: PlanTask) -> list[Action]:
-    """The same with static word embeddings.
+    """Choose the load by static word embeddings.
 
     Each word, and each two words in a row, are compared with the label of each load. The first
     that are at least `LEAST_ALIKE` to one name the load whose label is most like them.
@@ -75,7 +75,7 @@ BASELINES = ("nearest", "keywords", "embeddings")
 
 
 def missing() -> dict[str, str]:
-    """Baselines that can't be run, and what they lack."""
+    """Return the baselines that can't be run, with the reasons."""
     lacking = {name: GROUNDERS[name].missing() for name in BASELINES}
     return {name: why for name, why in lacking.items() if why}
 
@@ -83,7 +83,7 @@ def missing() -> dict[str, str]:
 def by_label(
     words: Sequence[str], labels: Sequence[tuple[str, ...]], things: Things
 ) -> Naming | None:
-    """The things that have the first word among their labels which is one."""
+    """Return the things with the first word that is one of their labels."""
     stemmed = [frozenset(map(normalise, own)) for own in labels]
     for place, word in enumerate(map(normalise, words)):
         alike = [thing for thing, own in zip(things, stemmed, strict=True) if word in own]
@@ -95,7 +95,7 @@ def by_label(
 def by_embedding(
     words: Sequence[str], labels: Sequence[tuple[str, ...]], things: Things
 ) -> Naming | None:
-    """The things whose label is most like the first word or pair that is like one."""
+    """Return the things with the label most like the first word or pair like one."""
     texts = [" ".join(own) for own in labels]
     names = sorted({text for text in texts if text})
     if not names:
@@ -117,7 +117,7 @@ def _by_words(find: FindNamed, task: PlanTask) -> list[Action]:
 
 
 def _telling(loads: Things) -> list[tuple[str, ...]]:
-    """Labels of loads without those that all of them have."""
+    """Return labels of loads without those that all of them have."""
     shared = frozenset[str]()
     if len(loads) > 1:
         shared = frozenset(loads[0].labels).intersection(*(o.labels for o in loads))
@@ -125,7 +125,7 @@ def _telling(loads: Things) -> list[tuple[str, ...]]:
 
 
 def _chosen(things: Things, task: PlanTask) -> PhysicalObject | None:
-    """The left one, the right one, or the nearest."""
+    """Return the left thing, the right one, or the nearest."""
     words = set(task.words)
     if things and (words & LEFT or words & RIGHT):
         x, y, yaw = task.start.pose
@@ -145,9 +145,9 @@ def _nearest(things: Things, start: State) -> PhysicalObject | None:
 def _done_with(
     load: PhysicalObject | None, place: int, find: FindNamed, task: PlanTask
 ) -> list[Action]:
-    """What to do once the load is chosen, whose name ends at a place in the command.
+    """Return the actions on a load, whose name ends at a place in the command.
 
-    Nothing where there is none and one is asked for.
+    The list is empty where there is no load and one is required.
     """
     start, verbs = task.start, {normalise(word) for word in task.words}
     if verbs & GO and not verbs & HANDLE:
@@ -176,7 +176,7 @@ def _driven(find: FindNamed, task: PlanTask) -> Action:
 def _spots(
     goal: Naming | None, verbs: set[str], load: PhysicalObject, task: PlanTask
 ) -> Iterator[Place]:
-    """Where the load may be put, the first choice first; nowhere if it isn't said to be put."""
+    """Yield places to put the load, the first choice first; none without a word for putting."""
     spots: list[Place] = []
     if goal and verbs & BRING:
         thing = _chosen(goal[0], task)

@@ -1,7 +1,7 @@
-"""Table 3: plans inferred for commands of held-out scenarios, and whether they are right.
+"""Table 3: plans inferred for commands of held-out scenarios, with verdicts.
 
 The verdicts are the automatic judge's (:mod:`eval.judging.judge`) or another one's, not people's as
-in section 4.3, and every row says so.
+in section 4.3, and every row names its judge.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class EndToEnd:
         Of ``gold`` and ``auto``, the model with annotated and with extracted clauses, of ``random``
         and the baselines, of other grounders, and of the model with the clauses of other parsers.
     missing
-        Grounders that couldn't be run, and why.
+        Grounders that couldn't be run, with the reasons.
     perturbed
         The outcomes of perturbed commands by perturbation and configuration.
     """
@@ -61,7 +61,7 @@ class EndToEnd:
     perturbed: Mapping[str, Mapping[str, Sequence[Outcome]]] = field(default_factory=dict)
 
     def with_metadata(self, more: Mapping[str, object]) -> EndToEnd:
-        """The same with more to record."""
+        """Return a copy with more metadata."""
         return replace(self, metadata={**self.metadata, **more})
 
 
@@ -98,32 +98,32 @@ def run(
     test
         The corpus to test on.
     configurations
-        Which to run. ``gold`` is left out where nobody has annotated a command, and so is a
+        Configurations to run. ``gold`` is left out where no command is annotated, and so is a
         baseline that can't be run.
     grounders
-        Others that make plans, each a row beside the baselines.
+        Further grounders, each a row beside the baselines.
     parsers
         Names of parsers, each a row of the model with its clauses.
     judge
-        Who gives the first verdict; the automatic judge if left out.
+        Judge of the first verdict; the automatic judge if left out.
     ablate
         Feature sets that costs are learned without, and potentials that are switched off.
     headings
-        Which way robots face whose heading is assumed, each by a rule
+        Rules for the headings of robots whose heading is assumed
         (:func:`corpus_tools.corpus.start_headings.parse_heading`). All commands are followed in
         each.
     perturb
-        How commands are perturbed that are followed besides, as far as `PERTURBED` says.
+        Perturbations of commands to follow in addition, in the configurations of `PERTURBED`.
     parses
-        How many trees of each text are tried at most.
+        Largest number of trees of each text.
     most
-        How many commands of each scenario to follow; 0 for all.
+        Number of commands of each scenario to follow; 0 for all.
     done
         Outcomes of scenarios that are known already, by configuration.
     on_scenario
-        Told of each scenario that is done now, with its outcomes by configuration.
+        Called for each newly finished scenario, with its outcomes by configuration.
     workers
-        Who makes the examples to learn from, learns, and follows the commands.
+        Workers that make the training examples, learn, and follow the commands.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def run(
 def _grounders(
     configurations: Iterable[str], others: Sequence[PlanGrounder], parsers: Sequence[str]
 ) -> list[PlanGrounder]:
-    """The baselines that are asked for, and others; names of rows are checked."""
+    """Return the chosen baselines and other grounders, with the names of rows checked."""
     check_names([*(g.name for g in others), *parsers])
     for name in parsers:
         parser_named(name)
@@ -219,7 +219,7 @@ def _grounders(
 
 
 def tasks_of(corpus: Corpus, headings: Sequence[str] = (), most: int = 0) -> list[PlanTask]:
-    """What grounders are asked; the parameters are those of :func:`run`."""
+    """Return grounders' tasks; the parameters are those of :func:`run`."""
     return [
         task_of(tested, heading)
         for heading, turned in in_headings(corpus, headings).items()

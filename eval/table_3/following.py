@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from corpus_tools.following.plan_steps import carried_out, why_impossible
-from eval.judging.deeds import planned
+from eval.judging.execution import planned
 from eval.judging.judge import Verdict
 from eval.judging.judge_registry import AUTOMATIC, JudgedPlan, PlanJudge, judge_named
 from eval.judging.picked_up import picked_up
@@ -31,16 +31,16 @@ NO_PLAN = "no plan was made"
 
 @dataclass(frozen=True, slots=True)
 class FollowedPlan:
-    """A plan for a command, as something followed it.
+    """A plan for a command, as a model or a grounder made it.
 
     Parameters
     ----------
     final
-        What it leads to; None where there is no plan.
+        State after the plan; None where there is no plan.
     evidence
-        What its probability was calibrated from.
+        Evidence from which its probability was calibrated.
     objects
-        How many OBJECTs are annotated, and how many of them are grounded as annotated.
+        Number of annotated OBJECTs, and of those grounded as annotated.
     """
 
     proposal: Proposal
@@ -73,7 +73,7 @@ def plan_by_model(
     Parameters
     ----------
     which
-        ``gold``, or ``random`` where somebody has annotated the command, takes its annotated
+        ``gold``, or ``random`` where the command is annotated, takes its annotated
         clauses. All others take those that were extracted.
     extracted
         The command's clauses as they are extracted from its text, maybe several trees.
@@ -89,7 +89,7 @@ def plan_by_model(
 
 
 def plan_of(result: Result) -> FollowedPlan:
-    """The best plan that a model has found, or why there is none."""
+    """Return a model's best plan, or the reason for its absence."""
     plan = result.plan
     if plan is None:
         return FollowedPlan(Proposal(note=result.note))
@@ -97,7 +97,7 @@ def plan_of(result: Result) -> FollowedPlan:
 
 
 def task_of(tested: JudgedCommand, heading: str = "") -> PlanTask:
-    """What a grounder is asked: the command and its world, without what was done."""
+    """Return a grounder's task: the command and its world, without the execution."""
     own = tested.command
     start = start_state(tested.context)
     return PlanTask(own.text, start, tested.loads, own.id, own.scenario, heading)
@@ -116,7 +116,7 @@ def plan_by_grounder(grounder: PlanGrounder, task: PlanTask, learned: Any = None
 def judged(
     tested: JudgedCommand, own: FollowedPlan, heading: str = "", judge: PlanJudge | None = None
 ) -> Outcome:
-    """What becomes of a plan; who makes none is wrong, for the reason that is noted.
+    """Return the outcome of a plan; a missing plan is wrong, with its note as the reason.
 
     The first verdict is the judge's, or the automatic one's if none is given.
     """
@@ -127,10 +127,10 @@ def judged(
         start, actions = start_state(tested.context), tuple(own.proposal.actions)
         picked = picked_up(start, actions, own.final)
         theme = None if tested.picked is None else picked == tested.picked
-        deeds = planned(tested.context, actions)
+        execution = planned(tested.context, actions)
         case = JudgedPlan(
             command.text,
-            replace(deeds, end=own.final),
+            replace(execution, end=own.final),
             actions,
             tested.context,
             tested.annotation,
@@ -138,7 +138,7 @@ def judged(
         )
         verdict = (judge or judge_named(AUTOMATIC)).verdict(case)
         if tested.annotation:
-            by_words = judge_by_words(tested.annotation, deeds)
+            by_words = judge_by_words(tested.annotation, execution)
     total, right = own.objects
     return Outcome(
         command.id,
@@ -159,7 +159,7 @@ def judged(
 
 
 def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
-    """How many OBJECTs are annotated, and how many of them are grounded as annotated.
+    """Count annotated OBJECTs, and those of them that are grounded as annotated.
 
     The plan may be of other clauses than the annotated ones, so they are compared by their words.
     """

@@ -1,4 +1,4 @@
-"""Plans that other programs have made, from a file: a row of Table 3 without a line of code."""
+"""Plans by other programs, read from a file: a row of Table 3 without a line of code."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class GivenPlans(PlanGrounder):
 
     @property
     def name(self) -> str:
-        """Of its row: the file's, without what comes after the last point."""
+        """Name of its row: the file's name without its suffix."""
         return Path(self.path).stem
 
     @property
     def about(self) -> Mapping[str, object]:
-        """The file's name, and what identifies its plans."""
+        """Name of the file, and a digest of its plans."""
         content = msgspec.json.encode([line for _, line in self.lines])
         digest = hashlib.sha256(content).hexdigest()
         return {"file": Path(self.path).name, "plans": len(self.lines), "sha256": digest}
@@ -46,7 +46,7 @@ class GivenPlans(PlanGrounder):
         return {(line.command, line.heading): (n, line) for n, line in self.lines}
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """See that the file has a plan for each task, and that each can be read."""
+        """Check that the file has a readable plan for each task."""
         gone = [t for t in tasks if (t.command, t.heading) not in self._by_task]
         if gone:
             heading = f" with the heading {gone[0].heading}" if gone[0].heading else ""
@@ -68,7 +68,7 @@ class GivenPlans(PlanGrounder):
             self.propose(task)
 
     def propose(self, task: PlanTask, learned: object = None) -> Proposal:
-        """The plan of the file; an error that it names what there isn't names the line, too."""
+        """Return the plan of the file; errors about unknown names also name the line."""
         number, line = self._by_task[task.command, task.heading]
         try:
             plan = read_steps(line.actions or (), task.start)
@@ -81,7 +81,7 @@ class GivenPlans(PlanGrounder):
 
 
 def read_plans(path: Path) -> GivenPlans:
-    """Read a file of plans, of which each line is filled in, and none is twice there."""
+    """Read a file of plans; each line is filled in, and no line is there twice."""
     lines = list(json_lines(path, PlanLine, fix=FIX))
     seen: dict[tuple[str, str], int] = {}
     for number, line in lines:

@@ -1,9 +1,9 @@
-"""Grounders: whatever makes a plan of a command. Each can be a row of Table 3.
+"""Grounders: makers of plans for commands. Each can be a row of Table 3.
 
-A grounder is a function from a task to actions. :func:`grounder` registers one under a name, which
-``ct eval --table 3 --grounder NAME`` asks for. Modules that other distributions name in the entry
-point group ``ct.grounders`` register theirs when this one is imported. What is more than a function
-is a :class:`PlanGrounder`.
+A grounder is a function from a task to actions. :func:`grounder` registers one under a name, for
+``ct eval --table 3 --grounder NAME``. Modules that other distributions name in the entry point
+group ``ct.grounders`` register theirs when this one is imported. A grounder that needs more than a
+function implements :class:`PlanGrounder`.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from g3.short_repr import short_repr
 @short_repr
 @dataclass(frozen=True)
 class PlanTask:
-    """A command to follow, and the world that it is given in.
+    """A command to follow, and the world in which it is given.
 
     Parameters
     ----------
     start
-        Where everything is when it is given. It holds no log, so nothing of what was done.
+        The world when the command is given. It holds no log, so nothing of the execution.
     loads
-        What could be picked up.
+        Loads that could be picked up.
     command, scenario
-        Ids of the command and of what its video shows.
+        Ids of the command and of the scenario in its video.
     heading
-        Which way the robot faces, where a table has several; else empty.
+        Rule of the robot's heading, where a table has several; else empty.
     """
 
     text: str
@@ -49,12 +49,12 @@ class PlanTask:
 
     @cached_property
     def words(self) -> list[str]:
-        """Its words in lower case, without punctuation."""
+        """The command's words in lower case, without punctuation."""
         return [w for word in self.text.split() if (w := bare(word))]
 
     @cached_property
     def others(self) -> tuple[PhysicalObject, ...]:
-        """All other things but the robot."""
+        """All things but the robot and the loads."""
         own = {self.start.context.agent_id, *(o.id for o in self.loads)}
         return tuple(o for o in self.start.context.objects if o.id not in own)
 
@@ -67,11 +67,11 @@ class Proposal:
     Parameters
     ----------
     actions
-        What to do, one after the other; none refuses the command.
+        Actions in order; none refuses the command.
     probability
-        How probably it is right; 0 if nothing is known of it.
+        Probability that the plan is right; 0 if unknown.
     note
-        Why there is no plan.
+        Reason for a missing plan.
     """
 
     actions: Sequence[Action] = ()
@@ -80,32 +80,32 @@ class Proposal:
 
 
 Propose = Callable[..., Proposal | Sequence[Action]]
-"""From a task, and what was learned if anything is learned, to a plan."""
+"""A function from a task, and a learned value if the grounder learns, to a plan."""
 Fit = Callable[[Sequence[Annotation]], Any]
-"""From annotated commands, none of them of the tested scenario, to what was learned."""
+"""A function from annotated commands, without the tested scenario, to a learned value."""
 
 
 class PlanGrounder(Protocol):
-    """What makes plans; processes hand it to each other, so that it can be pickled and hashed.
+    """A maker of plans; processes exchange grounders, which can be pickled and hashed.
 
-    Whoever inherits from it lacks nothing, needs no preparation and doesn't learn.
+    By default a grounder can be run, needs no preparation and doesn't learn.
     """
 
     @property
     def name(self) -> str:
-        """Of its row."""
+        """Name of its row."""
 
     @property
     def about(self) -> Mapping[str, object]:
-        """What decides of its plans, for people who read the table."""
+        """Settings that decide its plans, for readers of the table."""
 
     @property
     def learns(self) -> bool:
-        """Whether it wants to learn from annotated commands."""
+        """True if it learns from annotated commands."""
         return False
 
     def missing(self) -> str:
-        """Why it can't be run here; empty if it can."""
+        """Return why the grounder can't be run here; empty if it can."""
         return ""
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
@@ -136,11 +136,11 @@ class RegisteredGrounder:
 
     @property
     def learns(self) -> bool:
-        """Whether it wants to learn from annotated commands."""
+        """True if it learns from annotated commands."""
         return self.fitting is not None
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
-        """Nothing: a function takes one task after the other."""
+        """Do nothing: a function takes one task after the other."""
 
     def fit(self, annotations: Sequence[Annotation]) -> Any:
         """Learn.
@@ -177,11 +177,11 @@ def grounder(
     Parameters
     ----------
     name
-        Of its row in Table 3.
+        Name of its row in Table 3.
     fit
-        What it learns with. The function then gets what this returns as its second argument.
+        Function to learn with. Its result is the grounder function's second argument.
     missing
-        Says what it lacks to run, such as a package; empty for nothing.
+        Returns the missing requirement, such as a package; empty if there is none.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def grounder(
 
 
 def grounder_named(name: str) -> RegisteredGrounder:
-    """The grounder with a name.
+    """Return the grounder with a name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Leaving a scenario out: costs, extractors and probabilities of plans that haven't seen it."""
+"""Held-out scenarios: costs, extractors and probabilities that haven't seen the tested one."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from g3.learning.load_choice import LoadChoice, LoadChooser
 Fitted = TypeVar("Fitted")
 
 FEWEST = 3
-"""With fewer scenarios the probabilities stay as they are."""
+"""Smallest number of scenarios for calibration; with fewer, probabilities stay as they are."""
 
 
 def fitted_without(
     fit: Callable[[BoolArray], Fitted], scenarios: Sequence[str]
 ) -> Callable[[str], Fitted]:
-    """What fits a model to all scenarios but the one with a name.
+    """Return a function that fits a model to all scenarios but the named one.
 
     The last model is kept, for scenarios in a row.
 
@@ -56,7 +56,7 @@ def fitted_without(
 def costs_without(
     factors: FactorMatrix, choices: Sequence[LoadChoice] = (), *, l2: float = 1.0
 ) -> Callable[[str], Scorer]:
-    """What learns costs of groundings from annotated clauses of all scenarios but one."""
+    """Return a function that learns costs from annotations of all scenarios but one."""
 
     def fit(rows: BoolArray) -> GroundingModel:
         return GroundingModel(l2=l2, tolerance=TOLERANCE).fit(factors[rows])
@@ -78,7 +78,7 @@ def costs_without(
 
 
 def extractor_without(corpora: Sequence[Corpus]) -> Callable[[str], SDCExtractor]:
-    """What learns to extract trees from all scenarios but one.
+    """Return a function that learns to extract trees from all scenarios but one.
 
     The bundled extractor has learned from the bundled corpus and from the paper's. So it must not
     be used where commands of these are tested. As with ``ct train sdc`` the first corpus says how
@@ -102,10 +102,10 @@ def extractor_without(corpora: Sequence[Corpus]) -> Callable[[str], SDCExtractor
 
 
 def calibrated(outcomes: Sequence[Outcome]) -> list[Outcome]:
-    """Outcomes with probabilities from curves that have not seen their scenarios.
+    """Calibrate outcomes' probabilities by curves that have not seen their scenarios.
 
-    The bundled curve was fitted to plans for the paper's commands, so on these commands it says
-    more than it knows. Here the slopes for a scenario's plans are fitted to the plans of all
+    The bundled curve was fitted to plans for the paper's commands, so on these commands it is
+    overconfident. Here the slopes for a scenario's plans are fitted to the plans of all
     others. Fitting the intercept so, too, would bias it against scenarios that go well. A curve
     that has seen neither of two scenarios has one intercept for both, so all have one: the mean
     of the held-out intercepts.

@@ -1,4 +1,4 @@
-"""The commands of a corpus that plans can be judged for, with what is known of each."""
+"""A corpus's commands for which plans can be judged, with their facts."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from g3.short_repr import short_repr
 Subset: TypeAlias = Literal["all", "determined", "two-or-more"]
 SUBSETS: tuple[Subset, ...] = get_args(Subset)
 LOGS, OUTCOMES, BOTH = "logs", "outcomes", "logs and outcomes"
-"""What plans are compared with."""
+"""References that plans are compared with."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class JudgedCommand:
-    """A command that plans can be judged for.
+    """A command for which plans can be judged.
 
     Parameters
     ----------
     annotation
-        Its clauses and groundings by people; None if nobody has annotated it.
+        Clauses and groundings by people; None without annotations.
     done
-        What its outcomes say; None where a log shows it instead.
+        The combined outcomes; None where a log replaces them.
     loads
-        What could be picked up.
+        Loads that could be picked up.
     """
 
     command: Command
@@ -48,7 +48,7 @@ class JudgedCommand:
 
     @property
     def picked(self) -> frozenset[str] | None:
-        """Ids of what was picked up; None if that isn't all known."""
+        """Ids of the objects picked up; None if they aren't all known."""
         if self.done is None:
             return picked_in_log(self.context)
         return self.done.picked if self.done.is_whole else None
@@ -56,18 +56,18 @@ class JudgedCommand:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What rows of Table 3 need to know of a command.
+    """A command's facts for rows of Table 3.
 
     Parameters
     ----------
     person
-        Who typed it; empty if unknown.
+        Person who typed the command; empty if unknown.
     chance
-        How probably a load that is drawn at random, and no other thing, is what was picked up.
+        Probability that a load drawn at random is exactly the set of loads picked up.
     is_determined
-        Whether nothing of what was done is unknown.
+        True if the outcome is fully known.
     has_choice
-        Whether there are two loads or more.
+        True if there are two loads or more.
     """
 
     person: str = ""
@@ -76,21 +76,21 @@ class Facts:
     has_choice: bool = False
 
     def is_in(self, subset: Subset) -> bool:
-        """Whether the command belongs to a part of the table."""
+        """Check that the command belongs to a part of the table."""
         if subset == "all":
             return True
         return self.is_determined if subset == "determined" else self.has_choice
 
 
 def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
-    """Commands whose outcome is known, and annotated ones, which have a log.
+    """Return commands with known outcomes, and annotated ones, which have a log.
 
-    Commands of whose outcome nothing is known are left out.
+    Commands with unknown outcomes are left out.
 
     Parameters
     ----------
     most
-        How many of each scenario; 0 for all.
+        Number of commands of each scenario; 0 for all.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def _known(corpus: Corpus) -> Iterator[JudgedCommand]:
 
 
 def facts(tested: JudgedCommand) -> Facts:
-    """What rows need to know of a command."""
+    """Return a command's facts for rows of Table 3."""
     count, picked = len(tested.loads), tested.picked
     chance = float("nan")
     if picked is not None:
@@ -143,7 +143,7 @@ def facts(tested: JudgedCommand) -> Facts:
 
 
 def compared_with(commands: Sequence[JudgedCommand]) -> str:
-    """What the plans for commands are compared with: `LOGS`, `OUTCOMES`, or `BOTH`."""
+    """Return the references of plans for commands: `LOGS`, `OUTCOMES`, or `BOTH`."""
     with_outcomes = sum(c.done is not None for c in commands)
     if with_outcomes == len(commands):
         return OUTCOMES
@@ -151,7 +151,7 @@ def compared_with(commands: Sequence[JudgedCommand]) -> str:
 
 
 def in_headings(corpus: Corpus, headings: Sequence[str]) -> Mapping[str, Corpus]:
-    """The corpus with its robots turned by each rule; as it is, by the name "", without rules.
+    """Return the corpus turned by each rule; unchanged, by the name "", without rules.
 
     Raises
     ------

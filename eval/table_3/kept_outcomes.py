@@ -1,4 +1,4 @@
-"""What has been done of a Table 3, kept so that a run that was stopped goes on from there."""
+"""Outcomes of an unfinished Table 3, kept so that an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
 SUFFIX = ".part"
-"""Of the file, beside the one that the table will be written to."""
+"""Suffix of the kept file, beside the table's own file."""
 
 logger = logging.getLogger(__name__)
 
@@ -37,14 +37,14 @@ def _digest(content: _File) -> str:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """The outcomes of scenarios that are done, by scenario and configuration."""
+    """The outcomes of finished scenarios, by scenario and configuration."""
 
     path: Path
     settings: Mapping[str, object]
     scenarios: dict[str, Outcomes] = field(default_factory=dict)
 
     def keep(self, scenario: str, outcomes: Mapping[str, Sequence[Outcome]]) -> None:
-        """Add a scenario that is done."""
+        """Add a finished scenario."""
         self.scenarios[scenario] = {name: list(own) for name, own in outcomes.items()}
         content = _File(dict(self.settings), self.scenarios)
         sealed = msgspec.structs.replace(content, digest=_digest(content))
@@ -52,10 +52,10 @@ class Kept:
 
 
 def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
-    """What an earlier run has kept that was to write the same table; nothing if it was another.
+    """Return the outcomes kept by an earlier run of the same table; else none.
 
-    Nothing, either, of a file that is damaged: its scenarios are done again. The settings decide of
-    the outcomes, and are as JSON has them.
+    A damaged file also gives none: its scenarios are run again. The settings decide the outcomes,
+    in the form in which JSON has them.
     """
     path = out.with_name(f"{out.name}{SUFFIX}")
     try:

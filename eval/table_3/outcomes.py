@@ -1,4 +1,4 @@
-"""What became of commands, judged by the automatic judge, and figures of it."""
+"""Outcomes of commands under the automatic judge, and figures of them."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ BINS = 10
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one command in one configuration.
+    """The outcome of one command in one configuration.
 
     Parameters
     ----------
     probability
-        Of its plan; 0 where there is none.
+        Probability of its plan; 0 where there is none.
     reason
-        Why it is wrong; empty if it isn't.
+        Reason for a wrong plan; empty if it is right.
     objects, objects_right
-        How many OBJECTs are annotated, and how many of them are grounded as annotated.
+        Number of annotated OBJECTs, and of those grounded as annotated.
     evidence
-        What the probability was calibrated from; empty where there is no plan.
+        Evidence from which the probability was calibrated; empty where there is no plan.
     by_words
-        The judge's second verdict, by the command's words; None if it wasn't asked.
+        The judge's second verdict, by the command's words; None if it wasn't made.
     words_reason
-        Why that is wrong; empty if it isn't.
+        Reason for a second verdict of wrong; empty otherwise.
     theme
-        Whether it picks up the right things and no other; None where that isn't known.
+        True if it picks up the right things and no other; None where that isn't known.
     refused
-        Whether there is no plan, which counts as wrong.
+        True if there is no plan, which counts as wrong.
     heading
-        Which way the robot faced at the start; empty for the corpus's own.
+        Rule of the robot's heading at the start; empty for the corpus's own.
     """
 
     command: str
@@ -61,10 +61,10 @@ class Outcome:
 
 
 class JudgedRow(TypedDict):
-    """A configuration's part of right plans; the bounds are NaN where the reason says why.
+    """A configuration's share of correct plans; the bounds are NaN for the stated reason.
 
-    ``precision`` is of plans that end where the log ends, ``by_words`` of those that do what the
-    words say.
+    ``precision`` is the share of plans that end where the log ends, ``by_words`` of those that
+    agree with the words.
     """
 
     configuration: str
@@ -81,7 +81,7 @@ class JudgedRow(TypedDict):
 
 
 def estimates_of(row: JudgedRow) -> tuple[Estimate, Estimate]:
-    """A row's two figures."""
+    """Return a row's two figures."""
     return (
         Estimate(row["precision"], row["low"], row["high"], row["reason"]),
         Estimate(
@@ -91,7 +91,7 @@ def estimates_of(row: JudgedRow) -> tuple[Estimate, Estimate]:
 
 
 class Bin(TypedDict):
-    """Plans of which about the same was stated."""
+    """Plans with about the same stated probability."""
 
     stated: float
     correct: float
@@ -107,9 +107,10 @@ def judged_row(
     draws: int,
     seed: int,
 ) -> JudgedRow:
-    """A configuration's share of right plans, resampling scenarios, whose commands share a log.
+    """Return a configuration's share of correct plans, with scenarios resampled.
 
-    Of the judge's verdicts by words those that are known count.
+    Scenarios are resampled as their commands share a log. Of the judge's verdicts by words the
+    known ones count.
     """
 
     def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:
@@ -135,7 +136,7 @@ def judged_row(
 
 
 def grounding_accuracy(outcomes: Sequence[Outcome]) -> Estimate:
-    """Share of the annotated OBJECTs that are grounded as annotated in the best plan.
+    """Return the share of annotated OBJECTs grounded as annotated in the best plan.
 
     It has no interval.
     """
@@ -144,7 +145,7 @@ def grounding_accuracy(outcomes: Sequence[Outcome]) -> Estimate:
 
 
 def reliability(outcomes: Sequence[Outcome]) -> tuple[Estimate, list[Bin]]:
-    """Expected calibration error of the plans' probabilities, and the reliability diagram.
+    """Return plans' expected calibration error, and the reliability diagram.
 
     The error has no interval.
     """
@@ -164,10 +165,10 @@ def reliability(outcomes: Sequence[Outcome]) -> tuple[Estimate, list[Bin]]:
 
 
 def risk_coverage(outcomes: Sequence[Outcome]) -> Estimate:
-    """Area under the risk–coverage curve: the part of the k most probable that is wrong.
+    """Return the area under the risk–coverage curve: the error of the k most probable.
 
-    It is the mean over all k, 0 at best; if probabilities tell nothing, about the part of all that
-    is wrong. It has no interval.
+    It is the mean over all k, 0 at best; with uninformative probabilities, about the share of all
+    plans that is wrong. It has no interval.
     """
     if not outcomes:
         return undefined("no data")

@@ -1,4 +1,4 @@
-"""Table 3 as text, JSON, CSV and LaTeX, with how well probabilities separate right from wrong."""
+"""Table 3 as text, JSON, CSV and LaTeX, with the reliability of plans' probabilities."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ HEADINGS: dict[str, str] = {
     "by_words": "by words",
     "theme": "right load",
 }
-"""Of a verdict's column."""
+"""Headings of a verdict's column."""
 NOTES = (
     "precision: plans of which all is right that is known, so that they end where the log ends; by",
     "words: plans that do what annotated words say; right load: plans that pick up the right thing",
@@ -74,7 +74,7 @@ JUDGED_OTHERWISE = (
 
 
 def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
-    """The rows of Table 3 (:mod:`eval.table_3.plan_rows`).
+    """Return the rows of Table 3 (:mod:`eval.table_3.plan_rows`).
 
     Raises
     ------
@@ -96,7 +96,7 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
 
 
 def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) -> str:
-    """The rows of Table 3, and what else was measured."""
+    """Render the rows of Table 3, and the other results."""
     found = table(result, draws=draws, seed=seed)
     if form == "csv":
         about = {key: value for key, value in result.metadata.items() if key not in COLUMNS}
@@ -127,7 +127,7 @@ def with_judge(
     seed: int,
     notes: Sequence[str] = (),
 ) -> Callable[[Format], str]:
-    """What renders Table 3 and says how valid its verdicts are, where logs and people show it.
+    """Return a function that renders Table 3 with the validity of its verdicts, where known.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def with_judge(
         The first that has people's judgments of videos with logs shows the automatic judge's
         validity.
     notes
-        What is said under the table besides.
+        Further notes under the table.
     """
     is_automatic = result.metadata.get("judge", AUTOMATIC) == AUTOMATIC
     is_by_logs = is_automatic and result.metadata.get("compared_with") != OUTCOMES
@@ -194,7 +194,7 @@ def _command(outcome: Outcome) -> dict[str, object]:
 
 
 def _by_heading(result: EndToEnd) -> Iterator[Row]:
-    """Shares in each heading by itself, where there are several."""
+    """Yield the shares in each heading, where there are several."""
     headings = dict.fromkeys(o.heading for own in result.outcomes.values() for o in own)
     for heading in headings if len(headings) > 1 else ():
         for subset in SUBSETS:
@@ -215,7 +215,7 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def _parts(found: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
-    """Rows by part of the commands; a part of none, or of all, is told once."""
+    """Yield rows by part of the commands, without empty parts and copies of the whole."""
     total = max((row["n"] for row in found), default=0)
     for subset in SUBSETS:
         own = [row for row in found if row["subset"] == subset and not row["perturbed"]]
@@ -257,7 +257,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
 
 
 def _perturbed_lines(own: Sequence[Row], found: Sequence[Row]) -> Iterator[str]:
-    """A part's shares beside those of the same commands perturbed."""
+    """Yield lines of a part's shares beside those of the same commands perturbed."""
     by_kind = {(row["configuration"], row["perturbed"]): row for row in found}
     kinds = dict.fromkeys(str(row["perturbed"]) for row in found if row["perturbed"])
     if not kinds:

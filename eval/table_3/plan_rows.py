@@ -22,18 +22,17 @@ from g3.errors import CorpusError
 from g3.short_repr import short_repr
 
 TOP = 30
-"""How many commands the paper's top rows have."""
+"""Number of commands in the paper's top rows."""
 MODELS = ("gold", "auto")
 ALONE = ("random", *BASELINES)
-"""Rows that are always there: what a model has to beat."""
+"""Rows of every table, as baselines of a model."""
 ROWS: tuple[tuple[str, str, int], ...] = (
     ("gold-top30", "gold", TOP),
     ("auto-top30", "auto", TOP),
     ("gold-all", "gold", 0),
     ("auto-all", "auto", 0),
 )
-"""Of models: name of a row, its configuration, and how many of the most probable plans it has; 0
-for all."""
+"""Rows of models: name, configuration, and number of the most probable plans; 0 for all."""
 
 
 def check_names(others: Sequence[str]) -> None:
@@ -53,7 +52,7 @@ Row: TypeAlias = dict[str, Any]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """A command in a configuration, as shares of the headings in which it was followed.
+    """A command in a configuration, with shares over the headings followed.
 
     Its verdicts are by the names of `VERDICTS`, and NaN where one can't be given.
     """
@@ -70,22 +69,22 @@ VERDICTS: Mapping[str, Callable[[Outcome], float]] = {
     "by_words": lambda o: float("nan") if o.by_words is None else float(o.by_words),
     "theme": lambda o: float("nan") if o.theme is None else float(o.theme),
 }
-"""What a plan is judged by. Each has columns for its share and for its two intervals."""
+"""Verdicts on a plan. Each has columns for its share and for its two intervals."""
 COMPARED = ("precision", "theme")
-"""By which of them configurations are compared."""
+"""Verdicts by which configurations are compared."""
 WHOLE = "precision"
 PARTS = ("low", "high", "reason", "two_way_low", "two_way_high", "two_way_reason")
-"""Of a verdict's columns, besides its share."""
+"""Further columns of a verdict, after its share."""
 
 
 def columns(verdict: str) -> dict[str, str]:
-    """Names of a verdict's columns, by what they hold."""
+    """Return the names of a verdict's columns, by their content."""
     own = "" if verdict == WHOLE else f"{verdict}_"
     return {"value": verdict, **{part: f"{own}{part}" for part in PARTS}}
 
 
 def estimates_of(row: Mapping[str, Any], verdict: str) -> tuple[Estimate, Estimate]:
-    """A row's share by a verdict, with worlds resampled, and for other worlds and other people."""
+    """Return a row's share by a verdict: by worlds, and by other worlds and people."""
     value, *parts = (row[name] for name in columns(verdict).values())
     return Estimate(value, *parts[:3]), Estimate(value, *parts[3:])
 
@@ -101,11 +100,11 @@ COLUMNS = (
     "refusals",
     "note",
 )
-"""Of a row, in the order in which CSV has them."""
+"""Columns of a row, in the order of the CSV."""
 
 
 def followed(outcomes: Sequence[Outcome]) -> list[Followed]:
-    """Put a command's outcomes in several headings together, in the order of the commands."""
+    """Merge a command's outcomes in several headings, in the order of the commands."""
     by_command: dict[str, list[Outcome]] = defaultdict(list)
     for o in outcomes:
         by_command[o.command].append(o)
@@ -133,9 +132,9 @@ def rows(
     seed: int,
     judge: str = "automatic",
 ) -> list[Row]:
-    """A row for each configuration and part of the commands.
+    """Return a row for each configuration and part of the commands.
 
-    Those that are missing, which can't be run, have one without figures that says why.
+    Missing ones, which can't be run, have a row with the reason instead of figures.
     """
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
     others = [n for n in {**outcomes, **missing} if n not in (*ALONE, *MODELS)]
@@ -179,7 +178,7 @@ def _row(own: Sequence[Followed], facts: Mapping[str, Facts], *, draws: int, see
 def _intervals(
     values: FloatArray, worlds: Sequence[str], people: Sequence[str], *, draws: int, seed: int
 ) -> tuple[Estimate, Estimate]:
-    """With worlds resampled, and for other worlds and other people; no bounds if none are known."""
+    """Return the share by worlds, and by other worlds and people, if people are known."""
     rng = np.random.default_rng(seed)
     share = bootstrap(values, codes(worlds), rng=rng, draws=draws)
     if not all(people):
@@ -204,7 +203,7 @@ def comparisons(
     draws: int,
     seed: int,
 ) -> list[Compared]:
-    """All but the baselines with these and with each other, on all commands of a part.
+    """Compare all but the baselines with these and each other, on the commands of each part.
 
     Parts that are the same as another are left out. Holm's correction is for the comparisons of a
     part and verdict.

@@ -1,4 +1,4 @@
-"""The commands of held-out scenarios followed by everything that is a row of Table 3."""
+"""Every row of Table 3 applied to the commands of held-out scenarios."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ PERTURBED = ("keywords", "embeddings", "gold", "auto")
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What decides of the outcomes, as `run` takes it."""
+    """Settings that decide the outcomes, as `run` takes them."""
 
     train: str
     test: str
@@ -63,12 +63,12 @@ class Asked:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all configurations."""
+        """Names of all configurations."""
         return (*(g.name for g in self.grounders), *self.models, *self.parsers)
 
     @property
     def sets(self) -> tuple[FeatureSet, ...]:
-        """The feature sets that costs have."""
+        """Feature sets of costs."""
         return search_sets(self.without.sets)
 
 
@@ -79,7 +79,7 @@ def followed_scenarios(
     workers: Workers,
     on_progress: OnProgress | None,
 ) -> Iterator[Done[str, Mapping[str, Sequence[Outcome]]]]:
-    """What comes of each scenario's commands; the workers make what they learn from together."""
+    """Yield the outcomes of each scenario; the workers make training data together."""
     if not scenarios:
         return
     made = shared(known, asked.sets, seed=asked.seed, workers=workers, on_progress=on_progress)
@@ -92,7 +92,7 @@ def followed_scenarios(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lessons:
-    """What a process has made ready to learn from, and to test on by perturbation and heading."""
+    """A process's training data, and its tested commands by perturbation and heading."""
 
     annotations: Sequence[Annotation]
     cost_of: Callable[[str], Scorer]
@@ -121,12 +121,12 @@ def _lessons(asked: Asked, file: Path) -> _Lessons:
 
 
 def kept_by(which: str, kind: str) -> str:
-    """What outcomes of a configuration are kept by."""
+    """Return the key under which a configuration's outcomes are kept."""
     return f"{which}, {kind}" if kind else which
 
 
 def _follow(scenario: str, *, asked: Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
-    """The outcomes of a scenario's commands by configuration."""
+    """Return the outcomes of a scenario's commands by configuration."""
     lessons = _lessons(asked, file)
     learned = {
         g.name: g.fit([a for a in lessons.annotations if a.command.scenario != scenario])
@@ -159,7 +159,7 @@ def _follow(scenario: str, *, asked: Asked, file: Path) -> Mapping[str, Sequence
 def _models(
     scenario: str, lessons: _Lessons, asked: Asked
 ) -> dict[str, Callable[[JudgedCommand, Parse], FollowedPlan]]:
-    """What makes plans of a command and its extracted clauses, by configuration."""
+    """Return planners of a command and its extracted clauses, by configuration."""
     without = asked.without.potentials
     found: dict[str, Callable[[JudgedCommand, Parse], FollowedPlan]] = {}
     guesser = Grounder(RandomCost(asked.seed), without=without)
@@ -180,7 +180,7 @@ def _by_parser(name: str, grounder: Grounder, tested: JudgedCommand, _: Parse) -
 def _judged(
     plans: Sequence[tuple[str, JudgedCommand, FollowedPlan]], heading: str, judge: PlanJudge
 ) -> list[Outcome]:
-    """What becomes of plans, as many at the same time as the judge likes."""
+    """Judge plans, as many at the same time as the judge allows."""
 
     def one(plan: tuple[str, JudgedCommand, FollowedPlan]) -> Outcome:
         return judged(plan[1], plan[2], heading, judge)
@@ -194,7 +194,7 @@ def _judged(
 def _extracted(
     own: Sequence[JudgedCommand], extractor_of: Callable[[str], SDCExtractor], asked: Asked
 ) -> Sequence[Parse]:
-    """The extracted trees of a scenario's commands; none where nothing needs them."""
+    """Return the extracted trees of a scenario's commands; none where nothing needs them."""
     needs_them = "auto" in asked.models or (
         "random" in asked.models and not all(t.annotation for t in own)
     )

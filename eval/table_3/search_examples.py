@@ -1,4 +1,4 @@
-"""What costs are learned from: made by an executor, and handed to other processes by a file."""
+"""Training data of costs: made by an executor, and shared with other processes as a file."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ def data_of(
     executor: Executor | None = None,
     on_progress: OnProgress | None = None,
 ) -> FactorMatrix:
-    """What costs are learned from, of several corpora.
+    """Return the training data of costs, from several corpora.
 
     Parameters
     ----------
     sets
         Feature sets; those that models use by default if left out.
     executor
-        Who makes the examples; what comes of it is the same for any.
+        Executor that makes the examples; the result doesn't depend on it.
     """
     annotations = [a for corpus in corpora for a in corpus.annotations]
     chosen = search_sets() if sets is None else sets
@@ -80,7 +80,7 @@ def shared(
     workers: Workers,
     on_progress: OnProgress | None,
 ) -> Iterator[tuple[Executor, Path]]:
-    """Workers, and the file of what they learn costs from, which they make together."""
+    """Yield workers, and the file of training data of costs that they make together."""
     with Executor(workers) as executor:
         data = data_of(corpora, sets=sets, seed=seed, executor=executor, on_progress=on_progress)
         with written(data) as file:
@@ -91,13 +91,13 @@ def shared(
 def read_or_made(
     file: Path, corpora: Sequence[Corpus], sets: Sequence[FeatureSet], *, seed: int
 ) -> FactorMatrix:
-    """What a file holds; a cluster's worker, which may not see it, makes the same again."""
+    """Read a file; a cluster's worker that doesn't see it makes the same data again."""
     return read(file) if file.is_file() else data_of(corpora, sets=sets, seed=seed)
 
 
 @contextmanager
 def written(data: FactorMatrix) -> Iterator[Path]:
-    """A file for other processes, as long as they need it; :func:`read` reads it.
+    """Write a file for other processes, for the duration of a block; :func:`read` reads it.
 
     It is in the cache, which the workers of a cluster may see, too.
     """
@@ -127,7 +127,7 @@ def written(data: FactorMatrix) -> Iterator[Path]:
 
 
 def read(file: Path) -> FactorMatrix:
-    """Read what another process has written."""
+    """Read a file that another process has written."""
     found = read_arrays(file, _FIELDS, where=str(file), fix="start again", error=FormatError)
     sets, bases, words = (tuple(found[name].tolist()) for name in _NAMES)
     space = FeatureSpace(sets, bases, words, found["keys"])

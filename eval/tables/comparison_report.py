@@ -48,13 +48,13 @@ def compare_commands(
 
 
 def records(found: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
-    """Comparisons by name, for JSON and CSV."""
+    """Convert comparisons to records by name, for JSON and CSV."""
     values = ((c.one, c.other, c.n, *c.difference[:4], c.p, c.adjusted_p, c.effect) for c in found)
     return [dict(zip(COLUMNS, row, strict=True)) for row in values]
 
 
 def comparison_table(found: Sequence[Comparison]) -> Table:
-    """A table to read."""
+    """Return the comparisons as a table to read."""
     rows = (
         (
             f"{c.one} - {c.other}",
@@ -71,11 +71,11 @@ def comparison_table(found: Sequence[Comparison]) -> Table:
 
 
 def lines(found: Sequence[Comparison], title: str = TITLE) -> list[str]:
-    """The same as lines of text."""
+    """Return the comparisons as lines of text."""
     tables = {f"{title[0].upper()}{title[1:]}": comparison_table(found)}
     return split_lines(table_text(tables, (), {}, terminal=False))
 
 
 def shown_p(p: float) -> str:
-    """A p value for people to read."""
+    """Format a p value for people to read."""
     return "< 0.001" if p < 0.001 else f"{p:.3f}"

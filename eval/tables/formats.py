@@ -27,7 +27,7 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 
 
 def plain(value: object) -> object:
-    """Turn a value into what JSON can hold: NaN and infinities into None, arrays into lists."""
+    """Convert a value for JSON: NaN and infinities become None, arrays become lists."""
     if isinstance(value, Estimate):
         return plain(value._asdict())
     if isinstance(value, (np.generic, np.ndarray)):
@@ -42,18 +42,18 @@ def plain(value: object) -> object:
 
 
 def metadata_text(metadata: Mapping[str, object]) -> str:
-    """Metadata as lines of ``key: value``."""
+    """Format metadata as lines of ``key: value``."""
     return "\n".join(f"{_one_line(key)}: {_one_line(value)}" for key, value in metadata.items())
 
 
 def comments(metadata: Mapping[str, object]) -> list[str]:
-    """Metadata as lines for a file that is handed on: of whole paths it has the names only."""
+    """Format metadata as lines for a published file: whole paths are cut to names."""
     whole = {key: _without_folders(value) for key, value in metadata.items()}
     return split_lines(metadata_text(whole))
 
 
 def _without_folders(value: object) -> object:
-    """A value in which whole paths are names; of several with commas between, each one."""
+    """Reduce whole paths in a value to names; of several with commas, each one."""
     if isinstance(value, Mapping):
         return {key: _without_folders(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -77,7 +77,7 @@ def _refuse_clashes(metadata: Mapping[str, object], names: Iterable[str]) -> Non
 
 
 def document(content: Mapping[str, object], metadata: Mapping[str, object]) -> str:
-    """Strict JSON of the content with the metadata merged in at the top level."""
+    """Return strict JSON of the content with the metadata merged in at the top level."""
     _refuse_clashes(metadata, content)
     merged = plain({**metadata, **content})
     return json.dumps(merged, indent=2, ensure_ascii=False, allow_nan=False)
@@ -89,7 +89,7 @@ def delimited(
     *,
     columns: Sequence[str],
 ) -> str:
-    """CSV of the columns of records, metadata repeated beside; None and NaN are empty fields."""
+    """Return CSV of records' columns, with repeated metadata; None and NaN are empty fields."""
     _refuse_clashes(metadata, columns)
     constant = {
         key: "" if plain(value) is None else _one_line(value) for key, value in metadata.items()
@@ -110,7 +110,7 @@ def table_text(
     *,
     terminal: bool,
 ) -> str:
-    """Tables by title, one under the other, then notes and metadata, a line each."""
+    """Render tables by title, one under the other, then notes and metadata, a line each."""
     out = io.StringIO()
     console = Console(
         file=out,
@@ -137,7 +137,7 @@ def table_text(
 def figure_table(
     headings: Sequence[str], rows: Iterable[Sequence[str | Text]] = (), *, words: int = 1
 ) -> Table:
-    """A table whose first columns are words, so many, and whose others are figures."""
+    """Make a table whose first `words` columns hold words, and the others figures."""
     table = Table()
     for place, heading in enumerate(headings):
         table.add_column(heading, justify="left" if place < words else "right")
@@ -152,22 +152,22 @@ def cell(text: object, style: str = "") -> Text:
 
 
 def figure(value: float | None) -> str:
-    """A figure with two digits, or a dash where there is none."""
+    """Format a figure with two digits, or a dash where there is none."""
     return "-" if value is None or math.isnan(value) else f"{value:.2f}"
 
 
 def interval(one: Estimate, form: str = "{:.2f} to {:.2f}") -> str:
-    """The bounds of an estimate's interval, or why there is none; a dash where none is given."""
+    """Format an estimate's interval, or the reason for its absence; a dash without a reason."""
     return form.format(one.low, one.high) if one.has_interval else one.reason or "-"
 
 
 def value(one: Estimate, form: str = "{:.2f}") -> str:
-    """The figure alone, or why there is none."""
+    """Format the figure alone, or the reason for its absence."""
     return form.format(one.value) if one.is_known else one.reason or "-"
 
 
 def stated(one: Estimate, form: str = "{:.2f}", between: str = " to ") -> str:
-    """A figure with its interval, or why there is none, for a sentence."""
+    """Format a figure with its interval, or the reason for its absence, for a sentence."""
     if not one.is_known:
         return f"none ({one.reason})"
     shown = form.format(one.value)
@@ -178,14 +178,14 @@ def stated(one: Estimate, form: str = "{:.2f}", between: str = " to ") -> str:
 def estimate_of(
     value: float | None, low: float | None, high: float | None, reason: object = ""
 ) -> Estimate:
-    """An estimate from a record, in which None is no figure."""
+    """Return an estimate from a record, in which None is no figure."""
     named: Reason = next((name for name in REASONS if name == reason), "")
     one, *bounds = (math.nan if number is None else number for number in (value, low, high))
     return Estimate(one, bounds[0], bounds[1], named)
 
 
 def left_out(estimates: Mapping[str, Estimate], draws: object) -> list[str]:
-    """A line for each figure of which resamples are left out; the names say what it is of."""
+    """Return a line for each figure with left-out resamples; its name describes the figure."""
     return [
         f"{name}: {one.left_out} of {draws} resamples have no such figure and are left out"
         for name, one in estimates.items()

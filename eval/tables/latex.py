@@ -19,7 +19,7 @@ _ESCAPED = str.maketrans(
 def tabular(
     headings: Sequence[str], rows: Sequence[Sequence[str]], *, comments: Sequence[str] = ()
 ) -> str:
-    """A table of LaTeX's cells, names first and then figures; comments are lines above it."""
+    """Return a table in LaTeX, names first and then figures; comments are lines above it."""
     return "\n".join(
         [
             NEEDS,
@@ -36,12 +36,12 @@ def tabular(
 
 
 def text(words: str) -> str:
-    """Words in which LaTeX sees no commands."""
+    """Escape words, so that LaTeX sees no commands in them."""
     return words.translate(_ESCAPED)
 
 
 def estimate(one: Estimate, form: str = "{:.2f}") -> str:
-    """A figure with its interval in small print, or why either is missing."""
+    """Format a figure with its interval in small print, or the reason for its absence."""
     shown = form.format(one.value) if one.is_known else "--"
     if one.has_interval:
         around = f"[{form.format(one.low)}, {form.format(one.high)}]"

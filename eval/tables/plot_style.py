@@ -1,4 +1,4 @@
-"""How plots look, on a page and in a paper, and how they become files."""
+"""Style of plots, on a page and in a paper, and their files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PlotFormat = Literal["png", "svg", "pdf"]
 
 INK, GREY, FAINT, GROUND = "#1f2430", "#5b6472", "#e3e6ea", "#ffffff"
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#b84e00", "#00785a", "#a8487f"
-"""After Okabe and Ito (2008), whom colour-blind readers can tell apart; dark enough for text."""
+"""Colours after Okabe and Ito (2008), distinct for colour-blind readers; dark enough for text."""
 WIDE, NARROW = 7.0, 3.0
 """Widths: of two columns of a paper or a page, and of a telephone; inches."""
 
@@ -28,7 +28,7 @@ class Plot:
     draw: Callable[[float], Figure]
 
     def saved(self, form: PlotFormat, width: float = WIDE, description: str = "") -> bytes:
-        """The content of a file. The same plot gives the same bytes with the same matplotlib."""
+        """Return the content of a file; equal plots give equal bytes with one matplotlib."""
         undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[form]
         about = {"Title": self.title, **({} if form == "pdf" else {"Description": description})}
         out = io.BytesIO()

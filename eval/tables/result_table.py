@@ -18,7 +18,7 @@ Row = Mapping[str, Any]
 
 
 class ResultTable:
-    """A table of the paper, measured anew.
+    """A table of the paper, with new measurements.
 
     It prints as ``ct eval`` does. Its length is the number of its rows; iterating gives them.
 
@@ -35,7 +35,7 @@ class ResultTable:
 
     @cached_property
     def text(self) -> str:
-        """The table as it is printed."""
+        """The printed table."""
         return self._render("text")
 
     @property
@@ -44,15 +44,15 @@ class ResultTable:
         return tuple(self.document["rows"])
 
     def to_pandas(self) -> pd.DataFrame:
-        """The rows as a pandas table."""
+        """Return the rows as a pandas table."""
         return data_frame(self.rows)
 
     def to_csv(self) -> str:
-        """The rows as CSV, seeds and corpora in columns beside."""
+        """Return the rows as CSV, with seeds and corpora in further columns."""
         return self._render("csv")
 
     def to_latex(self) -> str:
-        """The table for a paper; it needs the package booktabs."""
+        """Return the table for a paper; it needs the package booktabs."""
         return self._render("latex")
 
     def __len__(self) -> int:
@@ -75,5 +75,5 @@ class ResultTable:
         return f"ResultTable({self.title!r}, {len(self)} rows)"
 
     def _repr_html_(self) -> str:
-        """The table as it is printed."""
+        """Return the printed table as HTML."""
         return html_view.preformatted(self.text)

@@ -12,7 +12,7 @@ from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.judging.deeds import counterparts, logged, replayed
+from eval.judging.execution import counterparts, logged, replayed
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_agreement import agreement, cohens_kappa
 from eval.judging.judge_registry import judge_named, plan_judge

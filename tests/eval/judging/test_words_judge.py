@@ -7,9 +7,9 @@ import pytest
 
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.judging.allowed_things import allowed
-from eval.judging.deeds import logged, planned
+from eval.judging.execution import logged, planned
+from eval.judging.grounded_command import grounded_command
 from eval.judging.layout import is_between, looking_at, seen
-from eval.judging.worded import worded
 from eval.judging.words_judge import judge_by_words
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
@@ -166,7 +166,7 @@ def test_plans_and_logs_tell_of_the_same_deeds(commands):
 
 def test_the_annotated_thing_is_always_allowed_in_its_own_world(commands):
     for annotation in list(commands.values())[::7]:
-        words = worded(annotation, start_state(annotation.context))
+        words = grounded_command(annotation, start_state(annotation.context))
         for node, sdc in enumerate(words.tree.nodes):
             if sdc.type == "OBJECT":
                 assert words.things[node] <= allowed(words, node)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from eval.judging.deeds import planned
+from eval.judging.execution import planned
 from eval.judging.judge_registry import JudgedPlan
 from eval.language_model import chat_endpoint
 from eval.language_model.chat_endpoint import KEY_VARIABLE, Endpoint, missing

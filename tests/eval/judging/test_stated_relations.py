@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eval.judging.as_said import RELATIONS, Done, Mention, done_as_said, mentions
+from eval.judging.stated_relations import RELATIONS, Done, Mention, fulfils_relation, mentions
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.forklift_actions import (
     BACK_UP,
@@ -133,7 +133,7 @@ def test_plans_in_plain_worlds_do_as_words_say(
     sdcs = parse_brackets(COMMANDS[text], command=text)
     plan = Grounder(ConstantCost()).follow(sdcs, world, least=0.0).plan
     assert plan is not None
-    assert done_as_said(mention, sdcs, world, plan), plan.actions
+    assert fulfils_relation(mention, sdcs, world, plan), plan.actions
 
 
 def test_words_in_no_clause_are_not_done() -> None:
@@ -141,5 +141,5 @@ def test_words_in_no_clause_are_not_done() -> None:
     sdcs = parse_brackets("EVENT(r = Face, l = OBJ(f = the truck))", command=text)
     plan = Grounder(ConstantCost()).follow(sdcs, YARD, least=0.0).plan
     assert plan is not None
-    assert done_as_said(Mention("face", 0, 4), sdcs, YARD, plan)
-    assert not done_as_said(Mention("turn away", 16, 25), sdcs, YARD, plan)
+    assert fulfils_relation(Mention("face", 0, 4), sdcs, YARD, plan)
+    assert not fulfils_relation(Mention("turn away", 16, 25), sdcs, YARD, plan)

@@ -1,9 +1,9 @@
-"""Whether a plan does what single words say: "away from", "past", "raise the forks", "face".
+"""Checks of a plan against single words: "away from", "past", "raise the forks", "face".
 
-Commands that nobody annotated, whose outcome shows nothing of the way there, can be measured so.
+They measure commands without annotations, whose outcome shows nothing of the robot's path.
 Mentions are found in the text, not in the clauses, so that a clause that is read wrongly counts
-against the plan. The landmark is what the plan itself takes the next noun for: whether that is the
-right thing is measured elsewhere.
+against the plan. The landmark is the plan's own grounding of the next noun: its correctness is
+measured elsewhere.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from g3.sdc.clauses import SDC, Span, all_words
 from g3.short_repr import short_repr
 
 FARTHER_M = 1.0
-"""What goes away from something ends so much farther from it, and what passes it so far beyond."""
+"""Smallest gain in distance for "away from", and distance beyond for "past", in metres."""
 BY_M = 8.0
-"""What passes something comes so near to it."""
+"""Largest distance at which the robot passes something, in metres."""
 AT_M = 4.5
-"""What stops at something is so near to it."""
+"""Largest distance at which the robot stops at something, in metres."""
 STILL_M, STILL_RAD = 0.5, np.deg2rad(10)
-"""What stays where it is moves and turns no further."""
+"""Largest movement (metres) and turn (radians) of a robot that stays."""
 FACING_RAD = np.deg2rad(30)
 STRAIGHT_RAD = np.deg2rad(15)
-"""What is lined up has the heading of one of the landmark's sides, to this."""
+"""Tolerance on the heading of a robot lined up with a landmark's side, in radians."""
 ASIDE_M = 1.0
 RAISED_M = 0.3
 _OWN = r"(?: (?:the|your|its|up|mechanical|forklift))*"
@@ -46,10 +46,10 @@ _FORKS = r" (?:forks?|forklift|lift|prongs?)\b(?! (?:pallet|of))"
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """Words of a command that ask for something measurable."""
+    """Words of a command that state a measurable relation."""
 
     relation: str
-    """What they ask for, one of :data:`RELATIONS`."""
+    """The stated relation, one of :data:`RELATIONS`."""
     start: int
     end: int
 
@@ -57,7 +57,7 @@ class Mention:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What a plan does for the clause that mentions something."""
+    """The part of a plan that carries out the clause of a mention."""
 
     action: Action
     before: State
@@ -65,7 +65,7 @@ class Done:
     way: FloatArray
     """The robot's x, y, yaw, shape (n, 3)."""
     marks: tuple[Grounding, ...]
-    """What the plan takes the landmark for, where it is before; none without one."""
+    """Landmarks that the plan chose, at their places before the action; empty without one."""
 
     @property
     def outline(self) -> FloatArray:
@@ -74,26 +74,26 @@ class Done:
 
     @property
     def gaps(self) -> FloatArray:
-        """How far the robot is from the landmark, shape (n,)."""
+        """Distances of the robot from the landmark, in metres, shape (n,)."""
         found: FloatArray = point_gap(self.way[None, :, :2], self.outline[None])[0]
         return found
 
     @property
     def bearing(self) -> float:
-        """Where the middle of the landmark is in the end, seen from the robot; 0 is ahead."""
+        """Final bearing of the landmark's middle from the robot, in radians; 0 is ahead."""
         x, y = self.outline.mean(axis=0) - self.way[-1, :2]
         return float(abs(wrap(np.arctan2(y, x) - self.way[-1, 2])))
 
     @property
     def stays(self) -> bool:
-        """Whether the robot stays where it is, and handles nothing."""
+        """True if the robot stays in its place and handles nothing."""
         far = np.linalg.norm(self.way[:, :2] - self.way[0, :2], axis=1).max()
         turned = np.ptp(np.unwrap(self.way[:, 2]))
         return not self.action.kind.handles and bool(far <= STILL_M and turned <= STILL_RAD)
 
 
 def _away(done: Done) -> bool:
-    """The robot ends farther from it; a load that is moved does."""
+    """Check that the robot, or the load that it moves, ends farther from the landmark."""
     if not done.action.kind.handles:
         return bool(done.gaps[-1] - done.gaps[0] >= FARTHER_M)
     load = done.action.object_id
@@ -103,7 +103,7 @@ def _away(done: Done) -> bool:
 
 
 def _past(done: Done) -> bool:
-    """The robot comes by beside it, and ends beyond it."""
+    """Check that the robot drives by the landmark and ends beyond it."""
     nearest = int(np.argmin(done.gaps))
     step = np.gradient(done.way[:, :2], axis=0)[nearest]
     ahead = step / max(float(np.linalg.norm(step)), 1e-9)
@@ -113,7 +113,7 @@ def _past(done: Done) -> bool:
 
 
 def _lined_up(done: Done) -> bool:
-    """The robot is parallel to one of its sides, with it straight ahead or straight beside."""
+    """Check that the robot is parallel to a side, with the landmark straight ahead or beside."""
     thing = done.marks[0]
     if done.action.kind.handles or not isinstance(thing, PhysicalObject):
         return False
@@ -127,14 +127,14 @@ def _lined_up(done: Done) -> bool:
 
 
 def _waits(done: Done) -> bool:
-    """The robot stays; at a landmark, it comes to stand there."""
+    """Check that the robot stays; with a landmark, that it stops at it."""
     if not done.marks:
         return done.stays
     return not done.action.kind.handles and bool(done.gaps[-1] <= AT_M)
 
 
 def _lowers(done: Done) -> bool:
-    """The forks are down in the end, and what was on them is, too; the robot does nothing else."""
+    """Check that the forks and their load end down, with no other action."""
     puts = done.before.held is not None and done.action.kind.leaves
     return (puts or done.stays) and done.after.forks_m < RAISED_M
 
@@ -142,10 +142,10 @@ def _lowers(done: Done) -> bool:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """Something that words ask for, and whether there is a landmark that it is done to."""
+    """A relation that words can state, with its check, and whether it has a landmark."""
 
     words: str
-    """A regular expression, for which letters' case doesn't matter."""
+    """A regular expression, matched without regard to case."""
     holds: Callable[[Done], bool]
     has_landmark: bool = True
 
@@ -184,11 +184,11 @@ RELATIONS = {
         has_landmark=False,
     ),
 }
-"""What is measured. A mention of the first that fits is no mention of the others."""
+"""Relations by name. A mention of the first that matches is no mention of the others."""
 
 
 def mentions(text: str) -> Iterator[Mention]:
-    """What a command asks for that can be measured."""
+    """Yield a command's mentions of measurable relations, in order."""
     taken: list[Mention] = []
     for name, relation in RELATIONS.items():
         for found in re.finditer(relation.words, text, re.IGNORECASE):
@@ -197,8 +197,8 @@ def mentions(text: str) -> Iterator[Mention]:
     yield from sorted(taken, key=lambda m: m.start)
 
 
-def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: Plan) -> bool:
-    """Whether a plan does what a mention asks for."""
+def fulfils_relation(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: Plan) -> bool:
+    """Check that a plan does what a mention states."""
     tree = Tree(tuple(sdcs))
     acts = [root for root in asked(tree) if tree.nodes[root].type in ("EVENT", "PATH")]
     # What is done for a purpose lies within the clause that it is for.
@@ -225,7 +225,7 @@ def done_as_said(mention: Mention, sdcs: Sequence[SDC], context: Context, plan: 
 
 
 def _landmark(mention: Mention, sdc: SDC, plan: Plan, state: State) -> tuple[Grounding, ...]:
-    """What the plan takes the first noun of the clause after the mention for."""
+    """Return the plan's groundings of the first noun after the mention in its clause."""
     own = {word.start for word in all_words(sdc)}
     after = []
     for found in plan.groundings:

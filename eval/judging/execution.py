@@ -1,4 +1,4 @@
-"""What was done in a world, by a log or a plan, and what another world's log would lead to."""
+"""The execution of a log or a plan in a world, and of another world's log in it."""
 
 from __future__ import annotations
 
@@ -16,24 +16,25 @@ from g3.groundings import Context, FloatArray, PhysicalObject
 from g3.short_repr import short_repr
 
 LEAVES_M = 0.3
-"""A load further than this from where it starts has been lifted, and set down as near its end."""
+"""Distance in metres from its start beyond which a load has been lifted; also from its end, for
+setting it down."""
 
 
 @dataclass(frozen=True, slots=True)
 class Carried:
-    """A load that was moved, or stayed on the forks."""
+    """A load that was moved, or that stayed on the forks."""
 
     id: str
     lifted: int
-    """Row of the robot's way at which it leaves its place; 0 if it is on the forks at first."""
+    """Row of the robot's path at which the load leaves its place; 0 if on the forks at first."""
     lowered: int | None
-    """Row at which it comes to its last place; None if it is on the forks at the end."""
+    """Row at which the load comes to its last place; None if on the forks at the end."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
-class Deeds:
-    """What was done."""
+class Execution:
+    """The course of a log or a plan: start, end, path and loads moved."""
 
     start: State
     end: State
@@ -42,22 +43,22 @@ class Deeds:
     carried: tuple[Carried, ...]
     """Loads that were moved, in the order in which they were lifted."""
     whole: bool = False
-    """Whether it is all that is done for a command, as a plan is. A log may start late, stop early,
-    or go on."""
+    """True if the execution covers all of a command, as a plan does. A log may start late, stop
+    early, or go on."""
 
 
-def logged(context: Context) -> Deeds:
-    """What a context's own log does."""
+def logged(context: Context) -> Execution:
+    """Return the execution of a context's own log."""
     start, log = start_state(context), recorded(context)
     end = replayed(context, context) or start
     track = log.agent.trajectory
     loads = moved(log) | ({end.held} if end.held else set())
     carried = [_of_log(o, track.t, start, end) for o in log.objects if o.id in loads]
-    return Deeds(start, end, np.column_stack((track.xyz[:, :2], track.yaw)), _in_order(carried))
+    return Execution(start, end, np.column_stack((track.xyz[:, :2], track.yaw)), _in_order(carried))
 
 
-def planned(context: Context, actions: Sequence[Action]) -> Deeds:
-    """What a plan does in a context's start state."""
+def planned(context: Context, actions: Sequence[Action]) -> Execution:
+    """Return the execution of a plan in a context's start state."""
     start = state = start_state(context)
     ways = [start.pose[None]]
     lifted: dict[str, int] = {} if start.held is None else {start.held: 0}
@@ -72,7 +73,7 @@ def planned(context: Context, actions: Sequence[Action]) -> Deeds:
                 lifted.setdefault(load, before)
             lowered[load] = None if state.held == load else before + len(ways[-1]) - 1
     carried = [Carried(load, lifted[load], lowered.get(load)) for load in lifted]
-    return Deeds(start, state, np.concatenate(ways), _in_order(carried), whole=True)
+    return Execution(start, state, np.concatenate(ways), _in_order(carried), whole=True)
 
 
 def _in_order(carried: Sequence[Carried]) -> tuple[Carried, ...]:
@@ -91,7 +92,7 @@ def _of_log(thing: PhysicalObject, t: FloatArray, start: State, end: State) -> C
 
 
 def replayed(world: Context, shown: Context) -> State | None:
-    """The state of a world after the log of another one, or its own, has happened in it.
+    """Return the state of a world after the log of another world, or its own.
 
     The things that the log moves, and the robot, end where the log has them end; all others stay
     where they are in the world. Both must be maps of the same site.
@@ -110,9 +111,9 @@ def replayed(world: Context, shown: Context) -> State | None:
 
 
 def counterparts(one: Context, other: Context) -> dict[str, str]:
-    """Which object of another context is which of one: same labels, starting nearest in all.
+    """Map objects of one context to another's: same labels, nearest starts overall.
 
-    Their ids say nothing where the logs were recorded at different times.
+    Ids don't correspond where the logs were recorded at different times.
     """
     found: dict[str, str] = {}
     kinds = {o.labels for o in one.objects if o.id != one.agent_id}
@@ -129,7 +130,7 @@ def counterparts(one: Context, other: Context) -> dict[str, str]:
 
 
 def _held_at_end(shown: Context) -> str | None:
-    """What is on the forks when a log ends."""
+    """Return the id of the load on the forks when a log ends."""
     log = recorded(shown)
     held = loaded(shown)
     end = log.agent.trajectory.xyz[-1, :2]

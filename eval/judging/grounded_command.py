@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eval.judging.deeds import counterparts, replayed
+from eval.judging.execution import counterparts, replayed
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.geometry.footprints import apart
@@ -28,7 +28,7 @@ from g3.short_repr import short_repr
 Things = frozenset[str]
 """Ids of things."""
 FIXED_M = 1.0
-"""Things nearer than this to where they were in another map haven't been moved."""
+"""Largest distance between two maps at which an object hasn't been moved, in metres."""
 _FUNCTION = frozenset(
     normalise(word)
     for word in ARTICLES | LADEN | OTHERS | QUANTIFIERS | THESE | set(ORDINALS) | set(CARDINALS)
@@ -37,24 +37,24 @@ _FUNCTION = frozenset(
 
 @short_repr
 @dataclass(frozen=True)
-class Worded:
-    """A command's clauses, and what their annotated groundings are in a world."""
+class GroundedCommand:
+    """A command's clauses with their annotated groundings in a world."""
 
     tree: Tree
     state: State
     """The world before anything is done."""
     own: bool
-    """Whether it is the world that was annotated."""
+    """True if this is the annotated world."""
     annotated: tuple[Things, ...]
-    """For each clause the ids of the things it is grounded in, as they were annotated."""
+    """Annotated object ids of each clause."""
     things: tuple[Things, ...]
-    """The same things as they are in the world, where they are in it."""
+    """Ids of the same objects in this world, where they exist in it."""
     labels: tuple[frozenset[tuple[str, ...]], ...]
-    """For each clause the labels of these things."""
+    """Labels of these objects, for each clause."""
     places: tuple[tuple[Place, ...], ...]
-    """For each clause the regions it is grounded in."""
+    """Annotated regions of each clause."""
     fixed: Things
-    """Things that stand where they stood when they were annotated."""
+    """Objects that stand where they stood when they were annotated."""
     state_after: State | None
     """The world after its own log; None in another world."""
 
@@ -64,11 +64,11 @@ class Worded:
         return self.state.context.agent_id
 
     def alike(self, node: int) -> Things:
-        """Things of the world that an OBJECT's noun names as well as what it is grounded in.
+        """Return things that an OBJECT's noun names as well as its groundings.
 
-        A noun that says no more than labels do names all things that have these: "the pallet of
-        tires" any pallet of tires, "the pallet" any pallet. One that says more, such as "the
-        box pallet", names things with all the labels of what it is grounded in.
+        A noun that consists of labels names all things with these labels: "the pallet of tires" any
+        pallet of tires, "the pallet" any pallet. A more specific noun, such as "the box pallet",
+        names things with all the labels of its groundings.
         """
         said = self._noun(node)
         others = [o for o in self.state.context.objects if o.id != self.robot]
@@ -80,7 +80,7 @@ class Worded:
         return frozenset(found)
 
     def _noun(self, node: int) -> set[str]:
-        """The words of an OBJECT that tell of what kind it is, in their normal form."""
+        """Return an OBJECT's normalised words that describe its kind."""
         nodes, here = self.tree.nodes, node
         said = list(noun_leaf(nodes[node]).words)
         while nodes[here].figure:
@@ -94,8 +94,8 @@ class Worded:
         return {word for word in words if not concepts([word])}
 
 
-def worded(annotation: Annotation, start: State) -> Worded:
-    """A command's annotation in the start state of a world."""
+def grounded_command(annotation: Annotation, start: State) -> GroundedCommand:
+    """Ground a command's annotation in the start state of a world."""
     own, world = annotation.context, start.context
     same = own.id == world.id
     now = {o.id: o.id for o in own.objects} if same else counterparts(own, world)
@@ -109,7 +109,7 @@ def worded(annotation: Annotation, start: State) -> Worded:
         for groundings, right in zip(annotation.groundings, annotation.correct, strict=True)
     ]
     things = [[g for g in gs if isinstance(g, PhysicalObject)] for gs in grounded]
-    return Worded(
+    return GroundedCommand(
         Tree(annotation.sdcs),
         start,
         same,
