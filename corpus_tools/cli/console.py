@@ -35,9 +35,9 @@ EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 
 LONGEST_MESSAGE = 2000
-"""Of a longer error the middle is left out."""
+"""Length beyond which an error loses its middle."""
 MOST_LINES = 50
-"""Where several things are wrong, so many are told."""
+"""Largest number of errors that are shown together."""
 
 
 class _EntryPointGroup(click.Group):
@@ -165,7 +165,7 @@ def run(args: Sequence[str]) -> int:
 
 
 def _drop_output() -> None:
-    """Send what couldn't be printed nowhere.
+    """Discard the output that couldn't be printed.
 
     The interpreter flushes again as it ends; there that would print a warning.
     """
@@ -174,7 +174,7 @@ def _drop_output() -> None:
 
 
 def _interrupted(cause: BaseException | None, targets: Sequence[Path]) -> str:
-    """The line for Ctrl-C, with the file that was being written, or would have been."""
+    """Return the line for Ctrl-C, with the file that was, or would have been, written."""
     names = [str(name) for name in (cause.args if cause else ())] or [str(t) for t in targets]
     if not names:
         return "ct: interrupted"
@@ -185,7 +185,7 @@ def _interrupted(cause: BaseException | None, targets: Sequence[Path]) -> str:
 
 
 def _machine_error(error: OSError | MemoryError, targets: Sequence[Path]) -> CorpusError | None:
-    """An error of the machine, with the command's own target where it names no file."""
+    """Convert an error of the machine; without a file, it names the command's own target."""
     if isinstance(error, MemoryError):
         fix = "end other programs, give less at a time, or use a machine with more memory"
         return CorpusError(
@@ -236,7 +236,7 @@ def _in_one_line(message: str) -> str:
 
 
 def _shortened(message: str) -> str:
-    """A message without its middle, if it repeats something endless that was given."""
+    """Return a message without its middle, if it repeats something endless that was given."""
     if len(message) <= LONGEST_MESSAGE:
         return message
     half = LONGEST_MESSAGE // 2

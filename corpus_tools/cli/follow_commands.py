@@ -30,25 +30,25 @@ NOTHING = 2
 FAILED = 3
 """Exit status where a plan couldn't be carried out."""
 UNSURE = 0.7
-"""Without a terminal, plans that are less probable than this aren't carried out unasked."""
+"""Probability below which a plan isn't carried out without a terminal to confirm it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What of plans is shown and done, by the command's options."""
+    """The command's options of showing and carrying out plans."""
 
     form: str
     plan_only: bool
     yes: bool
-    """Nothing is asked before that."""
+    """True if plans are carried out without a question."""
     confirm_below: float
-    """What is less probable isn't done where nobody can be asked."""
+    """Probability below which a plan isn't carried out where nobody can confirm it."""
     search: dict[str, Any]
     """Options of :meth:`~g3.inference.grounder.Grounder.follow`."""
 
     @property
     def asks(self) -> bool:
-        """Whether there is somebody to ask."""
+        """True if there is somebody to ask."""
         return self.form == PLAIN and sys.stdin.isatty()
 
 
@@ -250,7 +250,7 @@ def _show_plans(result: Result, shown: Shown) -> None:
 
 
 def _confirmed(result: Result, shown: Shown) -> bool:
-    """Whether a plan is to be carried out: as somebody says, else if it is sure enough."""
+    """Check that a plan is to be carried out: by the person's answer, else by its probability."""
     plan = result.plan
     if plan is None or shown.yes:
         return plan is not None
@@ -294,7 +294,7 @@ def _film(done: Execution, video: Path, site: str) -> None:
 
 
 def _report(done: Execution | None, result: Result, form: str, video: Path | None) -> None:
-    """Print what came of a plan; programs get the plan with it."""
+    """Print the result of a plan; programs get the plan with it."""
     from corpus_tools.following.plan_words import as_record
 
     lines, execution = [], None

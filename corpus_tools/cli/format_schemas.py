@@ -1,6 +1,6 @@
 """JSON Schemas of the files of corpora, scenarios, layouts, models and answers, from the records.
 
-``python -m corpus_tools.cli.format_schemas docs/schemas`` writes them anew.
+``python -m corpus_tools.cli.format_schemas docs/schemas`` rewrites them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from g3.learning.model_file import ModelCard
 
 
 def schemas() -> dict[str, bytes]:
-    """The content of each schema file by name."""
+    """Return the content of each schema file by name."""
     types: dict[str, type[msgspec.Struct]] = {MANIFEST: Manifest, **LINE_RECORDS}
     types |= ANSWER_RECORDS
     types |= {REPORT: ImportReport, "model.json": ModelCard}
@@ -39,7 +39,7 @@ def _anything(kind: type) -> dict[str, Any]:
 
 
 def to_bytes(content: dict[str, Any]) -> bytes:
-    """The file of a schema, with its dialect and without the indentation of docstrings."""
+    """Return the file of a schema, with its dialect and without the indentation of docstrings."""
     for part in content.get("$defs", {}).values():
         if "description" in part:
             part["description"] = inspect.cleandoc(part["description"])

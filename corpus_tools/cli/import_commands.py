@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from corpus_tools.importers.report import ImportReport
 
 SHOWN = 5
-"""How many ids of records the summary names for each note."""
+"""Number of record ids that the summary names for each note."""
 
 
 @click.group("import")

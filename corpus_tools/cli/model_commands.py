@@ -152,7 +152,7 @@ def _potential_text(record: dict[str, object]) -> str:
 
 
 def _block(name: str, lines: list[str]) -> str:
-    """A name with lines of what is said of it, wrapped."""
+    """Format a name and the lines about it, wrapped."""
     import textwrap
 
     wrapped = (textwrap.wrap(line, 96, subsequent_indent=" " * 10) for line in lines)

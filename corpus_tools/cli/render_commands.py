@@ -167,7 +167,7 @@ def _produce(
 
 
 def _report(outcomes: list[Outcome], out: Path, form: str) -> int:
-    """Print what became of the items; return the exit status."""
+    """Print the result of each item, and return the exit status."""
     failed = [outcome for outcome in outcomes if outcome.problem]
     for outcome in failed:
         note(f"ct: {outcome.name}: {' '.join(outcome.problem.split())}")

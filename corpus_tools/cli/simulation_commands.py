@@ -1,4 +1,4 @@
-"""``ct simulate-workers``: commands and ratings that nobody gave, for studies of load and scale."""
+"""``ct simulate-workers``: simulated commands and ratings, for studies of load and scale."""
 
 from __future__ import annotations
 

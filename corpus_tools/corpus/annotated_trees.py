@@ -41,7 +41,7 @@ def annotated_trees(corpus: Corpus) -> list[Annotated]:
 
 
 def annotated_commands(annotations: Iterable[Annotation]) -> dict[str, Annotation]:
-    """The first positive annotation of each command, by the command's id."""
+    """Return the first positive annotation of each command, by the command's id."""
     found: dict[str, Annotation] = {}
     for annotation in annotations:
         if annotation.source == "positive":

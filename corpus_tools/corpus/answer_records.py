@@ -1,4 +1,4 @@
-"""What files of plans and of predictions hold that other programs have made: one record a line.
+"""Records of plans and predictions that other programs have made, one a line.
 
 ``ct eval --table 3 --plans`` reads plans, ``--table 1 --predictions`` reads predictions, and
 ``--write-tasks`` writes the same records with what is asked and without answers. They are read with

@@ -1,4 +1,4 @@
-"""Commands with all that a corpus knows of them: what iterating over a corpus gives."""
+"""Entries of a corpus: commands with their annotations, contexts and outcomes."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A command of a corpus, and what is known of it."""
+    """A command of a corpus, with its annotations, context and outcomes."""
 
     command: Command
-    """What somebody typed."""
+    """The command as somebody typed it."""
     annotations: tuple[Annotation, ...] = ()
     """Its clauses with groundings, right and wrong ones; none where nobody annotated it."""
     context: Context | None = None
     """The world that it was given in; None if that isn't known."""
     outcomes: tuple[TaskOutcome, ...] = ()
-    """What the robot did, where a log shows it."""
+    """Executions by the robot, where a log shows them."""
 
     @property
     def id(self) -> str:
@@ -54,7 +54,7 @@ class Entry:
         return self.annotation.sdcs if self.annotation else ()
 
     def _repr_html_(self) -> str:
-        """The annotation drawn, else the command's text."""
+        """Return a drawing of the annotation, else the command's text."""
         if self.annotation is not None:
             return self.annotation._repr_html_()
         return html_view.heading(self.text, self.id, self.command.scenario, "not annotated")
@@ -66,7 +66,7 @@ def entries(
     contexts: Mapping[str, Context],
     outcomes: Sequence[TaskOutcome],
 ) -> Iterator[Entry]:
-    """Each command with what is known of it, in their order."""
+    """Yield an entry for each command, in their order."""
     places = contexts_by_command(commands, annotations := list(annotations), contexts, outcomes)
     own: dict[str, list[Annotation]] = defaultdict(list)
     for annotation in annotations:
@@ -82,7 +82,7 @@ def entries(
 
 
 def entries_table(found: Iterable[Entry]) -> pd.DataFrame:
-    """A row for each command: its text, whose it is, and its clauses in brackets."""
+    """Make a table with a row for each command: its text, its person, its clauses in brackets."""
     from g3.data_frames import data_frame  # noqa: PLC0415 - needs pandas
 
     return data_frame(
@@ -101,14 +101,14 @@ def entries_table(found: Iterable[Entry]) -> pd.DataFrame:
 
 
 def belongs_to(outcome: TaskOutcome, command: Command) -> bool:
-    """Whether an outcome is a command's: its own, or that of its video."""
+    """Check that an outcome belongs to a command or, if it names none, to the command's video."""
     if outcome.command:
         return outcome.command == command.id
     return outcome.scenario == command.scenario and outcome.video in ("", command.video)
 
 
 def outcomes_among(outcomes: Iterable[TaskOutcome], command: Command) -> tuple[TaskOutcome, ...]:
-    """What was done for a command, in order: its own outcomes, else those of its video."""
+    """Return a command's outcomes in order: those that name it, else those of its video."""
     found = [o for o in outcomes if belongs_to(o, command)]
     own = [o for o in found if o.command]
     return tuple(own or found)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SAMPLE = 8
-"""So many commands a notebook shows of a corpus, from all of it."""
+"""Number of commands that a notebook shows of a corpus, spread over all of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Corpus:
     """
 
     name: str
-    """What the corpus is called."""
+    """Name of the corpus."""
     contexts: Mapping[str, Context]
     commands: Mapping[str, Command]
     """By id. Every command that was typed is there, annotated or not."""
@@ -41,22 +41,22 @@ class Corpus:
     judgments: tuple[Judgment, ...]
     """People's ratings of commands shown with videos."""
     source: str
-    """Where the data come from."""
+    """Origin of the data."""
     licence: str
-    """On what terms they may be used."""
+    """Terms of use."""
     hash: str
-    """``sha256:`` and the digest of the content, the subjects left out. It is the same no matter
-    which salt hides the subjects and what the corpus is called."""
+    """``sha256:`` and the digest of the content without the subjects. It doesn't depend on the salt
+    that hides the subjects, nor on the corpus's name."""
     outcomes: tuple[TaskOutcome, ...] = ()
-    """What the robot did, where a log shows it; a video's in the order in which it was done."""
+    """Executions by the robot, where a log shows them; those of a video are in their order."""
     _entries: list[Entry] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:
-        """How many commands there are."""
+        """Return the number of commands."""
         return len(self.commands)
 
     def __iter__(self) -> Iterator[Entry]:
-        """The commands, each with all that is known of it."""
+        """Yield the commands, each with its annotations, context and outcomes."""
         return iter(self._all())
 
     @overload
@@ -64,7 +64,7 @@ class Corpus:
     @overload
     def __getitem__(self, which: slice) -> list[Entry]: ...
     def __getitem__(self, which: int | str | slice) -> Entry | list[Entry]:
-        """A command by its number or its id, or some of them."""
+        """Return a command by its number or its id, or several by a slice."""
         if isinstance(which, str) and which not in self.commands:
             like = next(iter(self.commands), "")
             raise KeyError(f"there is no command {which!r}; ids are like {like!r}")
@@ -73,7 +73,7 @@ class Corpus:
         return self._all()[which]
 
     def __contains__(self, which: object) -> bool:
-        """Whether there is a command of that id, or that entry."""
+        """Check for a command by its id, or for an entry."""
         return which in self.commands if isinstance(which, str) else which in self._all()
 
     def _all(self) -> list[Entry]:
@@ -83,7 +83,7 @@ class Corpus:
         return self._entries
 
     def to_pandas(self) -> pd.DataFrame:
-        """A row for each command."""
+        """Make a table with a row for each command."""
         return entries_table(self)
 
     def _counts(self) -> tuple[str, ...]:
@@ -97,7 +97,7 @@ class Corpus:
         return f"Corpus({', '.join((brief(self.name), *self._counts()))})"
 
     def _repr_html_(self) -> str:
-        """Where it is from, what it holds, and some of its commands."""
+        """Return the corpus's source, its counts and some of its commands as HTML."""
         step = max(1, len(self) // SAMPLE)
         rows = [(e.id, e.text, "yes" if e.annotations else "no") for e in self[::step][:SAMPLE]]
         return "\n".join(

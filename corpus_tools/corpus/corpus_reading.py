@@ -1,4 +1,4 @@
-"""Reading a corpus, with errors that say what is wrong, where, and how to mend it."""
+"""Reading of a corpus, with errors that name the problem, its place and its fix."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def load_corpus(path: Path | str) -> Corpus:
 
 
 def refuse(problem: FormatError) -> NoReturn:
-    """Raise a problem: for who reads nothing that has one."""
+    """Raise a problem, for readers that refuse any."""
     raise problem
 
 
@@ -100,7 +100,7 @@ def read_manifest(folder: Path) -> Manifest:
 def read_corpus(folder: Path, on_problem: OnProblem) -> Corpus:
     """Read a corpus, handing each problem of a record to `on_problem`.
 
-    What can't be read at all (no corpus, a missing file) is raised as FormatError.
+    A corpus that can't be read at all (no corpus, a missing file) raises FormatError.
     """
     manifest = read_manifest(folder)
     corpus, tables = read_content(folder, manifest, on_problem)
@@ -110,12 +110,12 @@ def read_corpus(folder: Path, on_problem: OnProblem) -> Corpus:
 
 
 def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tuple[Corpus, Tables]:
-    """Read what a corpus holds, whether or not that is what its manifest says."""
+    """Read the content of a corpus, even if it differs from its manifest."""
     arrays = read_arrays(folder / TRAJECTORIES)
     trajectory = _trajectory_reader(arrays)
 
     def read(name: str, record_type: type[R], convert: Callable[[R], T]) -> tuple[list[R], list[T]]:
-        """The records of a file, and what those stand for that are right."""
+        """Read the records of a file, and convert the valid ones."""
         lines = _read_lines(folder / name, record_type, on_problem)
         return [line.record for line in lines], list(_convert(lines, convert, on_problem))
 
@@ -179,7 +179,7 @@ def _trajectory_reader(arrays: Arrays) -> decoding.GetTrajectory:
 
 
 def _read_lines(path: Path, record_type: type[R], on_problem: OnProblem) -> list[_Line[R]]:
-    """The records of a JSONL file, their ids checked to differ."""
+    """Read the records of a JSONL file, and check that their ids differ."""
     try:
         content = regular_file.read_bytes(path)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""What the files of a corpus hold: one typed record a line.
+"""Records in the files of a corpus: one typed record a line.
 
 The records are the file format: JSON Schemas are made from them, and a change here is a
 change of the format. They are kept apart from the domain types of :mod:`g3`, which can
@@ -32,7 +32,7 @@ Word: TypeAlias = tuple[Index, str]
 
 
 class _Record(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What all records have in common."""
+    """Base of all records."""
 
 
 class PrismRecord(_Record, frozen=True):

@@ -1,4 +1,4 @@
-"""Counting what is in a corpus, for comparison with section 4.1 of the paper."""
+"""Counts of a corpus, for comparison with section 4.1 of the paper."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
 from g3.short_repr import short_repr
 
 PAPER = {"subjects": 45.0, "videos": 22.0, "commands_per_video": 13.0}
-"""What section 4.1 says of the corpus of AAAI-11."""
+"""Figures of the corpus in section 4.1 of AAAI-11."""
 
 
 class Examples(msgspec.Struct, frozen=True):
@@ -28,7 +28,7 @@ class Examples(msgspec.Struct, frozen=True):
 
 @short_repr
 class Statistics(msgspec.Struct, frozen=True):
-    """What is in a corpus.
+    """Counts and lengths of a corpus.
 
     Videos, subjects, commands and SDCs are those of the commands that have a positive
     annotation. ``sdcs`` and ``sdcs_by_type`` count every clause of the positive
@@ -66,7 +66,7 @@ class Tally:
         self.implicit = 0
         self.labels: Counter[tuple[str, bool]] = Counter()
         self.commands: set[str] = set()
-        """The ids of those that have a positive annotation."""
+        """Ids of the commands that have a positive annotation."""
 
     def add(
         self,
@@ -93,7 +93,7 @@ class Tally:
 
 
 def statistics(corpus: Corpus) -> Statistics:
-    """Count what is in a corpus."""
+    """Count the content of a corpus."""
     tally = Tally()
     for a in corpus.annotations:
         labels = zip(a.correct, a.groundings, strict=True)
@@ -112,7 +112,7 @@ def statistics(corpus: Corpus) -> Statistics:
 
 
 def of_annotations(tally: Tally, commands: Iterable[Command]) -> dict[str, Any]:
-    """The fields of `Statistics` that commands and their annotations make."""
+    """Return the fields of `Statistics` that depend on commands and their annotations."""
     typed, videos, subjects, scenarios = 0, set(), set(), set()
     for command in commands:
         typed += 1
@@ -141,7 +141,7 @@ def of_annotations(tally: Tally, commands: Iterable[Command]) -> dict[str, Any]:
 
 
 def is_implicit(sdc: SDC | SDCRecord) -> bool:
-    """Whether a clause has no words: the robot that an imperative doesn't name."""
+    """Check that a clause has no words: the robot that an imperative doesn't name."""
     return not any((sdc.words, sdc.relation, sdc.figure, sdc.landmark1, sdc.landmark2))
 
 

@@ -44,12 +44,12 @@ def write_corpus(
 
 
 def check_writable(path: Path | str, *, force: bool = False) -> None:
-    """Raise what :func:`write_corpus` would raise, before any work is done."""
+    """Raise the errors of :func:`write_corpus` before any work is done."""
     check_target(Path(path), force=force, marker=records.MANIFEST)
 
 
 def corpus_files(corpus: Corpus) -> dict[str, bytes]:
-    """The files' contents by name, the same for the same corpus."""
+    """Return the files' contents by name, the same for the same corpus."""
     tables = encode(corpus)
     manifest = records.Manifest(
         schema_version=records.SCHEMA_VERSION,
@@ -67,12 +67,12 @@ def corpus_files(corpus: Corpus) -> dict[str, bytes]:
 
 
 def manifest_to_bytes(manifest: records.Manifest) -> bytes:
-    """The content of corpus.json."""
+    """Return the content of corpus.json."""
     return msgspec.json.format(msgspec.json.encode(manifest), indent=2) + b"\n"
 
 
 def seal(folder: Path) -> tuple[records.Manifest, records.Manifest]:
-    """Write the hash, counts and digests of what a corpus holds now into its corpus.json.
+    """Write the hash, counts and digests of a corpus's present content into its corpus.json.
 
     Returns the manifest as it was, and as it is now. If anything else is wrong with the corpus,
     that is a FormatError, and nothing is written.

@@ -1,4 +1,4 @@
-"""From the records of a corpus's files to the domain types.
+"""Conversion of the records in a corpus's files to the domain types.
 
 Each function raises :class:`g3.errors.FormatError` whose ``where`` is the field inside
 the record; :mod:`corpus_tools.corpus.corpus_reading` adds the file and the record.
@@ -25,7 +25,7 @@ GetTrajectory = Callable[[int, str], Trajectory]
 @short_repr
 @dataclass(frozen=True, slots=True)
 class World:
-    """What annotations refer to, each by its id."""
+    """Things that annotations refer to, each by its id."""
 
     commands: Mapping[str, Command]
     contexts: Mapping[str, Context]
@@ -34,7 +34,7 @@ class World:
 
 
 def context(record: records.ContextRecord, trajectory: GetTrajectory) -> Context:
-    """A context, its agent and the ids of its objects checked."""
+    """Decode a context, and check its agent and the ids of its objects."""
     objects = tuple(
         _object(item, f"objects[{i}]", trajectory) for i, item in enumerate(record.objects)
     )
@@ -64,17 +64,17 @@ def context(record: records.ContextRecord, trajectory: GetTrajectory) -> Context
 
 
 def command(record: records.CommandRecord) -> Command:
-    """A command."""
+    """Decode a command."""
     return Command(record.id, record.text, record.scenario, record.video, record.subject)
 
 
 def judgment(record: records.JudgmentRecord) -> Judgment:
-    """A judgment."""
+    """Decode a judgment."""
     return Judgment(**msgspec.structs.asdict(record))
 
 
 def outcome(record: records.OutcomeRecord, world: World) -> TaskOutcome:
-    """What was done in a task; its ids are checked, and that its parts fit together."""
+    """Decode the outcome of a task, and check its ids and that its parts fit together."""
     if record.context not in world.contexts:
         raise _unknown("context", record.context, "contexts.jsonl")
     if record.command:
@@ -102,7 +102,7 @@ def outcome(record: records.OutcomeRecord, world: World) -> TaskOutcome:
 
 
 def _contradictions(record: records.OutcomeRecord) -> Iterator[tuple[str, str]]:
-    """What of an outcome doesn't fit together, and in which field."""
+    """Yield the fields of an outcome that contradict others, each with the reason."""
     unknown = set(record.unknown)
     if record.put and not record.picked and "picked" not in unknown:
         yield "something was put somewhere, but nothing was picked up", "put"
@@ -121,7 +121,7 @@ def _contradictions(record: records.OutcomeRecord) -> Iterator[tuple[str, str]]:
 def annotation(
     record: records.AnnotationRecord, world: World, trajectory: GetTrajectory
 ) -> Annotation:
-    """An annotation, its references, words and lengths checked."""
+    """Decode an annotation, and check its references, words and lengths."""
     its_command = world.commands.get(record.command)
     if its_command is None:
         raise _unknown("command", record.command, "commands.jsonl")

@@ -23,7 +23,7 @@ from g3.errors import FormatError
 
 
 def sealed(manifest: Manifest, tables: Tables) -> Manifest:
-    """A manifest with the hash, the counts and the digests of what is there."""
+    """Return a manifest with the hash, the counts and the digests of the tables."""
     counted = msgspec.structs.replace(
         manifest,
         schema_version=SCHEMA_VERSION,
@@ -34,7 +34,7 @@ def sealed(manifest: Manifest, tables: Tables) -> Manifest:
 
 
 def problems(manifest: Manifest, tables: Tables, folder: str) -> Iterator[FormatError]:
-    """What of a corpus is not as its manifest says; errors shall call its folder `folder`."""
+    """Yield an error for each difference between corpus and manifest; errors name `folder`."""
     accept = f"accept the change with: ct corpus seal {folder}"
     counted = msgspec.structs.asdict(tables.counts())
     for name, promised in msgspec.structs.asdict(manifest.counts).items():
@@ -61,7 +61,7 @@ def problems(manifest: Manifest, tables: Tables, folder: str) -> Iterator[Format
 
 
 def is_as_written(manifest: Manifest, found: Mapping[str, str], arrays: Arrays) -> bool:
-    """Whether files are those that a manifest was written with, byte by byte.
+    """Check that files are byte by byte those that a manifest was written with.
 
     `found` has for the name of each JSONL file the digest of its bytes.
     """

@@ -65,7 +65,7 @@ def overview(corpus: Corpus) -> str:
 
 
 def overview_record(corpus: Corpus) -> Mapping[str, object]:
-    """The same as :func:`overview`, for programs."""
+    """Return the content of :func:`overview` for programs."""
     return {
         "name": corpus.name,
         "source": corpus.source,
@@ -99,7 +99,7 @@ def _scenarios(corpus: Corpus) -> list[dict[str, object]]:
 
 
 def _example(commands: Mapping[str, Command]) -> tuple[str, str]:
-    """The id and the text of the first command, if there is any."""
+    """Return the id and the text of the first command; empty if there is none."""
     for command in commands.values():
         text = " ".join(command.text.split())
         return command.id, textwrap.shorten(text, EXAMPLE_WIDTH, placeholder=" ...")
@@ -107,7 +107,7 @@ def _example(commands: Mapping[str, Command]) -> tuple[str, str]:
 
 
 def statistics_table(statistics: Statistics) -> str:
-    """The counts, with the paper's beside them where it gives any."""
+    """Format the counts, with the paper's beside them where it gives any."""
     s = statistics
     rows: list[tuple[str, ...]] = [
         ("", "corpus", "paper"),
@@ -184,7 +184,7 @@ def _annotation(annotation: Annotation) -> str:
 
 
 def _outcome(corpus: Corpus, outcome: TaskOutcome) -> str:
-    """What was done, in words, and what of it isn't known."""
+    """Describe an outcome in words, with its unknown parts."""
     labels = {o.id: " ".join(o.labels) for o in corpus.contexts[outcome.context].objects}
 
     def named(ids: Sequence[str]) -> str:
@@ -251,12 +251,12 @@ def _motion(trajectory: Trajectory) -> str:
 
 
 def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
-    """The command, annotation or context with an id, and what belongs to it.
+    """Return the command, annotation, context or outcome with an id, and the records around it.
 
     A command brings its annotations and what was done, an annotation its command and its context.
-    An outcome can be asked for too; it brings its context. ``commands``, ``annotations``,
-    ``contexts`` and ``outcomes`` are lists of records; their numbers point to ``trajectories``:
-    lists of ``t`` in s, ``xyz`` in m and ``yaw`` in rad.
+    An outcome brings its context. ``commands``, ``annotations``, ``contexts`` and ``outcomes`` are
+    lists of records; their numbers point to ``trajectories``: lists of ``t`` in s, ``xyz`` in m and
+    ``yaw`` in rad.
     """
     annotations = tuple(a for a in corpus.annotations if name in (a.id, a.command.id))
     commands = {a.command.id: a.command for a in annotations}

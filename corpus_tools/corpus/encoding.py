@@ -37,7 +37,7 @@ class Tables:
     outcomes: Sequence[records.OutcomeRecord] = ()
 
     def counts(self) -> records.Counts:
-        """How many records each file holds."""
+        """Count the records of each file."""
         return records.Counts(
             contexts=len(self.contexts),
             commands=len(self.commands),
@@ -48,7 +48,7 @@ class Tables:
         )
 
     def lines(self) -> dict[str, bytes]:
-        """The content of each JSONL file by its name; without outcomes there is no file of them."""
+        """Return each JSONL file's content by its name; without outcomes, no file of them."""
         tables: dict[str, Sequence[msgspec.Struct]] = {
             records.CONTEXTS: self.contexts,
             records.COMMANDS: self.commands,
@@ -88,7 +88,7 @@ def make_corpus(
 
 
 def rehashed(corpus: Corpus) -> Corpus:
-    """The corpus with the hash of what it holds: for one that was changed by ``replace``."""
+    """Return the corpus with the hash of its content, for one that was changed by ``replace``."""
     return replace(corpus, hash=content_hash(encode(corpus)))
 
 
@@ -129,7 +129,7 @@ class _Trajectories:
 
 
 def encode(corpus: Corpus) -> Tables:
-    """The records that stand for a corpus."""
+    """Convert a corpus to its records."""
     trajectories = _Trajectories()
     homes: _Homes = defaultdict(dict)
     for context in corpus.contexts.values():
@@ -146,7 +146,7 @@ def encode(corpus: Corpus) -> Tables:
 
 
 def _alike(kind: type[R], things: Iterable[object]) -> list[R]:
-    """The records of things that have the same fields; empty ones are the records' defaults."""
+    """Make records of things that have the same fields; empty ones are the records' defaults."""
     rows = (
         {name: value for name in kind.__struct_fields__ if (value := getattr(thing, name)) != ()}
         for thing in things

@@ -37,7 +37,7 @@ REASONS: Mapping[Reason, str] = {
     "poor resamples": "over 5 % of the resamples have no such figure, or nearly all lie beside it",
     "unknown people": "it isn't recorded who judged or typed",
 }
-"""Why there is no figure, or no interval around one, by the name that all formats print."""
+"""Reasons for a missing figure or interval, by the name that all formats print."""
 
 
 class Estimate(NamedTuple):
@@ -64,22 +64,22 @@ class Estimate(NamedTuple):
 
     @property
     def is_known(self) -> bool:
-        """Whether there is a value."""
+        """True if there is a value."""
         return not math.isnan(self.value)
 
     @property
     def has_interval(self) -> bool:
-        """Whether there are bounds."""
+        """True if there are bounds."""
         return not math.isnan(self.low)
 
 
 def undefined(reason: Reason) -> Estimate:
-    """An estimate that doesn't exist."""
+    """Make an estimate without a value."""
     return Estimate(math.nan, reason=reason)
 
 
 def part(some: float, whole: float, missing: Reason = "empty class") -> Estimate:
-    """A part of a whole, without an interval; of a whole of nothing there is none."""
+    """Compute the share of a whole, without an interval; undefined if the whole is 0."""
     return Estimate(some / whole) if whole > 0 else undefined(missing)
 
 
@@ -93,6 +93,6 @@ def named(estimates: Mapping[str, Estimate]) -> dict[str, float | Reason]:
 
 
 def explained(given: Iterable[Estimate | object]) -> list[str]:
-    """A line for each reason that estimates, or fields of records, name, with its meaning."""
+    """Return a line with the meaning of each reason that estimates, or records' fields, name."""
     names = [one.reason if isinstance(one, Estimate) else one for one in given]
     return [f"{name}: {meaning}" for name, meaning in REASONS.items() if name in names]

@@ -25,7 +25,7 @@ NEGATIVES: tuple[Negatives, ...] = get_args(Negatives)
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Which examples and features a model is made of: see `corpus_tools.options.model_options`."""
+    """Choice of a model's examples and features: see `corpus_tools.options.model_options`."""
 
     negatives: Negatives = "random"
     seed: int = 0
@@ -47,7 +47,7 @@ def labelled_examples(
     Parameters
     ----------
     seed
-        What hard negatives are drawn with.
+        Seed of the hard negatives.
 
     Raises
     ------

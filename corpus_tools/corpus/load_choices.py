@@ -20,7 +20,7 @@ from g3.learning.load_choice import LoadChoice
 def load_choices(corpus: Corpus) -> list[LoadChoice]:
     """Find which load each command was about: by outcomes, else by annotations.
 
-    Commands of which that isn't known are left out, and those that began with a load on the forks.
+    Commands without a known load, and those that began with a load on the forks, are left out.
     """
     contexts = contexts_of_commands(corpus)
     found = []
@@ -44,9 +44,9 @@ def load_choices(corpus: Corpus) -> list[LoadChoice]:
 
 
 def load_choices_of(corpora: Sequence[Corpus]) -> list[LoadChoice]:
-    """Those of several corpora; none where no corpus has outcomes.
+    """Return the load choices of several corpora; none where no corpus has outcomes.
 
-    What is annotated trains the factors of clauses, which know it better.
+    Annotated commands train the factors of clauses, which determine the load more precisely.
     """
     if not any(outcome.picked for corpus in corpora for outcome in corpus.outcomes):
         return []
@@ -68,7 +68,7 @@ def _choice(command: Command, context: Context, known: set[str], corpus: Corpus)
 
 
 def _handled(annotation: Annotation) -> Iterator[str]:
-    """Id of what the first clause that handles something is about, if it is one thing."""
+    """Yield the id of the thing that the first handling clause is about, if it is only one."""
     tree = Tree(annotation.sdcs)
     for own in (frame(tree, node) for node in asked(tree)):
         if not own.handles:

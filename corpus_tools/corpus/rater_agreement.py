@@ -1,4 +1,4 @@
-"""How much several people agree: Krippendorff's α and Fleiss' κ."""
+"""Agreement of several people: Krippendorff's α and Fleiss' κ."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def krippendorff_alpha(units: Iterable[Sequence[Any]], level: Level = "nominal")
         The ratings of each unit. Units with fewer than two say nothing and are left out.
         Ratings must be numbers unless the level is nominal.
     level
-        What differences between ratings mean.
+        Level of measurement, which defines the difference between ratings.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def fleiss_kappa(units: Iterable[Sequence[Hashable]]) -> Estimate:
 
 
 def _totals(units: Counter[tuple[Any, ...]]) -> Counter[Any]:
-    """How often each rating was given. Units that are the same are counted, not repeated."""
+    """Count each rating. Equal units are counted, not repeated."""
     totals: Counter[Any] = Counter()
     for unit, count in units.items():
         for rating in unit:
@@ -89,19 +89,19 @@ def _totals(units: Counter[tuple[Any, ...]]) -> Counter[Any]:
 
 
 def _unlike(ratings: Counter[Any]) -> float:
-    """How many ordered pairs of ratings differ."""
+    """Count the ordered pairs of ratings that differ."""
     return float(ratings.total() ** 2 - sum(count**2 for count in ratings.values()))
 
 
 def _squared(numbers: Mapping[Any, float], ratings: Counter[Any]) -> float:
-    """The sum of squared differences over ordered pairs of ratings, of which each is a number."""
+    """Sum the squared differences over ordered pairs of ratings, each of which is a number."""
     values = np.array([numbers[rating] for rating in ratings])
     counts = np.array([*ratings.values()], dtype=np.float64)
     return float(2 * (counts.sum() * counts @ values**2 - (counts @ values) ** 2))
 
 
 def _ranks(totals: Counter[Any]) -> dict[Any, float]:
-    """The middle of each value's ranks, so that values differ by the ratings in between."""
+    """Return the middle of each value's ranks, so that values differ by the ratings in between."""
     values = sorted(totals)
     counts = np.array([totals[value] for value in values], dtype=np.float64)
     return dict(zip(values, np.cumsum(counts) - counts / 2, strict=True))

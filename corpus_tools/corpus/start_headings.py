@@ -1,4 +1,4 @@
-"""Which way the robot faces at the start, where nobody has recorded it.
+"""Heading of the robot at the start, where nobody has recorded it.
 
 A context says so by having the heading of its agent among what is assumed. Results for such
 worlds should be given for several headings: give each rule to :func:`with_headings`.
@@ -22,7 +22,7 @@ from g3.short_repr import short_repr
 
 Toward: TypeAlias = Literal["loads", "things", "east"]
 LOAD = "pallet"
-"""What loads are labelled."""
+"""Label of loads."""
 
 
 @short_repr

@@ -1,4 +1,4 @@
-"""Counting what is in a corpus's files, line by line: memory doesn't grow with annotations.
+"""Counts of a corpus's files, line by line: memory doesn't grow with annotations.
 
 Only files that are byte by byte what a program wrote are counted so, which the digests of
 corpus.json show: then nothing else about them need be checked.
@@ -25,11 +25,11 @@ from g3.storage import regular_file
 from g3.storage.system_errors import about
 
 LONGEST_LINE = 1 << 26
-"""So many bytes of a line are held in memory."""
+"""Largest number of a line's bytes that are held in memory."""
 
 
 def statistics_of_files(folder: Path) -> Statistics:
-    """Count what is in a corpus, as :func:`~corpus_tools.corpus.corpus_statistics.statistics` does.
+    """Count a corpus like :func:`~corpus_tools.corpus.corpus_statistics.statistics`.
 
     Raises FormatError if something is wrong with the corpus.
     """
@@ -45,7 +45,7 @@ def statistics_of_files(folder: Path) -> Statistics:
 
 
 def _counted(folder: Path, manifest: records.Manifest) -> Statistics | None:
-    """None if the files aren't what was written."""
+    """Count the files; None if they differ from those that were written."""
     tally, commands, same = Tally(), list[Command](), 0
 
     def count_annotation(line: bytes) -> None:

@@ -1,4 +1,4 @@
-"""Which outcomes belong to which commands, and in which contexts commands were given."""
+"""Outcomes of commands, and the contexts in which commands were given."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from g3.annotation import Command, TaskOutcome
 
 
 def outcomes_of(corpus: Corpus, command: Command) -> tuple[TaskOutcome, ...]:
-    """What was done for a command, in order: its own outcomes, else those of its video."""
+    """Return a command's outcomes in order: those that name it, else those of its video."""
     return outcomes_among(corpus.outcomes, command)
 
 
 def is_drive(outcome: TaskOutcome) -> bool:
-    """Whether the robot only drove: nothing was picked up, and that is known."""
+    """Check that the robot only drove: nothing was picked up, and that is known."""
     return not outcome.picked and not {"picked", "put"} & set(outcome.unknown)
 
 
 def contexts_of_commands(corpus: Corpus) -> Mapping[str, str]:
-    """In which context each command was given, by their ids; see :func:`contexts_by_command`."""
+    """Return the id of each command's context; see :func:`contexts_by_command`."""
     return contexts_by_command(
         corpus.commands, corpus.annotations, corpus.contexts, corpus.outcomes
     )

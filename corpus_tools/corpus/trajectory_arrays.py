@@ -41,7 +41,7 @@ def pack(trajectories: Sequence[Trajectory]) -> Arrays:
 
 
 def to_bytes(arrays: Arrays) -> bytes:
-    """The file's bytes, the same for the same arrays."""
+    """Return the file's bytes, the same for the same arrays."""
     return array_file.write_arrays({name: arrays[name] for name in _FIELDS}, compressed=False)
 
 
@@ -66,7 +66,7 @@ def read_arrays(path: Path) -> Arrays:
 
 
 def as_lists(arrays: Arrays) -> Iterator[dict[str, Any]]:
-    """The poses of each trajectory as lists, by the names of the arrays."""
+    """Yield the poses of each trajectory as lists, by the names of the arrays."""
     for start, end in pairwise(arrays["offsets"].tolist()):
         yield {name: arrays[name][start:end].tolist() for name in ("t", "xyz", "yaw")}
 

@@ -1,1 +1,1 @@
-"""``ct doctor``: what this machine lacks, and how to get it."""
+"""``ct doctor``: missing parts of this machine, and how to get them."""

@@ -1,9 +1,9 @@
-"""What this machine has of what the toolkit needs, and how to get what is missing.
+"""Check of this machine for the toolkit's needs, with the fix of each missing one.
 
-A check is a function without arguments that returns what it found, in a few words, or
-raises a :class:`~g3.errors.CorpusError` that says what is missing. What you may do without,
-it returns as a :class:`Remark`. Installed distributions
-name theirs in the entry point group ``ct.checks``.
+A check is a function without arguments that returns its result in a few words, or raises
+a :class:`~g3.errors.CorpusError` that names the missing thing. A missing optional thing is
+returned as a :class:`Remark`. Installed distributions register theirs in the entry point
+group ``ct.checks``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ENTRY_POINT_GROUP = "ct.checks"
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """What isn't there, and needn't be."""
+    """Result about a missing thing that is optional."""
 
     found: str
     fix: str
@@ -32,18 +32,18 @@ Check: TypeAlias = Callable[[], str | Remark]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a check came to."""
+    """Result of a check."""
 
     name: str
     ok: bool
-    """Whether all that is needed is there."""
+    """True if everything needed is there."""
     found: str
     fix: str = ""
-    """How to mend it, or how to get what isn't there and needn't be; else empty."""
+    """Instruction for a repair or the installation of an optional thing; else empty."""
 
 
 def checks() -> dict[str, Check]:
-    """The checks of all installed distributions by name, sorted."""
+    """Return the checks of all installed distributions by name, sorted."""
     points = importlib.metadata.entry_points(group=ENTRY_POINT_GROUP)
     return {point.name: _loaded(point) for point in sorted(points, key=lambda p: p.name)}
 

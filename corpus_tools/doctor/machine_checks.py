@@ -17,14 +17,14 @@ NEEDED_BYTES = GIGABYTE
 
 
 def drawing() -> str:
-    """Whether pictures can be drawn without a screen."""
+    """Check that pictures can be drawn without a screen."""
     from corpus_tools.video.drawing.gl import VARIABLE, choose_back_end  # noqa: PLC0415 - slow to import
 
     return f"{VARIABLE}={choose_back_end()}"
 
 
 def encoding() -> str:
-    """Whether videos can be encoded."""
+    """Check that videos can be encoded."""
     from corpus_tools.video.drawing.gl import check_packages  # noqa: PLC0415 - slow to import
 
     check_packages()
@@ -41,14 +41,14 @@ def encoding() -> str:
 
 
 def wordnet() -> str:
-    """Whether WordNet can be read."""
+    """Check that WordNet can be read."""
     from g3.language.similarity import resources  # noqa: PLC0415 - slow to import
 
     return f"{len(resources.wordnet().senses)} nouns"
 
 
 def image_tags() -> str:
-    """Whether the table of image tags can be read."""
+    """Check that the table of image tags can be read."""
     from g3.language.similarity import resources  # noqa: PLC0415 - slow to import
 
     table = resources.tag_table()
@@ -56,7 +56,7 @@ def image_tags() -> str:
 
 
 def parsing() -> str:
-    """Whether commands can be parsed."""
+    """Check that commands can be parsed."""
     from g3.language.parsing.extractor import default_extractor  # noqa: PLC0415 - slow to import
     from g3.language.parsing.spacy_pipeline import language_model  # noqa: PLC0415 - slow to import
 
@@ -66,7 +66,7 @@ def parsing() -> str:
 
 
 def corpora() -> str:
-    """Whether the bundled corpora are there, and can be built into the cache."""
+    """Check that the bundled corpora are there, and can be built into the cache."""
     from corpus_tools.runtime.shipped import bundled  # noqa: PLC0415 - keeps the module's import light
 
     if not bundled():
@@ -82,7 +82,7 @@ def corpora() -> str:
 
 
 def disk() -> str:
-    """Whether there is room for results, for scratch files and for what is kept."""
+    """Check that there is room for results, for scratch files and for the cache."""
     rooms = []
     for folder in (Path.cwd(), Path(tempfile.gettempdir()), _nearest(cache_folder())):
         free = shutil.disk_usage(folder).free
@@ -98,7 +98,7 @@ def disk() -> str:
 
 
 def extras() -> str | Remark:
-    """Which extras are there. None is needed."""
+    """List the missing extras. None of them is needed."""
     from corpus_tools.runtime import extras as known  # noqa: PLC0415 - keeps the module's import light
 
     missing = {extra: lacking for extra in known.extras() if (lacking := known.missing_of(extra))}
@@ -112,5 +112,5 @@ def extras() -> str | Remark:
 
 
 def _nearest(folder: Path) -> Path:
-    """The folder, or the nearest one above it that is there."""
+    """Return the folder, or the nearest existing one above it."""
     return next(f for f in (folder, *folder.parents) if f.exists())

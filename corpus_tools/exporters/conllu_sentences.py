@@ -11,7 +11,7 @@ NAME = "corpus.conllu"
 
 
 def conllu_files(corpus: Corpus) -> dict[str, bytes]:
-    """A sentence for each command; those that are annotated have their clauses in MISC.
+    """Return a sentence for each command; annotated ones have their clauses in MISC.
 
     The syntax is spaCy's, converted (:mod:`g3.language.parsing.universal_dependencies`). Commands
     without a word are left out. Raises ModelError if the parser of English isn't installed.

@@ -1,4 +1,4 @@
-"""A corpus as tables: what is in a list there is a row here."""
+"""A corpus as tables: the items of its lists are rows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from g3.groundings import Grounding, PhysicalObject, Place
 from g3.sdc.clauses import all_words, breadth_first
 
 _FORMULA = "=+-@−"
-"""With these a formula begins, also in their full-width and small forms (＝, ﹦)."""
+"""Beginnings of formulas, also in their full-width and small forms (＝, ﹦)."""
 _BEFORE = "".join(
     map(chr, (*range(0x21), 0x7F, 0x85, 0xA0, 0xAD, 0xFEFF, *range(0x2000, 0x2010), 0x3000))
 )
@@ -61,7 +61,7 @@ def csv_files(corpus: Corpus) -> dict[str, bytes]:
 
 
 def safe_cell(value: object) -> object:
-    """A value that spreadsheets take for text if it is text.
+    """Return a value that spreadsheets take for text if it is text.
 
     A quotation mark before it keeps them from running what looks like a formula.
 

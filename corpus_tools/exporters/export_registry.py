@@ -26,15 +26,15 @@ class Exporter:
     """A format that a corpus can be written in."""
 
     name: str
-    """What ``--to`` calls it."""
+    """Name of the format for ``--to``."""
     summary: str
-    """What is written, in one line."""
+    """Content of the export, in one line."""
     target: str
     """The function: ``package.module:function``. It gives the files of a corpus."""
     marker: str
     """A file that every folder in this format has. A folder without it isn't replaced."""
     takes_videos: bool = False
-    """Whether the function also takes ``videos``: a folder of ``ct render-videos``, or None."""
+    """True if the function also takes ``videos``: a folder of ``ct render-videos``, or None."""
 
     def load(self) -> Callable[..., Files]:
         """Import the function."""
@@ -53,11 +53,11 @@ def export_corpus_to(
     Parameters
     ----------
     folder
-        Where to write it; its parent must be there.
+        Target; its parent must be there.
     videos
-        What ``ct render-videos`` has made of the corpus, for formats with videos.
+        Output of ``ct render-videos`` for the corpus, for formats with videos.
     force
-        Replace what is there, if it is in this format.
+        Replace an existing export, if it is in this format.
 
     Returns
     -------

@@ -48,7 +48,7 @@ Row = dict[str, Any]
 
 
 def hugging_face_files(corpus: Corpus) -> dict[str, bytes]:
-    """A Parquet file for each part, and the card ``README.md``; FormatError without pyarrow."""
+    """Return a Parquet file a part and the card ``README.md``; FormatError without pyarrow."""
     pa, _ = import_pyarrow()
     schemas = _schemas(pa)
     tables = encode(corpus)
@@ -118,7 +118,7 @@ def _schemas(pa: Any) -> Mapping[str, Any]:
 
 
 def _with_all_fields(record: msgspec.Struct) -> Row:
-    """A record as a row: files leave defaults out, tables don't."""
+    """Convert a record to a row: files leave defaults out, tables don't."""
     names = record.__struct_fields__
     return {name: msgspec.to_builtins(getattr(record, name)) for name in names}
 

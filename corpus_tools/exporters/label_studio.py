@@ -24,7 +24,7 @@ COLOURS = ("#c0392b", "#2471a3", "#1e8449", "#b7950b")
 
 
 def label_studio_files(corpus: Corpus) -> dict[str, bytes]:
-    """The tasks, and the configuration of a project for them."""
+    """Return the tasks, and the configuration of a project for them."""
     annotated: dict[str, Annotation] = {}
     for annotation in corpus.annotations:
         annotated.setdefault(annotation.command.id, annotation)
@@ -46,7 +46,7 @@ def label_studio_files(corpus: Corpus) -> dict[str, bytes]:
 
 
 def _video(corpus: Corpus) -> str:
-    """The tag that shows videos: by their addresses, else by their names; empty without videos."""
+    """Return the tag that shows videos: by address, else by name; empty without videos."""
     named = [command.video for command in corpus.commands.values() if command.video]
     if not named:
         return ""

@@ -1,8 +1,8 @@
 """A corpus as a LeRobot dataset (version 3): an episode for each context with a log.
 
 The robot's pose is the state, its pose at the next frame the action. The first annotated command
-is the episode's task, and its EVENT clauses are subtasks from when on they are done. What other
-people said of the same log are other wordings of the task (``task_aug``).
+is the episode's task, and its EVENT clauses are subtasks from when on they are done. Other
+people's commands for the same log are other wordings of the task (``task_aug``).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from g3.sdc.clauses import all_words, breadth_first
 from g3.storage import regular_file
 
 FPS = 10
-"""Of episodes without a video."""
+"""Frames a second of episodes without a video."""
 NAMES = ("x", "y", "z", "yaw")
 CAMERA = "observation.images.scene"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
@@ -67,7 +67,7 @@ class _Recorded:
 
 
 def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path]:
-    """The dataset's files. Videos are taken as they are.
+    """Return the dataset's files. Videos are taken as they are.
 
     `videos` is what ``ct render-videos --corpus`` has made: contexts without a video are left out.
     It is None for a dataset without videos. Raises FormatError if nothing moves in the corpus, a
@@ -126,7 +126,7 @@ def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -
 def _commands_of(
     corpus: Corpus,
 ) -> tuple[Mapping[str, list[Command]], Mapping[str, list[Annotation]]]:
-    """The commands and the positive annotations of each context, by its id."""
+    """Return the commands and the positive annotations of each context, by its id."""
     annotated: dict[str, list[Annotation]] = defaultdict(list)
     scenarios: dict[str, str] = {name: name for name in corpus.contexts}
     for annotation in corpus.annotations:
@@ -143,16 +143,17 @@ def _commands_of(
 def _language(
     said: Sequence[Command], annotated: Sequence[Annotation], begin_s: float
 ) -> tuple[str, list[language_rows.Language]]:
-    """The task, and its other wordings and subtasks."""
+    """Return the task, and its other wordings and subtasks."""
     task = annotated[0].command if annotated else said[0]
     wordings = [Language(language_rows.TASK_AUG, 0.0, command.text) for command in said]
     return task.text, [*wordings, *(_subtasks(annotated[0], begin_s) if annotated else [])]
 
 
 def _subtasks(annotation: Annotation, begin_s: float) -> list[Language]:
-    """The EVENT clauses of a command; those with one beginning have no times of their own.
+    """Return the subtasks of a command: its EVENT clauses, by their beginnings.
 
-    Such clauses are one subtask, with the words from the first to the last of them.
+    Clauses with one beginning have no times of their own. They are one subtask, with the words
+    from the first to the last of them.
     """
     words_from: dict[float, list[tuple[int, int]]] = defaultdict(list)
     nodes = zip(
@@ -315,7 +316,7 @@ def _info(
 
 
 def _films(folder: Path) -> dict[str, _Film]:
-    """The rendered videos in a folder, by what they show."""
+    """Return the rendered videos in a folder, by the id of their context."""
     films = {}
     for file in sorted(folder.glob("*/manifest.json")):
         try:

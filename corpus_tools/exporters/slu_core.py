@@ -1,8 +1,8 @@
 """A corpus in the layout of slu_core, the authors' release of the AAAI-11 corpus.
 
 ``ct import slu-core`` reads it again. What that layout has no room for is left out: names of
-places, hard negatives, outcomes, and groundings of which nobody has said whether they are right (a
-missing label means something there).
+places, hard negatives, outcomes, and groundings without a label (a missing label has a meaning
+there).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _NOT_IN_NAMES = re.compile(r"[^\w.-]+")
 
 
 def slu_core_files(corpus: Corpus) -> dict[str, bytes]:
-    """The files' contents by name."""
+    """Return the files' contents by name."""
     names = {command: f"A{n:05d}" for n, command in enumerate(corpus.commands, start=1)}
     writer = _Writer()
     files = {}
@@ -76,7 +76,7 @@ def slu_core_files(corpus: Corpus) -> dict[str, bytes]:
 
 
 def _judgments(corpus: Corpus) -> Mapping[str, list[Any]]:
-    """By the folder of the scenario for which the command was typed."""
+    """Return the judgments by the folder of the scenario for which the command was typed."""
     scenarios: dict[object, str] = {}
     for command in corpus.commands.values():
         scenarios.setdefault((command.text, command.video), command.scenario)
@@ -139,12 +139,11 @@ def _words(spans: Sequence[Span]) -> list[Any]:
 
 @dataclass(slots=True)
 class _Writer:
-    """Writes records; what they share is put into text once."""
+    """Writer of records; shared parts are put into text once."""
 
     _written: dict[int, tuple[object, msgspec.Raw]] = field(default_factory=dict)
 
     def record(self, annotation: Annotation, assignment: str) -> dict[str, Any]:
-        """An annotation."""
         tops = _clauses(annotation.sdcs)
         level, clauses = list(tops), []
         while level:
@@ -239,5 +238,5 @@ def _folder(scenario: str) -> str:
 
 
 def _yaml(records: Iterable[Any]) -> bytes:
-    """A list in YAML's flow style, an item a line."""
+    """Format a list in YAML's flow style, an item a line."""
     return b"[\n" + b",\n".join(map(msgspec.json.encode, records)) + b"\n]\n"

@@ -33,15 +33,15 @@ from g3.storage.cache_folder import cache_folder
 
 DEFAULT_CORPUS = "warehouse"
 TRAINING_VERSION = 4
-"""Raised whenever the bundled model is to be trained anew."""
+"""Version of the training, raised whenever the bundled model has to be retrained."""
 WAIT_S = 2.0
 DECK_SHARE = 3.0
-"""How much wider than its own footprint a place on a deck is to the simulated robot, which
-puts loads on the spot that is nearest to the middle."""
+"""Width of a place on a deck for the simulated robot, relative to its own footprint; the robot puts
+loads on the spot that is nearest to the middle."""
 
 
 def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
-    """The model trained on the bundled corpus; trained when first asked for, then kept.
+    """Return the model of the bundled corpus; it is trained at the first call, then kept.
 
     It is kept where the bundled corpora are, under a name that has the corpus's hash and the
     version of the features.
@@ -57,7 +57,7 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
 
 
 def kept_model() -> GroundingModel | None:
-    """The model that :func:`default_model` has kept; None if it is still to be trained."""
+    """Return the model that :func:`default_model` has kept; None if there is none yet."""
     corpus_hash = read_manifest(resolve(DEFAULT_CORPUS)).hash
     try:
         return GroundingModel.load(kept_at(corpus_hash), corpus_hash=corpus_hash)
@@ -66,7 +66,7 @@ def kept_model() -> GroundingModel | None:
 
 
 def kept_at(corpus_hash: str) -> Path:
-    """Where the model that was trained on a bundled corpus is kept."""
+    """Return the path of the model that was trained on a bundled corpus."""
     digest = corpus_hash.rpartition(":")[2][:16]
     return cache_folder() / f"follow{TRAINING_VERSION}-{digest}-{CATALOGUE_VERSION}"
 
@@ -74,7 +74,7 @@ def kept_at(corpus_hash: str) -> Path:
 def following_model(
     corpus: Corpus, *, l2: float = DEFAULT_L2, on_progress: OnProgress | None = None
 ) -> GroundingModel:
-    """Train a model that follows commands: on what search would consider in a corpus's scenes."""
+    """Train a model that follows commands on the candidates of search in a corpus's scenes."""
     data = training_data(corpus.annotations, search_sets(), on_progress=on_progress)
     card: TrainingCard = {
         "corpus_hash": corpus.hash,
@@ -93,7 +93,7 @@ class Told:
     places: dict[str, Place]
     """Places by the names that the steps use."""
     clause: tuple[int, ...]
-    """Which top-level clause each step is for."""
+    """Index of the top-level clause of each step."""
 
 
 def to_script(start: State, actions: Sequence[Action]) -> Told:
@@ -116,7 +116,7 @@ def to_script(start: State, actions: Sequence[Action]) -> Told:
 def _steps(
     action: Action, end: Place, places: dict[str, Place], floor_m: float, turned: float
 ) -> list[robot_script.ScriptStep]:
-    """The steps of an action that ends in a place, turned by so much; the places get names."""
+    """Return the steps of an action that ends in a place, turned by `turned`; name the places."""
     kind = action.kind
     if (told := robot_script.in_script(kind, "number")) is not None:
         return [robot_script.ScriptStep(told.name, _number(action))]
@@ -132,14 +132,14 @@ def _steps(
 
 
 def _number(action: Action) -> float:
-    """An action's amount in the unit of scripts, which never count backwards metres."""
+    """Return an action's amount in the unit of scripts, which never count backwards metres."""
     if action.kind.unit == "rad":
         return float(np.rad2deg(action.amount))
     return abs(action.amount) if action.kind.unit == "m" else action.amount or WAIT_S
 
 
 def _within_reach(place: Place, floor_m: float) -> Place:
-    """A place to put something down; on a deck it is wider, for forks don't reach to its middle."""
+    """Return a place to put a load; wider on a deck, as forks don't reach to its middle."""
     if place.prism.z_min < floor_m + GROUND_M:
         return place
     middle = centre(place.prism)
@@ -150,7 +150,7 @@ def _within_reach(place: Place, floor_m: float) -> Place:
 def _drive(
     action: Action, end: Place, places: dict[str, Place], turned: float
 ) -> robot_script.ScriptStep:
-    """The step of an action that drives; where scripts can't say it, to where it ends."""
+    """Return the step of an action that drives; where scripts lack it, a drive to its end."""
     target = action.target[0] if len(action.target) == 1 else None
     if isinstance(target, PhysicalObject) and (
         told := robot_script.in_script(action.kind, "object")
@@ -170,7 +170,7 @@ def _placed(place: Place, places: dict[str, Place]) -> str:
 
 
 def state_after(recording: Recording, held: str | None) -> State:
-    """The state that a recording ends in."""
+    """Return the state that a recording ends in."""
     last = to_context(recording)
     moved = tuple(_at_end(o) for o in last.objects)
     state = replace(start_state(replace(last, objects=moved)), held=held)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def why_not(start: State, actions: Sequence[Action]) -> str:
-    """Why a plan can't be carried out; empty if nothing speaks against it.
+    """Return the reason why a plan can't be carried out; empty if it can.
 
     The plan is rehearsed with the behaviours of the simulated robot: their tests of free space say
     what the forks reach, where there is room, and where a way leads. This needs no simulator.
@@ -36,7 +36,7 @@ def why_not(start: State, actions: Sequence[Action]) -> str:
 
 
 def checked(result: Result) -> Result:
-    """The same result, where each plan says why it can't be carried out, if so."""
+    """Return the result with the reason of each plan that can't be carried out."""
     start = result.start
     if start is None:
         return result

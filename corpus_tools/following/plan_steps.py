@@ -32,7 +32,7 @@ class ReadPlan:
     actions: tuple[Action, ...] = ()
     """One after the other; none if not all can be carried out."""
     why_not: str = ""
-    """Why one can't be; empty if all can."""
+    """Reason why an action is impossible; empty if all are possible."""
 
 
 def read_steps(steps: Sequence[PlanStep], start: State) -> ReadPlan:
@@ -60,7 +60,7 @@ def read_steps(steps: Sequence[PlanStep], start: State) -> ReadPlan:
 
 
 def carried_out(start: State, actions: Sequence[Action]) -> State:
-    """The state that actions lead to."""
+    """Return the state that actions lead to."""
     state = start
     for action in actions:
         state = result(state, action, move(state, [action]), 0)
@@ -68,7 +68,7 @@ def carried_out(start: State, actions: Sequence[Action]) -> State:
 
 
 def why_impossible(start: State, actions: Sequence[Action]) -> str:
-    """Why actions can't be carried out one after the other; empty if they can."""
+    """Return the reason why actions can't follow one another; empty if they can."""
     state = start
     for number, action in enumerate(actions, start=1):
         if not action.kind.fits(state):
@@ -79,7 +79,7 @@ def why_impossible(start: State, actions: Sequence[Action]) -> str:
 
 
 def scene_shown(start: State) -> SceneShown:
-    """A world for somebody who is to plan in it."""
+    """Return the world as it is shown to somebody who plans in it."""
     context, pose = start.context, start.pose
     liftable = {o.id for o in loads_of_context(context)}
     things = tuple(
@@ -144,7 +144,7 @@ def _kind(step: PlanStep, where: str) -> ActionKind:
 
 
 def _check_fields(step: PlanStep, kind: ActionKind, where: str) -> None:
-    """Refuse a step that lacks what its action needs, or has what it doesn't take."""
+    """Refuse a step with a missing or an unused field for its action."""
     spots = [name for name in ("on", "near", "at") if getattr(step, name)]
     aims = [name for name in ("target", "to") if getattr(step, name)]
     amount = step.amount is not None
@@ -188,7 +188,7 @@ def _load(step: PlanStep, kind: ActionKind, state: State, where: str) -> Physica
 
 
 def _place(step: PlanStep, state: State, load: PhysicalObject, where: str) -> Place | None:
-    """Where a load is put down; None if nothing is free."""
+    """Return the place where a load is put down; None if nothing is free."""
     if step.at:
         return _spot_at(np.array(step.at[:2]), step.at[2:], state, load)
     named = _named(step.on or step.near, state, where)
@@ -211,7 +211,7 @@ def _place(step: PlanStep, state: State, load: PhysicalObject, where: str) -> Pl
 def _spot_at(
     middle: FloatArray, height: Sequence[float], state: State, load: PhysicalObject
 ) -> Place:
-    """A spot at a point, on what is there if no height is given."""
+    """Return a spot at a point, on the top of the things there if no height is given."""
     tops = [
         o.prism.z_max
         for o in state.context.objects
@@ -238,7 +238,7 @@ def _target(step: PlanStep, state: State, where: str) -> tuple[PhysicalObject | 
 
 
 def _named(name: str, state: State, where: str) -> PhysicalObject | Place:
-    """A thing by its id, or a place by its name."""
+    """Return a thing by its id, or a place by its name."""
     places = (place for place in state.context.places if place.name and place.name == name)
     return next(places, None) or _thing(name, state, where)
 

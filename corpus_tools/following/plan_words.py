@@ -1,4 +1,4 @@
-"""Plans in words and for programs: what is done, what clauses are grounded in, and why."""
+"""Plans in words and for programs: their actions, their clauses' groundings, and the reasons."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from g3.sdc.sdc_notation import to_json
 
 
 def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
-    """What each clause of a command is grounded in, and why, in lines for people."""
+    """Describe the grounding of each clause of a command, with its reason, in lines for people."""
     tree = Tree(tuple(sdcs))
     doing = (n for n in asked(tree) if tree.nodes[n].type in ("EVENT", "PATH"))
     actions = dict(zip(doing, plan.actions, strict=True))
@@ -40,14 +40,14 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
 
 
 def sentence(plan: Plan) -> str:
-    """What a plan does, one action after the other."""
+    """Describe the actions of a plan one after the other."""
     return "; ".join(described(action, plan.state.frame) for action in plan.actions)
 
 
 def as_record(result: Result, asked: str = "") -> dict[str, object]:
-    """What came of a command, for programs.
+    """Return the plans of a command and its status, for programs.
 
-    `asked` is the question that has to be answered before anything is done; empty if there is none.
+    `asked` is a question to be answered before an execution; empty if there is none.
     """
     return {
         "sdcs": to_json(result.sdcs),
@@ -78,7 +78,7 @@ def as_record(result: Result, asked: str = "") -> dict[str, object]:
 
 
 def _status(result: Result, asked: str) -> str:
-    """What came of a command, in a word: absent, refused, impossible, unsure or found."""
+    """Return the result of a command: absent, refused, impossible, unsure or found."""
     if result.plan is None:
         return "absent" if result.missing else "refused"
     if result.plan.why_not:

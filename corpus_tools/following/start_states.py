@@ -1,4 +1,4 @@
-"""Where commands are followed: the start of a scenario, or of a context of a corpus."""
+"""Starts at which commands are followed: of a scenario, or of a context of a corpus."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DATASET = "warehouse"
 
 
 def scenario_start(name_or_path: str | Path) -> State:
-    """The start of a scenario: a file, or a bundled one by its name.
+    """Return the start of a scenario: a file, or a bundled one by its name.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def scenario_start(name_or_path: str | Path) -> State:
 
 
 def context_start(name: str) -> State:
-    """The start of a context, ``CORPUS:ID``.
+    """Return the start of a context, ``CORPUS:ID``.
 
     Raises
     ------

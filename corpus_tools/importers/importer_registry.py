@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ImportFunction(Protocol):
-    """What an importer does."""
+    """Function that imports a corpus."""
 
     def __call__(
         self,
@@ -41,7 +41,7 @@ class ImportFunction(Protocol):
         keep_going
             Leave out and report the records that can't be read, rather than fail.
         on_progress
-            Told how far the import has come.
+            Called with the progress of the import.
         options
             By name, if the importer has any (:attr:`Importer.options`).
 
@@ -58,13 +58,13 @@ class ImportOption:
     """An option of an importer's command."""
 
     name: str
-    """As the function's keyword."""
+    """Keyword of the function."""
     default: str
     summary: str
     choices: tuple[str, ...] = ()
-    """What it can be; anything if empty."""
+    """Allowed values; any if empty."""
     metavar: str | None = None
-    """What stands for its value in the help."""
+    """Placeholder of the value in the help."""
 
 
 @short_repr
@@ -74,9 +74,9 @@ class Importer:
 
     name: str
     summary: str
-    """What is imported, in one line."""
+    """Data that are imported, in one line."""
     description: str
-    """What the path may be, and what else a user should know."""
+    """Form of the path, and other facts that a user should know."""
     target: str
     """The function: ``package.module:function``, an :class:`ImportFunction`."""
     options: tuple[ImportOption, ...] = ()

@@ -1,4 +1,4 @@
-"""What an import reports: what was read, what was left out and why."""
+"""Report of an import: the records read, and those left out with the reasons."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Skipped(msgspec.Struct, frozen=True):
     fix: str
 
     def error(self) -> FormatError:
-        """The same as an error."""
+        """Return the problem as an error."""
         where = ": ".join(part for part in (self.file, self.record, self.field) if part)
         return FormatError(self.reason, where=where, fix=self.fix)
 
@@ -60,17 +60,17 @@ class ImportReport(msgspec.Struct, frozen=True):
     parts_there: tuple[str, ...] = ()
     """Parts of the source that were found, for sources that have parts."""
     parts_taken: tuple[str, ...] = ()
-    """Those that were imported."""
+    """Parts that were imported."""
 
     def to_bytes(self) -> bytes:
-        """The file's content."""
+        """Return the file's content."""
         return msgspec.json.format(msgspec.json.encode(self), indent=2) + b"\n"
 
 
 @short_repr
 @dataclass(slots=True)
 class Journal:
-    """Collects what an importer comes across."""
+    """Problems and files that an importer has met."""
 
     keep_going: bool
     skipped: list[Skipped] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Files of a dataset: the names that its metadata give, and what is in them.
+"""Files of a dataset: the names that its metadata give, and their content.
 
 Metadata are other people's. Their patterns of file names are filled in by name, never by
 ``str.format``, and a name that leads out of the dataset is refused.
@@ -22,7 +22,7 @@ from corpus_tools.runtime.parquet import import_pyarrow
 from g3.errors import CorpusError, FormatError
 
 LARGEST = 2**31 - 1
-"""Of all numbers of episodes, files and frames."""
+"""Largest number of an episode, a file or a frame."""
 AT_ONCE = 32 << 20
 """Bytes of a file that are read at once."""
 RESTORE = "restore the dataset"
@@ -113,7 +113,7 @@ def files_below(folder: Path, place: str, pattern: str = "*/*.parquet") -> list[
 
 
 def _in_order(name: str) -> tuple[tuple[int, str], ...]:
-    """A key by which numbers in names are compared as numbers."""
+    """Return a key by which numbers in names are compared as numbers."""
     pieces = re.findall(r"\d+|\D+", name)
     return tuple((int(piece), "") if piece.isdecimal() else (-1, piece) for piece in pieces)
 
@@ -178,7 +178,7 @@ def json_lines(file: Path) -> Iterator[Record]:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A row of metadata, whose values are converted to what they should be, or refused."""
+    """A row of metadata, whose values are converted to their types, or refused."""
 
     file: Path
     row: int

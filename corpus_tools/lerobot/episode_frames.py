@@ -1,6 +1,6 @@
 """The frames of a dataset's episodes: their times and their tasks.
 
-:func:`checked_episodes` compares them with the metadata, before anybody is asked about an episode.
+:func:`checked_episodes` compares them with the metadata, before an episode is shown to anybody.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def frames_of(file: Path, *, is_thorough: bool = False) -> dict[int, EpisodeFram
     Parameters
     ----------
     is_thorough
-        Whether all columns are read, to find what is damaged.
+        True to read all columns, to find damaged ones.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def checked_episodes(
     first
         The number of episodes to take; all if None.
     is_thorough
-        Whether all columns of the frames are read, so that a copy can be written later.
+        True to read all columns of the frames, so that a copy can be written later.
     on_error
         Called with the error of each episode that is left out; without it, the first is raised.
     on_progress
@@ -180,7 +180,7 @@ def _framed(
 
 
 def _length_s(times: Seconds, fps: float) -> float:
-    """From the first frame to the end of the last one: frames a second, if the times have these."""
+    """Return the seconds to the last frame's end, by the frame rate if the times agree with it."""
     if not len(times):
         return 0.0
     regular = len(times) / fps

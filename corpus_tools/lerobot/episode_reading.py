@@ -34,11 +34,11 @@ OLD, NEW = "v2.1", "v3.0"
 READ = ("v2.0", OLD, NEW)
 VIDEO, IMAGE = "video", "image"
 CHUNKS_SIZE = 1000
-"""Where none is given."""
+"""Number of episodes in a folder, where the metadata give none."""
 FASTEST = 10_000.0
 """Frames a second."""
 ROWS_AT_ONCE = 256
-"""Of metadata: a row has the statistics of all features, too."""
+"""Rows of metadata read at once: a row has the statistics of all features, too."""
 
 _PATHS = {
     True: (
@@ -72,7 +72,7 @@ class VideoPart:
     file: Path
     start_s: float
     end_s: float | None
-    """As the metadata say; None in version 2, where a file is an episode's."""
+    """End according to the metadata; None in version 2, where a file is an episode's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class Episode:
     index: int
     frames: int
     tasks: tuple[str, ...]
-    """Without the blank ones."""
+    """Tasks that aren't blank."""
     data: Path
     """The file with its frames."""
     record: Record
@@ -259,7 +259,7 @@ def _episode(dataset: Dataset, record: Record, cameras: Sequence[str]) -> Episod
 
 
 def _file(dataset: Dataset, kind: str, names: Mapping[str, int | str]) -> Path:
-    """The file of data or of a video, by the pattern that is given, else by the usual one."""
+    """Return the file of data or of a video, by the given pattern, else by the usual one."""
     usual = dict(zip(("data_path", "video_path"), _PATHS[dataset.is_old], strict=True))
     pattern = getattr(dataset.info, kind) or usual[kind]
     where = f"{dataset.folder / INFO}, {kind}"

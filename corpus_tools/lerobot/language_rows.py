@@ -51,7 +51,7 @@ class Language:
     """The time in seconds from the episode's first frame."""
     text: str
     source: Mapping[str, Any] = field(default_factory=dict, compare=False)
-    """Where it comes from; not written into the column."""
+    """Origin of the text; not written into the column."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class Placed:
     frame: int | None
     """None if it isn't written."""
     note: str = ""
-    """Why it isn't written, or isn't at the frame nearest to its time."""
+    """Reason for not writing it, or for a frame other than the nearest to its time."""
 
     def row(self, timestamps: npt.NDArray[np.float32]) -> Row:
         """Return the row of the column; `timestamps` are those of the frames, shape (n,)."""
@@ -248,7 +248,7 @@ def language_array(rows: Sequence[Row], kind: Any) -> Any:
 
 
 def _stored(kind: Any) -> Any:
-    """A type with the types that its extension types are stored as."""
+    """Return a type with the types that its extension types are stored as."""
     pa, _ = import_pyarrow()
     if isinstance(kind, pa.BaseExtensionType):
         return kind.storage_type

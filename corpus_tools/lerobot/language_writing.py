@@ -52,7 +52,7 @@ from g3.errors import CorpusError, FormatError
 from g3.storage.system_errors import about
 
 LINKED = ("videos", "images")
-"""Folders whose files nothing here changes."""
+"""Folders whose files stay unchanged."""
 PROVENANCE = "meta/people.jsonl"
 """The file of the copy with the source of each text."""
 
@@ -183,7 +183,7 @@ def _notes(items: Sequence[Placed]) -> Iterator[str]:
 
 
 def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewLanguage]) -> bytes:
-    """The texts with a source, in their order, each with the time of its frame."""
+    """Return the texts with a source, in their order, each with the time of its frame."""
     rows = []
     for index, added in language.items():
         one = new.get(index)
@@ -202,7 +202,7 @@ def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewL
 
 
 def _copies(source: Path, scratch: Path) -> Iterator[tuple[str, Path]]:
-    """The files of the copy by their names; hidden ones are left out."""
+    """Yield the files of the copy by their names; hidden ones are left out."""
     for path in sorted(source.rglob("*")):
         name = path.relative_to(source).as_posix()
         is_link = path.is_symlink()
@@ -215,14 +215,14 @@ def _copies(source: Path, scratch: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _copied(file: Path, target: Path) -> Path:
-    """A copy on the target's disk, which then gets its name there."""
+    """Copy a file to the target's disk, where it then gets its name."""
     target.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(file, target)
     return target
 
 
 def _new_tasks(table: TaskTable, texts: Mapping[int, str], last: int) -> _NewTasks:
-    """The tasks to be added; `last` is the largest number in the frames.
+    """Return the tasks to be added; `last` is the largest number in the frames.
 
     Numbers that frames have and the table hasn't get rows without a text, so that no episode gets
     another's task, and a task's number stays its place in the table, as LeRobot has it.
@@ -280,7 +280,7 @@ def _rewrite(
 
 
 def _rows_by_episode(file: Path, new: Mapping[int, _NewLanguage]) -> dict[int, list[Row] | None]:
-    """The persistent rows of episodes; None for those that stay as they are."""
+    """Return the persistent rows of episodes; None for those that stay as they are."""
     result: dict[int, list[Row] | None] = {}
     had: dict[int, list[Row]] = {}
     for index, rows in persistent_rows_of(file):
@@ -295,7 +295,7 @@ def _rows_by_episode(file: Path, new: Mapping[int, _NewLanguage]) -> dict[int, l
 def _spread(
     rows: Mapping[int, list[Row] | None], episodes: npt.NDArray[np.int64], kind: Any, table: Any
 ) -> Any:
-    """An episode's rows on each of its frames."""
+    """Repeat an episode's rows on each of its frames."""
     pa, _ = import_pyarrow()
     pieces = []
     edges = [0, *(np.flatnonzero(np.diff(episodes)) + 1).tolist(), len(episodes)]
@@ -325,7 +325,7 @@ def _with_tasks(column: Any, episodes: npt.NDArray[np.int64], tasks: Mapping[int
 
 
 def _with_columns(before: Any, kinds: Mapping[str, Any]) -> dict[bytes, bytes]:
-    """The file's metadata, in which Hugging Face's ``datasets`` finds the columns' types."""
+    """Return a file's metadata with the columns' types, for Hugging Face's ``datasets``."""
     metadata = dict(before.metadata or {})
     try:
         content = json.loads(metadata[_HUGGING_FACE])
@@ -350,7 +350,7 @@ def _feature(column: str) -> dict[str, Any]:
 def _metadata(
     dataset: episode_reading.Dataset, table: TaskTable, tasks: _NewTasks, scratch: str
 ) -> dict[str, bytes | Path]:
-    """The files of ``meta`` that change."""
+    """Return the files of ``meta`` that change."""
     info = msgspec.json.decode((dataset.folder / episode_reading.INFO).read_bytes())
     for name in (PERSISTENT, EVENTS):
         info["features"].setdefault(name, dict(FEATURE))
@@ -379,7 +379,7 @@ def _old_episode_tasks(dataset: episode_reading.Dataset, texts: Mapping[int, str
 
 
 def _episode_tasks(file: Path, target: Path, texts: Mapping[int, str]) -> Path:
-    """A file of the index of episodes with new tasks; without a column for them it stays."""
+    """Write an episode index's file with new tasks; without a column for them, keep it."""
     pa, pq = import_pyarrow()
     with content_of(file):
         parquet = pq.ParquetFile(file)

@@ -112,7 +112,7 @@ def _size(shape: Sequence[int]) -> str:
 
 
 def _content(dataset: Dataset, camera: str, cell: _Cell) -> bytes:
-    """The bytes of a picture: in the cell, else in the file that it names or that is usual."""
+    """Return the bytes of a picture: from the cell, else from the named or usual file."""
     is_row = isinstance(cell.value, Mapping)
     content = cell.value.get("bytes") if is_row else cell.value
     if isinstance(content, bytes) and content:
@@ -132,7 +132,7 @@ def _content(dataset: Dataset, camera: str, cell: _Cell) -> bytes:
 
 
 def _picture(content: bytes, where: str) -> Image:
-    """A picture as red, green and blue, shape (height, width, 3)."""
+    """Decode a picture to red, green and blue, shape (height, width, 3)."""
     import av  # noqa: PLC0415 - large, and not always installed
 
     codec = next((name for head, name in _CODECS.items() if content.startswith(head)), None)

@@ -93,7 +93,7 @@ def study_input(
     scratch
         A folder in which videos are made of pictures; a dataset of pictures needs it.
     keep_going
-        Whether episodes that can't be shown are left out and named.
+        True to leave out and name episodes that can't be shown.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def _parts(
     on_error: OnError,
     on_progress: OnProgress,
 ) -> tuple[list[_Shown], list[int]]:
-    """The parts of videos that show episodes, and the episodes whose videos go on after them."""
+    """Return the parts of videos that show episodes, and the episodes whose videos go on."""
     from corpus_tools.video.probe import VideoInfo, probe  # noqa: PLC0415 - PyAV may be missing
 
     files = list(dict.fromkeys(one.episode.videos[camera].file for one in framed))
@@ -240,7 +240,7 @@ def _parts(
 
 
 def _linked(dataset: Dataset, file: Path) -> str:
-    """The name beside the tables of a video whose own name is a link; empty for any other.
+    """Return the name beside the tables of a video whose own name is a link; empty for any other.
 
     The file at the end of a link may have a name without an ending, as in Hugging Face's cache, and
     studies refuse such files. So it gets a second name.
@@ -250,7 +250,7 @@ def _linked(dataset: Dataset, file: Path) -> str:
 
 
 def _problem(one: FramedEpisode, camera: str, frame_times: Seconds, fps: float) -> str:
-    """The reason why a part of a video doesn't show an episode; empty if it does."""
+    """Return the reason why a part of a video doesn't show an episode; empty if it does."""
     part, times = one.episode.videos[camera], one.frames.times
     margin_s = 0.5 / fps + _ROUNDING_S
     if part.end_s is not None:
@@ -312,7 +312,7 @@ def _episodes(dataset: Dataset, shown: Sequence[_Shown], camera: str) -> Iterato
 def _subtasks(
     dataset: Dataset, shown: Sequence[_Shown], notes: list[str]
 ) -> Iterator[Sequence[object]]:
-    """The rows of the dataset's own subtasks; those with the same beginning have the same part."""
+    """Yield the rows of the dataset's own subtasks; those with one beginning share a part."""
     by_index = {one.framed.episode.index: one for one in shown}
     seen: set[int] = set()
     for file in dict.fromkeys(one.framed.episode.data for one in shown):

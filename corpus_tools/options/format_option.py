@@ -36,7 +36,7 @@ class _Form(click.Choice[str]):
 PATH = click.Path(path_type=Path)
 """A file or a folder, whether or not it is there."""
 TARGETS = "targets"
-"""Where the object of the first context, a dictionary, has the paths that a command writes to."""
+"""Key of the paths that a command writes to, in the first context's object, a dictionary."""
 
 
 class _Target(click.Path):
@@ -62,7 +62,7 @@ TARGET_FOLDER = _Target(file_okay=False)
 
 
 def with_default(*names: str, **about: Any) -> Callable[[Command], Command]:
-    """An option whose help shows its default."""
+    """Make an option whose help shows its default."""
     return click.option(*names, show_default=True, **about)
 
 
@@ -71,7 +71,7 @@ def format_option(
 ) -> Callable[[Command], Command]:
     """Add ``--format`` and ``--json``; the command gets the format as ``form``.
 
-    `others` are formats besides ``text`` and ``json``; `about` says what each format is.
+    `others` are formats other than ``text`` and ``json``; `about` describes each format.
     """
     long = click.option(
         "--format",
@@ -95,7 +95,7 @@ def format_option(
 
 
 def out_file(about: str, metavar: str | None = None) -> Callable[[Command], Command]:
-    """Add ``--out`` for what is written as a whole, in a folder that is there."""
+    """Add ``--out`` for output that is written as a whole, in an existing folder."""
     return click.option("--out", required=True, metavar=metavar, type=TARGET, help=about)
 
 
@@ -116,7 +116,7 @@ def tell(form: str, record: object, *lines: str) -> None:
 
 
 def as_json(record: object) -> str:
-    """A record as an indented JSON document, in ASCII where the standard output needs it."""
+    """Format a record as indented JSON, in ASCII where the standard output needs it."""
     import msgspec  # noqa: PLC0415 - `ct --help` does without
 
     is_unicode = (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"

@@ -13,7 +13,7 @@ Command = Callable[..., Any]
 
 
 def training_options(command: Command) -> Command:
-    """Add the options that say what a model is made of and trained on."""
+    """Add the options of a model's features and training."""
     return selection_options(L2(command))
 
 

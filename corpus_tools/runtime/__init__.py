@@ -1,1 +1,1 @@
-"""What long and careful work needs: processes, progress, whole folders, safe output."""
+"""Processes, progress, whole folders and safe output, for long and careful work."""

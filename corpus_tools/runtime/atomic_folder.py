@@ -89,7 +89,7 @@ def _absolute(folder: Path) -> Path:
 
 
 def _put(new: Path, folder: Path) -> None:
-    """Give a folder its name; what had the name is removed."""
+    """Give a folder its name, and remove an earlier one of that name."""
     if folder.exists() and exchange(new, folder):
         return  # `new` is the old one now
     old = folder.with_name(new.name.replace(".new-", ".old-"))
@@ -115,7 +115,7 @@ def recover(folder: Path) -> None:
 
 
 def _tidy(folder: Path) -> None:
-    """Put away what killed programs have left; nobody else is at it."""
+    """Restore or remove the leftovers of killed programs, while no other process writes."""
     old = _left(folder, "old")
     if old and not folder.exists():
         max(old, key=lambda path: path.stat().st_mtime).rename(folder)

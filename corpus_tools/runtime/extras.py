@@ -1,4 +1,4 @@
-"""Which extra brings a package that isn't installed."""
+"""Extras that bring packages which aren't installed."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ DISTRIBUTION = "corpus-tools-g3"
 _REQUIREMENT = re.compile(r"([\w.-]+).*;.*extra == ['\"]([\w-]+)['\"]")
 _REMEDY = re.compile(rf"pip install '{DISTRIBUTION}\[([\w-]+)\]'")
 _COLLECTIONS = ("all", "test", "bench", "docs", "release", "dev")
-"""Extras that bring others', or what only development needs."""
+"""Extras that bring others' packages, or only development tools."""
 _MODULES = {"cv2": "opencv_python_headless"}
 """Distributions of modules that have another name."""
 
 
 def extras() -> dict[str, list[str]]:
-    """The distributions that each extra brings, but for those that only bring others' or tools."""
+    """Return the distributions of each extra, except for extras of extras or of tools."""
     found: dict[str, list[str]] = {}
     for requirement in importlib.metadata.requires(DISTRIBUTION) or ():
         match = _REQUIREMENT.fullmatch(requirement)
@@ -26,12 +26,12 @@ def extras() -> dict[str, list[str]]:
 
 
 def missing_of(extra: str) -> list[str]:
-    """The distributions of an extra that aren't installed."""
+    """Return the distributions of an extra that aren't installed."""
     return [name for name in extras().get(extra, ()) if not _is_installed(name)]
 
 
 def asked_extra(remedy: str) -> str | None:
-    """The extra that a remedy has people install; None if it has none, or that is there."""
+    """Return the extra that a remedy asks to install; None if it names none, or it is there."""
     asked = _REMEDY.search(remedy)
     return asked[1] if asked and missing_of(asked[1]) else None
 
@@ -45,7 +45,7 @@ def _is_installed(name: str) -> bool:
 
 
 def extra_of(module: str) -> str | None:
-    """The extra that brings a module, as an import has it (``flask.views``); None if none does."""
+    """Return the extra that brings an imported module (``flask.views``); None if none does."""
     top = module.partition(".")[0]
     wanted = _MODULES.get(top, top)
     brings = (e for e, names in extras().items() if _normal(wanted) in map(_normal, names))

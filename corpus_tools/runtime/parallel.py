@@ -28,17 +28,17 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 ATTEMPTS = 2
-"""How often an item is begun whose processes die."""
+"""Number of attempts at an item whose processes die."""
 CONNECT_S = 10
 LOOK_S = 5.0
-"""How often a cluster that finishes nothing is asked for its workers."""
+"""Time without a result after which a cluster's workers are counted, in seconds."""
 WITHOUT_WORKERS_S = 60.0
-"""How long a cluster may be without workers: those that died are started again within seconds."""
+"""Longest time without workers, in seconds: a dead worker is restarted much sooner."""
 
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Where work is done.
+    """Processes or cluster that do the work.
 
     Raises
     ------
@@ -47,7 +47,7 @@ class Workers:
     """
 
     jobs: int = 1
-    """How many processes there are on this machine; with 1, none is started."""
+    """Number of processes on this machine; with 1, none is started."""
     scheduler: str = ""
     """Address of a Dask scheduler, whose workers do it instead; they must have the same packages,
     and see the same files under the same names."""
@@ -60,7 +60,7 @@ class Workers:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Done(Generic[Item, Result]):
-    """What came of an item: a result, or an error."""
+    """Result or error of an item."""
 
     item: Item
     result: Result | None = None
@@ -77,7 +77,7 @@ class WorkerDiedError(Exception):
 def work(
     function: Callable[[Item], Result], items: Iterable[Item], workers: Workers
 ) -> Iterator[Done[Item, Result]]:
-    """Apply a function to each item; what is done first comes first.
+    """Apply a function to each item, and yield results in the order of completion.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def work_in_order(
     *,
     on_done: Callable[[int], None] | None = None,
 ) -> list[Result]:
-    """What a function gives for each of some items, in their order.
+    """Apply a function to each of some items, and return the results in their order.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ def _on_cluster(
 def _submitted(
     client: Client, function: Callable[[Item], Result], items: Iterable[Item]
 ) -> Iterator[Done[Item, Result]]:
-    """What dies is begun anew elsewhere by Dask itself."""
+    """Yield items as they are done. Dask itself retries those whose process died."""
     futures = {client.submit(function, item, pure=False): item for item in items}
     completed: SimpleQueue[Any] = SimpleQueue()
     for future in futures:
@@ -268,7 +268,7 @@ def _submitted(
 
 
 def _next(completed: SimpleQueue[Any], client: Client) -> Any:
-    """The next future that is done, as long as the cluster has workers."""
+    """Return the next future that is done, as long as the cluster has workers."""
     last_seen = time.monotonic()
     while True:
         try:

@@ -9,7 +9,7 @@ from g3.errors import FormatError
 
 
 def import_pyarrow() -> tuple[Any, Any]:
-    """The modules ``pyarrow`` and ``pyarrow.parquet``; FormatError if pyarrow isn't installed."""
+    """Import ``pyarrow`` and ``pyarrow.parquet``; FormatError if pyarrow isn't installed."""
     try:
         import pyarrow as pa  # noqa: PLC0415 - as the module says
         import pyarrow.parquet as pq  # noqa: PLC0415 - as above
@@ -22,7 +22,7 @@ def import_pyarrow() -> tuple[Any, Any]:
 
 
 def parquet_bytes(table: Any, **options: Any) -> bytes:
-    """A table of pyarrow as the content of a file; the options are those of ``write_table``."""
+    """Write a table of pyarrow to bytes; the options are those of ``write_table``."""
     _, pq = import_pyarrow()
     content = io.BytesIO()
     pq.write_table(table, content, **options)

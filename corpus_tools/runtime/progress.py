@@ -15,7 +15,7 @@ def no_progress(step: str, done: int, total: int) -> None:
 
 @contextmanager
 def progress_bar(first_step: str) -> Iterator[OnProgress]:
-    """A progress bar on the terminal; nothing where standard error is none.
+    """Show a progress bar on the terminal; nothing where standard error is none.
 
     `first_step` is what is done until the first report.
     """

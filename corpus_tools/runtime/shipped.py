@@ -1,4 +1,4 @@
-"""Where the datasets are that come with the toolkit, and what its program is."""
+"""Places of the datasets that come with the toolkit, and its program."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def program_digest(*folders: str) -> str:
 
 
 def bundled() -> dict[str, Path]:
-    """The folders of the bundled datasets by name."""
+    """Return the folders of the bundled datasets by name."""
     # In a wheel the datasets are in the package, in a checkout beside it.
     for datasets in (_PACKAGE / "datasets", _PACKAGE.parent / "datasets"):
         if datasets.is_dir():

@@ -1,4 +1,4 @@
-r"""All that ``ct`` prints: what a file or a person wrote can't control the terminal.
+r"""Output of ``ct``: text of a file or a person can't control the terminal.
 
 A corpus's text may hold characters that clear the screen, change what was printed before, or swap
 the order of what is read. They are printed as JSON would write them (``\u001b``), into pipes as
@@ -18,13 +18,13 @@ from g3.storage.system_errors import about
 MOST_NOTES = 50
 _STYLE = r"\x1b\[(?:[0-4]|[39][0-7])?(?:;(?:[0-4]|[39][0-7]))*m"
 _DANGEROUS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
-"""Control characters but for tab and newline, and what turns the direction of text."""
+"""Control characters but for tab and newline, and those that turn the direction of text."""
 _ALL = re.compile(f"[{_DANGEROUS}]")
 _UNSTYLED = re.compile(f"({_STYLE})|[{_DANGEROUS}]")
 
 
 def visible(text: str, *, styled: bool = False) -> str:
-    r"""A text with all that would control a terminal written out.
+    r"""Return a text with all that would control a terminal written out.
 
     Parameters
     ----------

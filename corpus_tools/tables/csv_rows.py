@@ -28,7 +28,7 @@ class CsvRow:
     cells: tuple[str, ...]
     """The texts of its cells; a blank line has none."""
     places: tuple[Place, ...]
-    """Where each cell begins."""
+    """Beginning of each cell."""
     line: int
     last_line: int
     """The lines on which the row begins and ends; they differ if a cell has line ends in it."""

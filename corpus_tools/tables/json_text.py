@@ -125,7 +125,7 @@ def _object(pairs: list[tuple[str, Any]]) -> None:
 
 
 def explained(error: Exception, text: str) -> tuple[str, str, int]:
-    """Return what is wrong with a JSON text, the field that it is in, and its place.
+    """Return the problem of a JSON text, the field that it is in, and its place.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def _refuse_constant(name: str) -> None:
 
 
 def _offset_of(text: str, field: str) -> int:
-    """The place of a field, or of the innermost one around it that is there."""
+    """Return the place of a field, or of the innermost existing one around it."""
     around = {0: 0}  # offsets by the lengths of names
     try:
         for name, offset, _ in _fields(text):
@@ -184,7 +184,7 @@ def _repeated_name(text: str) -> tuple[str, int]:
 
 
 def _fields(text: str) -> Iterator[tuple[str, int, bool]]:
-    """The fields of a well-formed text, each with the place of its value and if it is repeated.
+    """Yield the fields of a well-formed text, each with its value's place and if it is repeated.
 
     The place of a repeated one is that of its name.
     """

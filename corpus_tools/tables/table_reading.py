@@ -1,4 +1,4 @@
-"""Tables of other people, CSV or JSON lines: rows whose cells are known by line and column."""
+"""Tables of other people, CSV or JSON lines: rows whose cells are located by line and column."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from g3.storage.text_lines import place_in
 TABLES = (".csv", ".jsonl")
 """The endings of their names."""
 OnNote: TypeAlias = Callable[[str], None]
-"""Takes what somebody should know who can go on all the same."""
+"""Function that receives remarks about tables that can be read all the same."""
 Value: TypeAlias = str | int | float | bool
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
@@ -39,9 +39,9 @@ class Row:
     values: Mapping[str, Value]
     """By column; empty cells are empty texts, or aren't there."""
     texts: Mapping[str, str]
-    """The same as the file writes them: a number such as 1.10 keeps its digits."""
+    """Values as the file writes them: a number such as 1.10 keeps its digits."""
     columns: Mapping[str, Place] = field(repr=False)
-    """Where the cells are."""
+    """Places of the cells."""
 
     def where(self, name: str = "") -> str:
         """Return the place of a cell, or of the row, as errors name it."""
@@ -55,7 +55,7 @@ class Row:
 
 
 def read_table(path: Path, needed: Sequence[str] = (), on_note: OnNote = no_note) -> list[Row]:
-    """Read a table, and name all of it that isn't used.
+    """Read a table, and name all of its cells that aren't used.
 
     Parameters
     ----------

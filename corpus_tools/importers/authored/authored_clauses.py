@@ -1,4 +1,4 @@
-"""Trees of commands, the groundings of their clauses, and whether they fit what the log shows."""
+"""Trees of commands, the groundings of their clauses, and their agreement with the log."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Clauses:
     """For each clause its name in the notation, such as OBJ_2; empty for the unnamed robot of an
     imperative."""
     groundings: tuple[Groundings, ...]
-    """For each clause what it is grounded in."""
+    """Groundings of each clause."""
 
 
 def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clauses:
@@ -67,12 +67,12 @@ def read_clauses(utterance: Utterance, world: World, dataset: Dataset) -> Clause
 
 
 def leaf_words(sdc: SDC) -> list[str]:
-    """The words of a leaf in lower case, without punctuation."""
+    """Return the words of a leaf in lower case, without punctuation."""
     return [word.lower() for span in sdc.words for word in _WORD.findall(span.text)]
 
 
 def fits_words(item: PhysicalObject, words: Sequence[str], dataset: Dataset) -> bool:
-    """Whether an object has the labels that those of the words which are listed call for."""
+    """Check that an object has a label for each of the words that the dataset lists."""
     return all(
         not dataset.words[word] or not set(dataset.words[word]).isdisjoint(item.labels)
         for word in words
@@ -81,14 +81,14 @@ def fits_words(item: PhysicalObject, words: Sequence[str], dataset: Dataset) -> 
 
 
 def clause_names(sdcs: Sequence[SDC], nodes: Sequence[SDC]) -> tuple[str, ...]:
-    """The name of each clause as :func:`g3.sdc.sdc_notation.format_brackets` prints it."""
+    """Name each clause as :func:`g3.sdc.sdc_notation.format_brackets` prints it."""
     printed = iter(_HEAD.findall(format_brackets(sdcs)))
     names = {id(sdc): next(printed) for sdc in _depth_first(sdcs)}
     return tuple(names.get(id(node), "") for node in nodes)
 
 
 def _depth_first(sdcs: Sequence[SDC]) -> Iterator[SDC]:
-    """The clauses in the order in which they are printed; the unnamed robot is not."""
+    """Yield the clauses in the order in which they are printed; the unnamed robot is not."""
     for sdc in sdcs:
         yield sdc
         children = sdc.children()

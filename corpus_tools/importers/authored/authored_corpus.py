@@ -130,7 +130,7 @@ def _title(document: Document, i: int) -> str:
 def _annotations(
     item: _Grounded, worlds: Sequence[World], dataset: authored_files.Dataset
 ) -> tuple[Annotation, Annotation]:
-    """The positive and the random negative."""
+    """Make the positive and the random negative annotation."""
     clauses = item.clauses
     drawn = random_groundings(clauses, item.world, worlds, generator(dataset.seed, item.command.id))
     right = tuple(True if groundings else None for groundings in clauses.groundings)

@@ -1,4 +1,4 @@
-"""What the files of an authored corpus hold, the logs of its scenarios, and reading them.
+"""Records in the files of an authored corpus, the logs of its scenarios, and reading them.
 
 Scenarios are read by :mod:`corpus_tools.world.scenarios`.
 """
@@ -44,13 +44,13 @@ class _DatasetFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """The file dataset.yaml: what all scenarios share."""
+    """The file dataset.yaml: the settings that all scenarios share."""
 
     name: str
     source: str
     licence: str
     seed: int
-    """Of the random negatives."""
+    """Seed of the random negatives."""
     words: Mapping[str, tuple[str, ...]]
     """For each word of leaf OBJECTs the labels of which an object must have at least one; no labels
     mean that any object fits."""
@@ -78,14 +78,14 @@ def note_file(name: str, content: bytes, records: int, journal: Journal) -> None
 
 
 def commands_of(document: documents.Document) -> list[Any]:
-    """The commands of a scenario's file, as they stand there; FormatError if they are no list."""
+    """Return the commands of a scenario's file as written; FormatError if they are no list."""
     if not isinstance(document.value, dict) or "commands" not in document.value:
         return []
     return _part(document, ("commands",), list[Any])
 
 
 def read_utterance(document: documents.Document, number: int) -> Utterance:
-    """The command with an index in a scenario's file.
+    """Read the command with an index in a scenario's file.
 
     One of another form is a FormatError whose ``where`` is the field in it.
     """
@@ -99,7 +99,7 @@ def read_utterance(document: documents.Document, number: int) -> Utterance:
 
 
 def _part(document: documents.Document, field: documents.Field, record_type: type[T]) -> T:
-    """A part of a document as a record; raises a FormatError that tells its line."""
+    """Convert a part of a document to a record; FormatError with its line if it is invalid."""
     value = document.value
     for key in field:
         value = value[key]
@@ -131,8 +131,8 @@ def read_world(folder: Path, scenario: Scenario, start_s: float, journal: Journa
     """Read a scenario's log, which starts at `start_s` on the corpus's clock.
 
     Logs of different scenarios must not overlap in time: whether two things moved together is seen
-    from their clocks. FormatError if there is no log, or it shows what the scenario said before it
-    was changed.
+    from their clocks. FormatError if there is no log, or it shows an earlier version of the
+    scenario.
     """
     log = scenario_log(scenario, folder)
     path = log_file(scenario, folder)
@@ -149,7 +149,7 @@ def read_world(folder: Path, scenario: Scenario, start_s: float, journal: Journa
 
 
 def ends(scenario: Scenario) -> dict[str, str]:
-    """In which place each thing that the script brings to one shall be at the end."""
+    """Return the final place of each thing that the script brings to one, by the thing."""
     held = scenario.robot.carries
     found: dict[str, str] = {}
     for step in scenario.script:

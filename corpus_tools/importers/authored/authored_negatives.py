@@ -20,14 +20,14 @@ from g3.sdc.clauses import SDC, breadth_first, child_indices
 
 
 def generator(seed: int, command_id: str) -> np.random.Generator:
-    """The generator for one command; a command more or less changes no other's draws."""
+    """Make the generator of one command. Its draws don't depend on other commands."""
     return np.random.default_rng([seed, zlib.crc32(command_id.encode())])
 
 
 def random_groundings(
     clauses: Clauses, world: World, worlds: Sequence[World], rng: np.random.Generator
 ) -> tuple[Groundings, ...]:
-    """As many random groundings for each clause as it has right ones.
+    """Draw as many random groundings for each clause as it has right ones.
 
     As in section 4.1 of the paper, they come from all scenarios. An EVENT or a PATH gets the log of
     another scenario than `world`, where the command was given; it stays without a grounding if
@@ -53,7 +53,7 @@ def random_groundings(
 def relabel(
     clauses: Clauses, drawn: Sequence[Groundings], dataset: Dataset
 ) -> tuple[bool | None, ...]:
-    """Whether random groundings are right, as a person would say who sees only the clause.
+    """Label random groundings as right or wrong, like a person who sees only the clause.
 
     A leaf OBJECT is right if every object fits each of its words, as dataset.yaml lists
     them. With a word that isn't listed (an ordinal, a side) only its own objects are
@@ -96,7 +96,7 @@ def _same(a: Groundings, b: Groundings) -> bool:
 
 
 def _alike(a: Grounding, b: Grounding) -> bool:
-    """Whether two things are the same to the eye: where they are first and what they are."""
+    """Check that two things look the same: their first position and their kind."""
     if isinstance(a, PhysicalObject) and isinstance(b, PhysicalObject):
         return a.labels == b.labels and a.prism == b.prism
     return isinstance(a, Place) and isinstance(b, Place) and a.prism == b.prism

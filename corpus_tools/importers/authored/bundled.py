@@ -1,8 +1,8 @@
 """The corpora that come with the toolkit, built from their sources when they are needed.
 
 A bundled dataset is a folder of ``datasets`` with an authored corpus
-(``docs/authored-corpora.md``). Its corpus is built into the user's cache the first time
-it is asked for, and again after its files or the program have changed.
+(``docs/authored-corpora.md``). Its corpus is built into the user's cache when it is
+first used, and again after its files or the program have changed.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from g3.errors import FormatError
 from g3.storage.cache_folder import cache_folder
 
 KEPT_DAYS = 30
-"""How long what an older program built is kept: another checkout may still use it."""
+"""Days for which the builds of an older program are kept: another checkout may use them."""
 
 DIGITS = 16
-"""Of the digest in the name of what is built."""
+"""Number of the digest's digits in the name of a build."""
 
 _FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
 
@@ -43,7 +43,7 @@ _BUILDERS = ("corpus", "importers/authored", "logs", "world", "../g3")
 
 
 def resolve(name_or_path: str | Path) -> Path:
-    """The folder of a corpus, which is built first if it is a bundled one's.
+    """Return the folder of a corpus; a bundled one is built first.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _is_whole(corpus: Path) -> bool:
 
 
 def _build(source: Path, target: Path) -> None:
-    """Build under a name of its own and rename: whoever comes first wins, the others agree."""
+    """Build under a temporary name and rename: the first process wins, the others agree."""
     from corpus_tools.importers.authored.authored_corpus import (  # noqa: PLC0415 - once a version only
         import_authored,
     )

@@ -41,7 +41,7 @@ READ = (slu_files.ASSIGNMENTS, OBJECTS, PROPERTIES, STATUS)
 @short_repr
 @dataclass(frozen=True, slots=True)
 class WorldFolders:
-    """Where the worlds are: folders of videos in folders of groups, relative to `data`."""
+    """Folders of the worlds: folders of videos in folders of groups, relative to `data`."""
 
     data: Path
     folders: tuple[str, ...]
@@ -150,7 +150,7 @@ class _World:
             yield Command(name, text, self.name, video, subject)
 
     def only_video(self, typed: list[Command], video: str) -> str:
-        """The video that shows this world, if its commands are of several videos."""
+        """Return the video that shows this world, if its commands are of several videos."""
         videos = {command.video for command in typed}
         if len(videos) < 2:
             return ""
@@ -158,7 +158,7 @@ class _World:
         return video
 
     def video(self) -> str:
-        """The video that was made of this world; empty if nothing says so."""
+        """Return the video that was made of this world; empty if it isn't recorded."""
         properties = self._yaml(PROPERTIES)
         return _scalar(properties.get("youtubeId")) if isinstance(properties, dict) else ""
 

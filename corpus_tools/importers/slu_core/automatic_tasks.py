@@ -1,4 +1,4 @@
-"""What was done in a random task: ``simSupervisorStatus.txt``, the log of its supervisor."""
+"""Outcomes of random tasks, from ``simSupervisorStatus.txt``, the log of their supervisor."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ SAYS_NOTHING = re.compile(
     r"|(Start|Currently) \d+ manipulation and \d+ summoning tasks remaining\.?"
     rf"|x, y, {NUMBER}, {NUMBER} dist: {NUMBER}|dist < \d+: [01]"
 )
-"""Lines that tell nothing of what was done."""
+"""Lines that record no execution."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class SupervisorLog:
-    """What a log says."""
+    """Content of a supervisor's log."""
 
     start: tuple[float, float] | None = None
-    """Where the robot starts, in m."""
+    """The robot's position at the start, in m."""
     tasks: tuple[str, ...] = ()
     """The lines about tasks, in order."""
     strange: tuple[str, ...] = ()
-    """Lines of a form that this module doesn't know, those of `tasks` not among them."""
+    """Lines of an unknown form, except for those of `tasks`."""
     is_complete: bool = False
-    """Whether it ends as logs do."""
+    """True if the log ends as logs do."""
 
 
 def read_log(text: str) -> SupervisorLog:
-    """Read ``simSupervisorStatus.txt``. Whatever is in it, it can be read."""
+    """Read ``simSupervisorStatus.txt``. Any content can be read."""
     lines = [line.strip() for line in split_lines(text)]
     starts = [(float(m[1]), float(m[2])) for line in lines if (m := START.fullmatch(line))]
     return SupervisorLog(
@@ -66,10 +66,10 @@ def _is_strange(line: str) -> bool:
 def outcomes_of_log(
     log: SupervisorLog, context: Context, video: str, remark: Remark
 ) -> tuple[TaskOutcome, ...]:
-    """What was done, a record for each task; one of which nothing is known if the log has none.
+    """Return a record for each task; one with everything unknown if the log has none.
 
     The scenario is named as `context`, its world. `video` is its only video that shows it; empty if
-    it is every one. `remark` is told of all that isn't understood.
+    it is every one. `remark` receives all that isn't understood.
     """
     for line in log.strange:
         remark("a line of the log isn't understood", line)
@@ -130,7 +130,7 @@ def _picked(outcome: TaskOutcome, load: str, context: Context, remark: Remark) -
 
 
 def _not_understood(line: str, context: Context, remark: Remark) -> TaskOutcome:
-    """What can be told of a task of a form that isn't known: its load and its checkpoint."""
+    """Return the known part of a task of an unknown form: its load and its checkpoint."""
     remark("a task of the log isn't understood", line)
     outcome = _unnamed(context, ("put", "place"), line)
     checkpoint = re.search(r"checkpoint_id = (\d+)", line)

@@ -20,19 +20,19 @@ from g3.groundings import Aspect, Context, FloatArray, PhysicalObject, Prism, Tr
 from g3.short_repr import short_repr
 
 Remark = Callable[..., None]
-"""Called with what is unusual about a world, and with what exactly."""
+"""Function that receives an unusual aspect of a world, and its details."""
 
 ROBOT = "-100"
 """Id of the robot, as in the paper's corpus."""
 ROBOT_SIZE_M, ROBOT_HEIGHT_M = 1.5, 2.0
 """The paper's contexts have the forklift as a square around its position."""
 START_AWAY_M = 10.0
-"""How far from the middle of everything the robot is put where no log tells where it starts."""
+"""Distance of the robot from the middle of everything, in metres, where no log gives its start."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Model:
-    """What things of a number are called, and their sizes in metres."""
+    """Labels of the things of a number, and their sizes in metres."""
 
     labels: tuple[str, ...]
     size: tuple[float, float]
@@ -40,9 +40,9 @@ class _Model:
     heights: tuple[float, float]
     """Bottom and top."""
     is_measured: bool = False
-    """Whether the sizes are those of the paper's contexts; else they are assumed."""
+    """True if the sizes are those of the paper's contexts; else they are assumed."""
     is_corner: bool = False
-    """Whether the position is the corner behind and to the right, not the middle."""
+    """True if the position is the corner behind and to the right, not the middle."""
 
 
 def _pallet(*words: str, height: float, is_measured: bool = False) -> _Model:
@@ -85,7 +85,7 @@ _NOT_IN_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Things:
-    """What stands in a world, and what of it is assumed."""
+    """Things in a world, and their assumed properties."""
 
     objects: tuple[PhysicalObject, ...] = ()
     assumed: tuple[tuple[str, Aspect], ...] = ()
@@ -94,7 +94,7 @@ class Things:
 def read_things(text: str, remark: Remark) -> Things:
     """Read the content of ``objects.xml``; FormatError if it isn't XML.
 
-    `remark` is told of all that is unusual: unknown numbers, things without a position, and so on.
+    `remark` receives all that is unusual: unknown numbers, things without a position, and so on.
     """
     objects: dict[str, PhysicalObject] = {}
     assumed: list[tuple[str, Aspect]] = []
@@ -159,7 +159,7 @@ def _parsed(text: str) -> ElementTree.Element:
 
 
 def _model(item: ElementTree.Element, name: str, remark: Remark) -> tuple[_Model, list[Aspect]]:
-    """What a thing is, and what of that is assumed."""
+    """Return the kind of a thing, and which of its properties are assumed."""
     kind = item.get("type")
     is_pallet = kind == "pallet"
     if kind not in ("pallet", "object"):
@@ -201,7 +201,7 @@ def _values(item: ElementTree.Element, tag: str, count: int) -> FloatArray | Non
 
 
 def _heading(item: ElementTree.Element) -> float | None:
-    """The heading of a quaternion w, x, y, z."""
+    """Return the heading of a quaternion w, x, y, z."""
     quaternion = _values(item, "orientation", 4)
     if quaternion is None or not np.linalg.norm(quaternion) > 0:
         return None

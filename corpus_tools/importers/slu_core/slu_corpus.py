@@ -30,9 +30,9 @@ FILES: dict[Source, str] = {
     "easy": slu_files.EASY_NEGATIVES,
 }
 READERS = 2
-"""How many files are read at a time."""
+"""Number of files that are read at a time."""
 UNSAID: dict[Source, bool | None] = {"positive": True, "random": False, "easy": None}
-"""What a missing label of a grounded clause means in each file."""
+"""Meaning of a missing label of a grounded clause in each file."""
 
 
 @collector_paused()
@@ -96,7 +96,7 @@ def _progress(on_progress: OnProgress, total: int) -> Iterator[None]:
 
 @dataclass(slots=True)
 class _Desk:
-    """What has been read so far, for the records that refer to it."""
+    """Records read so far, for those that refer to them."""
 
     journal: Journal
     worlds: Instances = field(default_factory=Instances)
@@ -115,7 +115,7 @@ class _Desk:
     def read_annotations(
         self, records: Iterable[Any], source: Source, file: str
     ) -> Iterator[Annotation]:
-        """The annotations of one file; what can't be read goes to the journal."""
+        """Yield the annotations of one file; unreadable ones go to the journal."""
         times: dict[str, int] = defaultdict(int)
         for number, record in enumerate(records, start=1):
             assignment = record.get("assignmentId") if isinstance(record, dict) else None
@@ -192,7 +192,7 @@ class _Desk:
         return positive.context
 
     def _command(self, typed: Command, assignment: str, text: str) -> Command:
-        """The command with the text that was annotated, which its words refer to."""
+        """Return the command with the text that was annotated, which its words refer to."""
         first = typed.id + assignment[len(_base(assignment)) :]
         name, number = first, 1
         while name in self.annotated and self.annotated[name].text != text:
@@ -217,7 +217,7 @@ class _Desk:
 
 
 def _base(assignment: str) -> str:
-    """The assignment itself, without the number of a part of its command."""
+    """Return the assignment itself, without the number of a part of its command."""
     return assignment.partition("_")[0]
 
 

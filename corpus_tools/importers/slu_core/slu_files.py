@@ -38,14 +38,14 @@ MOST_BYTES = 1 << 29
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where the files are. Names of files in messages and reports are relative to `data`."""
+    """Places of the files. Names of files in messages and reports are relative to `data`."""
 
     data: Path
     scenarios: tuple[str, ...]
 
 
 def find_layout(path: Path) -> Layout:
-    """Find the data folder at `path` or in it; else a FormatError says what was looked for."""
+    """Find the data folder at `path` or in it; else raise a FormatError with the wanted files."""
     if not path.is_dir():
         raise FormatError(
             "there is no such folder",
@@ -73,9 +73,9 @@ def _existing(data: Path, name: str) -> str | None:
 
 
 def read_text(data: Path, name: str, journal: Journal) -> str | None:
-    """Read a file as text, whatever its encoding. None if it isn't there, or can't be read.
+    """Read a file as text in any encoding. None if it isn't there, or can't be read.
 
-    What isn't UTF-8 is read as Windows-1252; the journal notes it.
+    Text that isn't UTF-8 is read as Windows-1252; the journal notes it.
     """
     try:
         content = regular_file.read_bytes(data / name)
@@ -126,7 +126,7 @@ def load_records(data: Path, name: str) -> Loaded:
 def read_records(
     layout: Layout, name: str, journal: Journal, ahead: Future[Loaded] | None = None
 ) -> tuple[str, list[Any]]:
-    """Read a file that holds a list, and note in the journal what came of it.
+    """Read a file that holds a list, and note the result in the journal.
 
     `ahead` is what :func:`load_records` makes of it, where another thread does that meanwhile.
     Returns the file's name as found, and the list: empty if the file is missing, empty or can't be

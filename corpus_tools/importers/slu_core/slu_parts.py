@@ -34,7 +34,7 @@ Part: TypeAlias = Literal["aaai11", "automatic", "spatial-relations"]
 PARTS: tuple[Part, ...] = get_args(Part)
 ALL = "all"
 AUTOMATIC = "automatic"
-"""What the names of folders with random tasks have in them."""
+"""Part of the names of folders with random tasks."""
 RELATIONS, RELATION_FILES = "spatial_relations", "spatialRelations*.yaml"
 """The folder of phrases of paths; how its files are called where they lie elsewhere."""
 
@@ -121,7 +121,7 @@ def _folders(path: Path) -> Iterator[Path]:
 
 
 def _is_group(folder: Path) -> bool:
-    """Whether a folder holds folders of videos, of which at least one is of a random task."""
+    """Check that a folder holds folders of videos, of which at least one is of a random task."""
     inner = list(_folders(folder))
     has_log = any((world / STATUS).is_file() for world in inner)
     has_world = any((world / OBJECTS).is_file() for world in inner)

@@ -1,4 +1,4 @@
-"""Assignments (who typed which command) and evaluations (people's judgments)."""
+"""Assignments (commands with their authors) and evaluations (people's judgments)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HASH_LENGTH = 12
 
 
 def hash_subject(worker: object, salt: str) -> str:
-    """What stands for a worker: the same for the same worker and salt, and no way back."""
+    """Hash a worker's id: the same for the same worker and salt, and irreversible."""
     if not worker:
         return ""
     digest = hmac.new(salt.encode(), str(worker).encode(), hashlib.sha256)
@@ -31,7 +31,7 @@ def hash_subject(worker: object, salt: str) -> str:
 def read_assignments(
     layout: Layout, scenario: str, salt: str, journal: Journal
 ) -> dict[str, Command]:
-    """The commands typed for a scenario, by assignment.
+    """Read the commands typed for a scenario, by assignment.
 
     A command's id is the scenario and its number in the file, such as
     ``move_tire_pallet-03``.
@@ -64,7 +64,7 @@ def read_assignments(
 
 
 def read_judgments(layout: Layout, scenario: str, salt: str, journal: Journal) -> list[Judgment]:
-    """The judgments of a scenario's commands; a study is named after its file."""
+    """Read the judgments of a scenario's commands; a study is named after its file."""
     judgments: list[Judgment] = []
     for name in EVALUATIONS:
         study = name.removesuffix(".yaml")

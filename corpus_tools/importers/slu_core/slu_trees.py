@@ -1,4 +1,4 @@
-"""SDC trees as slu_core writes them, and what records say of their clauses.
+"""SDC trees as slu_core writes them, and the records' labels of their clauses.
 
 An SDC (:class:`g3.sdc.clauses.SDC`) is ``{TYPE: {f: ..., r: ..., l: ..., l2: ...}}``. A field
 holds an SDC, a list of SDCs, or words: one string that occurs exactly once in the command, or a
@@ -26,7 +26,7 @@ FIELDS = ("f", "r", "l", "l2")
 
 
 def read_trees(value: Any, text: str) -> tuple[SDC, ...]:
-    """The clauses of a command, normalised, from a list of SDCs as parsed.
+    """Read the clauses of a command, normalised, from a list of SDCs as parsed.
 
     FormatError if it isn't a list of SDCs, or their words are not in the text.
     """
@@ -74,7 +74,7 @@ def _with_figure(sdc: SDC) -> SDC:
 
 
 def _read_field(value: Any, text: str, where: str) -> tuple[tuple[Span, ...], tuple[SDC, ...]]:
-    """The words or the clauses in a field: at most one of the two is not empty."""
+    """Read the words or the clauses in a field: at most one of the two is not empty."""
     if value is None:
         return (), ()
     if isinstance(value, str):
@@ -156,7 +156,7 @@ def read_groundings(
 def read_labels(
     record: Any, groundings: Groundings, unsaid: bool | None
 ) -> tuple[bool | None, ...]:
-    """Read a record's labels; where nothing is said, `unsaid` if the clause is grounded at all.
+    """Read a record's labels; a missing one is `unsaid` if the clause is grounded at all.
 
     Raises FormatError if they don't follow the clauses.
     """

@@ -35,7 +35,7 @@ UNIFIED_LABELS = {("generator", "pallet"): ("generator", "accessories", "pallet"
 """Labels that differ between the published files and mean the same.
 
 The positives call the pallets of boxes generator, accessories, pallet; the negatives call
-the same objects generator, pallet. Left alone, the label *accessories* would tell a
+the same objects generator, pallet. Left alone, the label *accessories* would show a
 classifier which file an example comes from, and so whether it is right.
 """
 
@@ -50,7 +50,7 @@ class Instances:
     """One instance of each trajectory, prism, object and context that has been read."""
 
     headings_restored: int = 0
-    """How many groundings without headings are objects of no context that was read."""
+    """Number of groundings without headings that are objects of no context that was read."""
     _trajectories: dict[TrajectoryKey, Trajectory] = field(default_factory=dict)
     _prisms: dict[PrismKey, Prism] = field(default_factory=dict)
     _objects: dict[ObjectKey, PhysicalObject] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class Instances:
         )
 
     def read_context(self, value: Any, agent: Any, scenario: str) -> Context:
-        """The context of a record, the agent in it; FormatError if one of them can't be read.
+        """Read the context of a record, the agent in it; FormatError if one is unreadable.
 
         It is named after the scenario; should a scenario have several contexts, the others are
         numbered.
@@ -96,7 +96,7 @@ class Instances:
         return new
 
     def read_grounding(self, value: Any, context: Context, where: str) -> Grounding:
-        """A grounding: the instance in `context`, or in another one, where it is that.
+        """Read a grounding: the same instance as in `context`, else as in another context.
 
         Raises FormatError if it can't be read.
         """
@@ -130,7 +130,7 @@ class Instances:
         return self._trajectories.setdefault(_trajectory_key(trajectory), trajectory)
 
     def read_object(self, value: Any, where: str) -> PhysicalObject:
-        """An object, its labels unified; FormatError if it can't be read."""
+        """Read an object and unify its labels; FormatError if it can't be read."""
         match value:
             case {"lcmId": int() | str() as number, "tag": [*tags], "path": path}:
                 pass
@@ -177,7 +177,7 @@ class Instances:
 
 
 def same_object(original: PhysicalObject, copy: PhysicalObject) -> bool:
-    """Whether a published copy of an object is that object.
+    """Check that a published copy of an object is that object.
 
     Copies differ by noise. In the positives and the random negatives, all objects but the agent
     have lost their headings. In the easy negatives they have kept them. The original has to be
@@ -197,7 +197,7 @@ def same_object(original: PhysicalObject, copy: PhysicalObject) -> bool:
 
 
 def heading_is_lost(trajectory: Trajectory) -> bool:
-    """Whether the headings were not written: all are exactly zero."""
+    """Check that the headings were not written: all are exactly zero."""
     return not trajectory.yaw.any()
 
 

@@ -39,7 +39,7 @@ SMALLEST_M = 0.01
 @short_repr
 @dataclass(frozen=True, slots=True)
 class RelationFiles:
-    """Where the examples are: files without the ending of compressed ones, relative to `data`."""
+    """Files of the examples, without the ending of compressed ones, relative to `data`."""
 
     data: Path
     names: tuple[str, ...]
@@ -99,7 +99,7 @@ def _counts(corpus: Corpus) -> dict[str, int]:
 
 @dataclass(slots=True)
 class _Shelf:
-    """What has been read, each thing once."""
+    """Things read so far, each once."""
 
     instances: Instances = field(default_factory=Instances)
     contexts: dict[tuple[int, ...], Context] = field(default_factory=dict)
@@ -107,7 +107,7 @@ class _Shelf:
     commands: dict[str, Command] = field(default_factory=dict)
     """By text."""
     points: Counter[str] = field(default_factory=Counter)
-    """How many landmarks of a label are points."""
+    """Number of landmarks of each label that are points."""
     _assumed: set[str] = field(default_factory=set)
     """Ids of landmarks whose size is assumed."""
     _landmarks: dict[int, PhysicalObject] = field(default_factory=dict)
@@ -185,7 +185,7 @@ class _Shelf:
         return self._walkers[id(read)]
 
     def _path(self, trajectory: Trajectory) -> PathGrounding:
-        """A path of which poses are numbered: the numbers become seconds."""
+        """Read a path of numbered poses: the numbers become seconds."""
         if id(trajectory) not in self._paths:
             t = trajectory.t * MICROSECONDS
             self._paths[id(trajectory)] = PathGrounding(
@@ -202,7 +202,7 @@ class _Shelf:
         return self._path(read.trajectory) if isinstance(read, PathGrounding) else read
 
     def _landmark(self, read: PhysicalObject) -> PhysicalObject:
-        """A landmark with an id, and with an extent."""
+        """Read a landmark with an id, and with an extent."""
         key = id(read)
         if key not in self._landmarks:
             label = "-".join(read.labels) or "landmark"
