@@ -9,7 +9,7 @@ import msgspec
 
 Connection = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 LOST = (OSError, EOFError, asyncio.TimeoutError)
-"""What is raised where the connection breaks, or takes too long."""
+"""Exceptions of a connection that breaks or takes too long."""
 
 
 class Client:
@@ -32,7 +32,7 @@ class Client:
     async def request(
         self, method: str, path: str, value: Any, timeout_s: float
     ) -> tuple[int, Any]:
-        """The status and the JSON of a reply."""
+        """Return the status and the JSON of a reply."""
         return await asyncio.wait_for(self._request(method, path, value), timeout_s)
 
     def close(self) -> None:

@@ -23,7 +23,7 @@ from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.grounding_model import GroundingModel
 
 PARTS = 7
-"""Of the bundled corpus, each held out in turn."""
+"""Number of parts of the bundled corpus, each held out in turn."""
 
 Names: TypeAlias = npt.NDArray[Any]
 Side: TypeAlias = tuple[BoolArray, BoolArray]
@@ -70,7 +70,7 @@ def _without(known: BoolArray, scenario: Names, held_out: Sequence[str] | Names)
 def _told(
     factors: FactorMatrix, types: Names, sides: Sequence[Side]
 ) -> tuple[BoolArray, BoolArray, Names]:
-    """Labels, predictions and types of all that is tested, one side after the other."""
+    """Return labels, predictions and types of all tested factors, one side after the other."""
     said = [GroundingModel().fit(factors[train]).predict(factors[test]) for train, test in sides]
     label = np.concatenate([factors.correct[test] for _, test in sides])
     return label, np.concatenate(said), np.concatenate([types[test] for _, test in sides])

@@ -52,7 +52,7 @@ STUDY = StudyConfig(
 
 
 MOST = {"segment": 4, "ground": 2}
-"""How many of these one person does: some are left for the pictures."""
+"""Largest number of items that one person does: some are left for the pictures."""
 
 
 @dataclass(frozen=True)
@@ -214,5 +214,5 @@ def _disputed(app: Flask) -> dict[str, str]:
 
 
 def tasks() -> tuple[str, ...]:
-    """The names of the study's tasks."""
+    """Return the names of the study's tasks."""
     return tuple(name for name in task_names() if name in STUDY.tasks)

@@ -1,4 +1,4 @@
-"""Commands, their grounded SDC trees, what was done, and what people said (section 4.1)."""
+"""Commands, their grounded SDC trees, their outcomes, and people's ratings (section 4.1)."""
 
 from __future__ import annotations
 

@@ -28,11 +28,11 @@ SURFACE_M2 = 4.0
 HIGH_M = 1.5
 """Nothing is put on top of what is higher."""
 FREE_M = 1.2
-"""Gap between the middle of a place and whatever stands at its height."""
+"""Gap between the middle of a place and any thing at its height."""
 LOAD_M = 0.6
 """Half the side of most loads."""
 DECK_FREE_M = LOAD_M + 0.2
-"""The same gap on a deck, where loads stand side by side."""
+"""Gap on a deck, where loads stand side by side, like `FREE_M`."""
 OVERHANG_M = 0.15
 """A load may stand over the edge of a deck by so much."""
 GAP_M = 0.6
@@ -144,7 +144,7 @@ def spots_about(group: Group, state: State, asked: SpotsAsked = ANY_SPOTS) -> li
 
 
 def spots_of_robot(state: State, apart: float | None = None) -> list[Place]:
-    """Places ahead of the robot, behind it and beside it, so far as is asked or near by."""
+    """Places ahead of the robot, behind it and at its sides, at a given distance or near by."""
     pose, floor = state.pose, ground(state)
     ahead = [(d, 0.0) for d in ((apart,) if apart else AHEAD_M)]
     aside = apart or BESIDE_ROBOT_M

@@ -119,7 +119,7 @@ class FactorBatch:
         )
 
     def once(self, name: Hashable, compute: Callable[[FactorBatch], T]) -> T:
-        """Return a function's result for the batch, computed when it is first asked for.
+        """Return a function's result for the batch, computed on first use.
 
         Several feature sets share it, so nobody may change it.
         """
@@ -200,7 +200,7 @@ def _different(
 
 
 def _scenes(batch: FactorBatch) -> IntArray:
-    """Number each row's scene, shape (n,)."""
+    """Return the index of each row's scene, shape (n,)."""
     values = [getattr(batch, name) for name in _SCENE]
     differing = [v.reshape(len(batch), -1) for v in values if v.strides[0] != 0]
     if not differing or not len(batch):
@@ -220,7 +220,7 @@ def _equal_rows(code: IntArray, columns: Sequence[IntArray]) -> tuple[IntArray, 
 
 
 SPARSE = 64
-"""Numbers up to so many times their count are told apart by a table of all, not by sorting."""
+"""Largest number, relative to the count of all, for which a table replaces sorting."""
 
 
 def distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:

@@ -31,8 +31,8 @@ SAME_PLACE_M = 2.5
 """Largest distance between two ends in the same place."""
 
 SAME_HEADING_RAD, SAME_HEIGHT_M = np.deg2rad(20), 0.2
-"""Largest differences of the same heading and of the same height of the forks, if these are asked
-for."""
+"""Largest differences of equal headings and of equal heights of the forks, if a command specifies
+these."""
 
 
 def evidence(hypothesis: Hypothesis, share: float) -> FloatArray:
@@ -85,7 +85,7 @@ def _same_place(a: PhysicalObject, b: PhysicalObject, here: State, there: State)
 
 
 def plan_probability(seen: FloatArray) -> float:
-    """Calibrated probability of a plan from its evidence, shape (2,)."""
+    """Return the calibrated probability of a plan from its evidence, shape (2,)."""
     return float(expit(seen @ WEIGHTS))
 
 

@@ -36,7 +36,7 @@ def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
 
 @contextmanager
 def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
-    """A file to write to that takes its name at the end, for what is too long to be held.
+    """Open a file that takes its name at the end, for content too large for memory.
 
     An exception leaves the name what it had, and an error of the machine names it. See
     :func:`write_bytes`.
@@ -66,7 +66,7 @@ def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
 
 
 def short_name(name: str) -> str:
-    """So much of a name that a longer one, made of it, isn't too long for a file system."""
+    """Shorten a name so that a longer one, made of it, isn't too long for a file system."""
     return os.fsdecode(os.fsencode(name)[:200])
 
 

@@ -360,13 +360,13 @@ def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
 
 @path_set("path-prisms", columns=MOMENT_COLUMNS, scale=0.1)
 def path_prisms(batch: FactorBatch) -> FloatArray:
-    """The agent's prism and the landmark's, at the start, at the end and on average."""
+    """Prisms of agent and landmark compared, at the start, at the end and on average."""
     return prism_moments(batch, batch.boxes("landmark"))
 
 
 @goal_set("event-prisms", columns=MOMENT_COLUMNS, scale=0.1)
 def event_prisms(batch: FactorBatch) -> FloatArray:
-    """The agent's prism and the goal's, at the start, at the end and on average."""
+    """Prisms of agent and goal compared, at the start, at the end and on average."""
     return prism_moments(batch, batch.boxes("goal"))
 
 
