@@ -18,9 +18,9 @@ class Client:
     Parameters
     ----------
     port
-        Of a server on this machine.
+        Port of a server on this machine.
     cookie
-        Of the session.
+        Cookie of the session.
     """
 
     def __init__(self, port: int, cookie: str) -> None:

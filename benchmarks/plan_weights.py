@@ -52,13 +52,13 @@ class Compared:
     Parameters
     ----------
     evidence
-        Of each plan, shape (n,).
+        Evidence of each plan, shape (n,).
     seen
-        What potentials measure of it, shape (n, d).
+        Measurements of each plan by potentials, shape (n, d).
     right
-        Whether it is right, shape (n,).
+        True for right plans, shape (n,).
     unsure
-        Whether the plans are of several trees; those of a single one stay in their order.
+        True if the plans are of several trees; those of a single one stay in their order.
     """
 
     evidence: FloatArray

@@ -64,9 +64,9 @@ class Example:
     app
         The app.
     cookies
-        What the browsers of several people are known by; None of a stranger's.
+        Cookies of several people's browsers; None of a stranger's.
     words
-        What stands in addresses: the words of the app's rules, and some of `make_screenshots`.
+        Words in addresses: those of the app's rules, and some of `make_screenshots`.
     """
 
     app: Flask

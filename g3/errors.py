@@ -24,11 +24,11 @@ class CorpusError(Exception):
     Parameters
     ----------
     what
-        What is wrong, one sentence without a final full stop.
+        The problem, one sentence without a final full stop.
     where
-        Where it is: file, record and field, as far as they are known.
+        Place of the problem: file, record and field, as far as they are known.
     fix
-        What to do about it.
+        Remedy for the problem.
     """
 
     def __init__(self, what: str, *, where: str = "", fix: str = "") -> None:
@@ -75,7 +75,7 @@ class ManyError(FormatError):
     Parameters
     ----------
     errors
-        What is wrong, in the order in which it is shown.
+        The problems, in the order in which they are shown.
     """
 
     def __init__(self, errors: Sequence[CorpusError]) -> None:
@@ -91,11 +91,11 @@ def unknown_name(
     Parameters
     ----------
     kind
-        What it should name, such as "layout".
+        Kind of thing that it should name, such as "layout".
     known
         The names there are, in the order in which they are shown.
     more
-        What else can be done, such as the command that lists all names.
+        Another remedy, such as the command that lists all names.
 
     Returns
     -------

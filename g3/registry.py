@@ -26,14 +26,14 @@ class Registry(Mapping[str, Member]):
     Parameters
     ----------
     kind
-        What the members are, such as "grounder".
+        Kind of the members, such as "grounder".
     group
         The entry point group in which other distributions name modules; importing one of these
         adds what it has. Empty if they can't.
     error
         Raised for a name that isn't known.
     see
-        What shows the members, for people who gave such a name.
+        Page or command that shows the members, for people who gave such a name.
     """
 
     def __init__(

@@ -50,13 +50,13 @@ class SpotsAsked:
     Parameters
     ----------
     apart
-        How many metres they are from what they are about; None for beside it.
+        Distance from the things that they are about, in metres; None for beside them.
     corner
-        Whether they are at its corners.
+        True for its corners.
     side
-        Whether they are at the sides of a deck, though it has no room for two loads.
+        True for the sides of a deck, though it has no room for two loads.
     top
-        Whether they are on top of it, though it is no deck but another load.
+        True for on top of it, though it is no deck but another load.
     """
 
     apart: float | None = None
@@ -81,7 +81,7 @@ def object_groups(
     held
         Id of what is on the forks.
     counts
-        Of so many things are parts of these groups: "the three leftmost crates".
+        Sizes of groups that these groups are part of: "the three leftmost crates".
     """
     things = [o for o in context.objects if o.id != context.agent_id]
     groups: dict[tuple[str, ...], tuple[PhysicalObject, ...]] = {}

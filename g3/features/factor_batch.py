@@ -44,7 +44,7 @@ class Boxes:
     z_min, z_max
         Shape (n,).
     centre, area
-        Of the footprints, shapes (n, 2) and (n,).
+        Centres and areas of the footprints, shapes (n, 2) and (n,).
     """
 
     corners: FloatArray
@@ -66,7 +66,7 @@ class FactorBatch:
     type
         Index into :data:`g3.sdc.clauses.SDC_TYPES`, shape (n,).
     figure, landmark, theme, goal
-        Which body plays the role, -1 where none does, shape (n,).
+        Index of the body in the role, -1 where there is none, shape (n,).
     agent
         Start pose x, y, yaw of the agent in the row's context, shape (n, 3).
     agent_end_yaw, agent_mean_yaw
@@ -77,11 +77,11 @@ class FactorBatch:
         Bodies of the context's objects other than the agent, padded with -1,
         shape (n, p).
     factor
-        Which of the word entries a row has, shape (n,).
+        Index of a row's word entry, shape (n,).
     words
         The words of each factor's fields.
     known
-        What was computed of the batch for one feature set and serves others too.
+        Results for the batch that one feature set computed and others use too.
     """
 
     bodies: Bodies

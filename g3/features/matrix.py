@@ -94,7 +94,7 @@ def joint_space(
     Parameters
     ----------
     fitted
-        What :func:`fit_space` gives for each.
+        Result of :func:`fit_space` for each.
 
     Returns
     -------

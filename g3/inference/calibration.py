@@ -55,8 +55,8 @@ def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
 def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
     """Check that two plans end alike: every load in the same place and on the same thing.
 
-    Where the robot ends counts only if neither handles a load, and which way it faces only where
-    it turns last, or words ask for that. A step of a metre leads elsewhere than none.
+    The robot's end counts only if neither handles a load, and its heading only where it turns last,
+    or words ask for that. A step of a metre leads elsewhere than none.
     """
     here, there = plan.state, other.state
     if here.held != there.held:
@@ -97,9 +97,9 @@ def fit_curve(seen: FloatArray, correct: BoolArray, counts: FloatArray | None = 
     seen
         Evidence of the plans, shape (n, 2).
     correct
-        Which of them are right, shape (n,).
+        True for right ones, shape (n,).
     counts
-        How much each counts, shape (n,); one if left out.
+        Weight of each, shape (n,); one if left out.
     """
     from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.optimum
 

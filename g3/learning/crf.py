@@ -34,9 +34,9 @@ class Likelihood:
         Correspondence variables, shape (n,); how often they are true, if a row stands for
         several factors.
     times
-        How many factors each row stands for, shape (n,); one if left out.
+        Number of factors that each row stands for, shape (n,); one if left out.
     number
-        Which of several parts of a likelihood it is: each draws other rows for the curvature.
+        Index of the part of a likelihood: each draws other rows for the curvature.
     """
 
     def __init__(

@@ -119,7 +119,7 @@ def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[
     Parameters
     ----------
     right
-        What the clause means. If it drives, its target is where it ends.
+        Meaning of the clause. If it drives, its target is where it ends.
     """
     if right.kind.handles:
         return [a for a in tried if _handles_otherwise(a, right)]

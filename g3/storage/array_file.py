@@ -38,9 +38,9 @@ class Field(NamedTuple):
     dtype
         Its type, such as ``<f8``; one letter stands for all types of a kind (``U``: text).
     dimensions
-        How many it has.
+        Number of dimensions.
     finite
-        Whether all its numbers must be finite.
+        True if all its numbers must be finite.
     """
 
     dtype: str
@@ -60,9 +60,9 @@ def write_arrays(
     Parameters
     ----------
     compressed
-        Whether to take time to make it small.
+        True to take time to make it small.
     sealed
-        Whether to add a digest of all of them, which :func:`read_arrays` checks.
+        True to add a digest of all of them, which :func:`read_arrays` checks.
     """
     out = io.BytesIO()
     seal = {DIGEST: _digest(arrays)} if sealed else {}
@@ -88,7 +88,7 @@ def read_arrays(
     fields
         The arrays to read, by name; all of them, if the file has a digest.
     where, fix, error
-        What to call the file in an error, what to do about it, and which error to raise.
+        Name of the file in an error, its fix, and the class of error to raise.
 
     Returns
     -------

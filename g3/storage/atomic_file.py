@@ -16,14 +16,13 @@ from g3.storage.system_errors import about
 def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
     """Write a file under a temporary name, flush it to the disk, then give it its name.
 
-    What is there is replaced; of a symbolic link, the file that it points to. What is no
-    regular file, such as ``/dev/stdout``, is written to directly.
+    Content that is there is replaced; of a symbolic link, the file that it points to. A file that
+    isn't regular, such as ``/dev/stdout``, is written to directly.
 
     Parameters
     ----------
     private
-        Whether only its owner may read it. It never has other rights, not even while
-        it is written.
+        True if only its owner may read it. It never has other rights, not even while it is written.
 
     Raises
     ------

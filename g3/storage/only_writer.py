@@ -27,7 +27,7 @@ def only_writer(target: Path) -> Iterator[None]:
     Parameters
     ----------
     target
-        What is written; its folder must be there.
+        The file or folder that is written; its parent must be there.
 
     Raises
     ------

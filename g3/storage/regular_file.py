@@ -56,7 +56,7 @@ def opened(path: Path) -> BinaryIO:
 def text_of(path: Path) -> Iterator[TextIO]:
     """Open the text of a regular file, line by line; .gz and .bz2 are uncompressed.
 
-    What isn't UTF-8 is replaced. Lines end at line feeds.
+    Bytes that aren't UTF-8 are replaced. Lines end at line feeds.
     """
     with opened(path) as file, ExitStack() as stack:
         plain: Any = file
@@ -75,7 +75,7 @@ def read_bytes(path: Path, *, most: int = MOST_BYTES) -> bytes:
     Parameters
     ----------
     most
-        How many bytes it may have.
+        Largest number of bytes that it may have.
 
     Raises
     ------

@@ -33,7 +33,7 @@ class Phrase:
     Parameters
     ----------
     type
-        Of the clause.
+        Type of the clause.
     relation
         Its words; empty in a leaf.
     words
@@ -41,7 +41,7 @@ class Phrase:
     figure, landmarks
         Clauses in it.
     groundings
-        What it stands for.
+        Groundings of the clause.
     """
 
     type: SDCType

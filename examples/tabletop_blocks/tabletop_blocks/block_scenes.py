@@ -71,14 +71,14 @@ class Task:
     context
         The table with everything's trajectory.
     theme
-        What is taken or touched.
+        The thing that is taken or touched.
     relation
         "on", one of `DIRECTIONS`, "in" for the tray; "up" where it is only lifted, "to" where
         it is only touched.
     landmark
-        What it is put on, in or beside; None where it is put nowhere.
+        The thing that it is put on, in or beside; None where it is put nowhere.
     place
-        Where it is put.
+        The place that it is put in.
     table
         The table as it was before.
     """

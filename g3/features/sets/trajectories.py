@@ -203,9 +203,9 @@ class Motion:
     xyz, yaw
         Their poses at the events' samples, shapes (n, T, 3) and (n, T).
     moved
-        Whether the event moves them, shape (n,).
+        True if the event moves them, shape (n,).
     moving
-        Whether they are on the move between one sample and the next, shape (n, T - 1).
+        True if they are on the move between one sample and the next, shape (n, T - 1).
     """
 
     xyz: FloatArray

@@ -104,7 +104,7 @@ def _against_best(
     Parameters
     ----------
     ruled
-        What potentials add to the groups, by name.
+        Contributions of potentials to the groups, by name.
     """
     if len(groups) == 1:
         return None, tuple(r for batch in batches for r in scorer.reasons(batch))

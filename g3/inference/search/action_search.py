@@ -93,23 +93,22 @@ class Hypothesis:
     score
         Sum of the log-probabilities of all factors.
     state
-        What the plan leads to.
+        The state after the plan.
     actions
         The plan, an action for each clause.
     nodes
         Groundings of the clauses, and their factors' log-probabilities.
     referents
-        What was acted on, the most recent last.
+        Things that were acted on, the most recent last.
     goals
-        What the clauses lead to, the last one last.
+        Ends of the clauses, the last one last.
     reasons
-        Where they are asked for: for each top-level clause the best other action, and what spoke
-        against it.
+        On request, for each top-level clause the best other action, and the evidence against it.
     choices
-        What clauses could be grounded in, by node, the best first: each with the score of the best
-        that could be done then, after the plan's earlier clauses.
+        Groundings that clauses could have, by node, the best first: each with the score of the best
+        action after the plan's earlier clauses that was possible then.
     problems
-        Where reasons are asked for, what clauses were grounded in.
+        Where reasons are requested, the problems in which clauses were grounded.
     """
 
     score: float

@@ -35,7 +35,7 @@ class Stage:
     motions
         The motions.
     first_motion
-        Where they begin.
+        Index of the first of them.
     """
 
     scene: Scene
@@ -72,13 +72,13 @@ class Trial:
     tree, root
         The clause.
     state
-        Where the actions begin.
+        The state in which the actions begin.
     found
-        What the clause may be about.
+        Candidates of the clause's arguments.
     actions
         The actions.
     rows
-        Which actions, themes and goals are tried together.
+        Combinations of actions, themes and goals that are tried.
     scene
         The state's things packed, where they are already.
     """
@@ -168,7 +168,7 @@ class PathFactor:
         Parameters
         ----------
         besides
-            What each action with each landmark scores besides, shape (actions, candidates).
+            Other scores of each action with each landmark, shape (actions, candidates).
         """
         n, m = len(self.stage.motions), len(bodies)
         motion = self.stage.first_motion + np.arange(n)
