@@ -2,7 +2,7 @@
 
 Each command is given in its own world, where an alarm is false. It is also given in that world
 without all things that share a label with something it means, where an alarm is right. Nouns of
-WordNet are asked for in each world. Words are learned from other scenarios alone.
+WordNet are requested in each world. Words are learned from other scenarios alone.
 """
 
 from __future__ import annotations

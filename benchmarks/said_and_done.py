@@ -1,6 +1,6 @@
 """Rate of plans that do what words say: ``python -m benchmarks.said_and_done --test automatic``.
 
-With ``--worlds`` it is measured in generated worlds, each told to do everything in many wordings.
+``--worlds`` measures it in generated worlds, each with commands in many wordings.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Table 1's F-scores where neither the scenario nor, in some rows, the corpus was learned from.
 
 ``python -m benchmarks.unseen_worlds REAL BUNDLED [OTHER]... [--ablate SET]...`` (or
-``--with SET``) shows how well clauses are told with each scenario held out, and with whole corpora
-held out: what helps in all of these rows may help in worlds that nobody looked at.
+``--with SET``) shows how well clauses are classified with each scenario held out, and with whole
+corpora held out: a feature that helps in all of these rows may help in worlds not seen before.
 """
 
 from __future__ import annotations

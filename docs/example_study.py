@@ -157,7 +157,7 @@ def _answer(app: Flask, people: list[Browser]) -> None:
 
 
 def _rate(people: list[Browser]) -> None:
-    """Have them rate, and one of them tell that something is wrong."""
+    """Have them rate, and one of them report a problem."""
     for person, rating in zip(people, (5, 4, 4, 2, 5), strict=True):
         for _ in range(4):
             page = _taken(person, "rate")

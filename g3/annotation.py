@@ -83,7 +83,7 @@ class Annotation:
         For each clause in breadth-first order (:func:`g3.sdc.clauses.breadth_first`) its
         groundings: none if it has not been grounded, several for a plural.
     correct
-        For each clause whether its groundings are right, or None where nobody said.
+        For each clause whether its groundings are right, or None where nobody judged it.
     """
 
     id: str

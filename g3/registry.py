@@ -1,7 +1,7 @@
 """Registries: members by name, to which other distributions can add their own.
 
-Whoever sees a registry sees the others' members too, in worker processes as well: the module that
-has a registry calls :meth:`Registry.load_others` after it has added its own.
+The members of other distributions are visible to all, in worker processes as well: the module
+of a registry calls :meth:`Registry.load_others` after it has added its own.
 """
 
 from __future__ import annotations

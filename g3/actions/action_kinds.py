@@ -86,7 +86,7 @@ class Focus:
     landmarks
         Other things in its words that could be driven to.
     asked
-        Kinds that its words ask for.
+        Kinds that its words request.
     amounts
         Distances, angles or times in its words.
     """
@@ -115,7 +115,7 @@ class ActionKind:
     propose
         Lists its actions that are possible in a state, for a clause.
     course
-        Tells where its actions go, those of a batch at once.
+        Returns the courses of its actions, those of a batch at once.
     description
         Its effect, from the proposing function's docstring.
     handling

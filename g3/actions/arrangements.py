@@ -28,7 +28,7 @@ def facing(own: FloatArray, others: FloatArray, rival: BoolArray) -> tuple[Float
     """Return the directions in which things are described: unit vectors, robot's frame (n, 2).
 
     At a row straight on; else to the middle of things that lie on one side, or ahead if they are
-    all around: that is told too, shape (n,).
+    all around. The second array is True for the latter, shape (n,).
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ def fit_space(
     Parameters
     ----------
     biased
-        Types of which each word counts by itself, whatever is measured.
+        Types of which each word counts by itself, with any measurement.
 
     Returns
     -------

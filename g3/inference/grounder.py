@@ -211,7 +211,7 @@ class Result:
     missing
         Nouns that name nothing that there is. Then there is no plan, unless one was insisted on.
     start
-        The state that it was asked in, for pictures.
+        The state in which it was given, for pictures.
     """
 
     sdcs: tuple[SDC, ...]

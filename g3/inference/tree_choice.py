@@ -1,7 +1,7 @@
 """Plans for a command that can be read in several ways: its SDC trees are summed over.
 
 The probability of a plan is that of what it leads to, summed over all trees. So a tree that is
-probably wrong decides nothing by itself. Then all words of the text tell, whatever its trees are
+probably wrong decides nothing by itself. Then all words of the text count, in any of its trees
 (:mod:`g3.inference.potentials.whole_plans`).
 """
 

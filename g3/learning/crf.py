@@ -135,7 +135,7 @@ def _distinct(
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return the first index of each distinct pair of a line and a penalty, and each one's rank.
 
-    The lines are the rows or columns that the matrix is stored by. They are told apart by a
+    The lines are the rows or columns that the matrix is stored by. They are distinguished by a
     digest, as keeping all of them would need as much memory as the matrix.
     """
     places, data = lines.indices.view(np.uint8).data, lines.data.view(np.uint8).data

@@ -185,7 +185,7 @@ DEFAULT_L2 = 1.0
 PARAMETERS = (*ROLES, *THINGS)
 """Names of the learned weights, in their order."""
 ROUNDS = 3
-"""So often lexicon and parameters are learned. Between that it is found who is reliable."""
+"""Number of rounds of learning lexicon and parameters, with estimates of reliability between."""
 _LEFT, _RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
 
 

@@ -114,7 +114,7 @@ def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[
 
     Search gives each clause an action of its own, where the corpus gives all clauses of a command
     the whole log. So an action is wrong too that handles another load, handles it in another way,
-    or leads elsewhere, whatever the clause names.
+    or leads elsewhere, for any words of the clause.
 
     Parameters
     ----------

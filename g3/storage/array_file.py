@@ -98,7 +98,7 @@ def read_arrays(
     Raises
     ------
     CorpusError
-        An `error` that names the file and the array, whatever is damaged.
+        An `error` that names the file and the array, for any damage.
     """
     name = ""
     try:

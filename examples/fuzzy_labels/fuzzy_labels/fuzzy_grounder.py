@@ -1,4 +1,4 @@
-"""A grounder that compares words with labels letter by letter, so that misspelt ones are found."""
+"""A grounder that compares words with labels letter by letter, so that misspelt ones match."""
 
 from collections.abc import Sequence
 

@@ -119,7 +119,7 @@ def shape(track: Tracks) -> FloatArray:
 def own_shape(batch: FactorBatch) -> FloatArray:
     """Shape of the trajectory in the frame of its own start: turns, reversing, straightness.
 
-    Off unless asked for: a corpus with one log per scenario has too few shapes, and the
+    Off by default: a corpus with one log per scenario has too few shapes, and the
     model learns which log it sees rather than what the words mean.
     """
     return shape(tracks(batch))

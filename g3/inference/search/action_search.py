@@ -3,7 +3,7 @@
 A beam of hypotheses goes through the top-level clauses: for each clause, every action that is
 possible in a hypothesis' state is scored with every candidate of the clause's theme and goal. The
 next clause begins in the state that the action leads to. Hypotheses with equal scores keep the
-order in which they were found.
+order in which the search made them.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ def _choices(
 class _Ranked:
     """Combinations of actions, themes and goals, the best first: actions, and rows of batches.
 
-    Besides its factors, a combination has scores (by row) of its goal and of what words rule out.
+    In addition to its factors, a combination has scores, by row, of its goal and of potentials.
     """
 
     actions: Sequence[Action]
@@ -280,7 +280,7 @@ def _reasons(
 def _differs(action: Action, other: Action) -> bool:
     """Check that two actions do different things: not the same a little further on.
 
-    Nor the same with another load: the theme's own reasons tell why it isn't that one.
+    Nor the same with another load: the theme's own reasons explain why it isn't that one.
     """
     if action.object_id and other.object_id and action.object_id != other.object_id:
         return False
