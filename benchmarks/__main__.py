@@ -26,7 +26,7 @@ MARKS = ("<!-- measured in one run -->", "<!-- until here -->")
 
 
 def commands(corpus: str, slu_core: Path | None, folder: Path) -> Iterator[str]:
-    """The benchmarks in order, each with its arguments."""
+    """Yield the benchmarks in order, each with its arguments."""
     if slu_core:
         yield shlex.join(["reading", str(slu_core)])
     yield f"extraction {corpus}"

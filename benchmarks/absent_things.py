@@ -1,8 +1,8 @@
-"""Alarms about what isn't there: ``python -m benchmarks.absent_things warehouse aaai11 automatic``.
+"""Alarms about absent things: ``python -m benchmarks.absent_things warehouse aaai11 automatic``.
 
 Each command is given in its own world, where an alarm is false. It is also given in that world
 without all things that share a label with something it means, where an alarm is right. Nouns of
-WordNet are asked for in each world. Words are learned from other scenarios alone.
+WordNet are requested in each world. Words are learned from other scenarios alone.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ LEAST_FREQUENCY = 5
 
 
 def world_without(context: Context, labels: Sequence[str]) -> Context:
-    """A world without all things, but the robot, that have one of some labels."""
+    """Return a world without the things, except the robot, that have one of some labels."""
     gone = frozenset(labels)
     left = (o for o in context.objects if o.id == context.agent_id or not gone & set(o.labels))
     return replace(context, objects=tuple(left))
 
 
 def common_nouns() -> list[str]:
-    """Common nouns of WordNet that name things or stuff."""
+    """Return common nouns of WordNet that name things or stuff."""
     net = wordnet()
     return sorted(
         word
@@ -55,7 +55,7 @@ def common_nouns() -> list[str]:
 def commands_in_worlds(
     corpus: Corpus,
 ) -> Iterator[tuple[str, str, Context, list[tuple[str, ...]]]]:
-    """Scenario, text and world of each command, with the labels of each thing that it means."""
+    """Yield scenario, text and world of each command, with the labels of each thing it means."""
     annotated, contexts = annotated_commands(corpus.annotations), contexts_of_commands(corpus)
     for command in corpus.commands.values():
         if not command.text.strip():
@@ -71,7 +71,7 @@ def commands_in_worlds(
 
 
 def _meant(annotation: Annotation) -> list[tuple[str, ...]]:
-    """The labels of the things that the OBJECTs with nouns of their own are grounded in."""
+    """Return the labels of the things that OBJECTs with their own nouns are grounded in."""
     tree = Tree(annotation.sdcs)
     starts = {noun[-1].start for noun in tree.nouns}
     return [
@@ -86,7 +86,7 @@ def _meant(annotation: Annotation) -> list[tuple[str, ...]]:
 def shares(
     corpus: Corpus, choices: Sequence[LoadChoice], rng: np.random.Generator
 ) -> Iterator[tuple[str, int, float]]:
-    """How many of each kind there are, and the share of them with an alarm."""
+    """Yield each kind, its number of cases, and the share of these with an alarm."""
     nouns, lexica = common_nouns(), {}
     alarms, total = Counter[str](), Counter[str]()
 

@@ -9,7 +9,7 @@ import msgspec
 
 Connection = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 LOST = (OSError, EOFError, asyncio.TimeoutError)
-"""What is raised where the connection breaks, or takes too long."""
+"""Exceptions of a connection that breaks or takes too long."""
 
 
 class Client:
@@ -18,9 +18,9 @@ class Client:
     Parameters
     ----------
     port
-        Of a server on this machine.
+        Port of a server on this machine.
     cookie
-        Of the session.
+        Cookie of the session.
     """
 
     def __init__(self, port: int, cookie: str) -> None:
@@ -32,7 +32,7 @@ class Client:
     async def request(
         self, method: str, path: str, value: Any, timeout_s: float
     ) -> tuple[int, Any]:
-        """The status and the JSON of a reply."""
+        """Return the status and the JSON of a reply."""
         return await asyncio.wait_for(self._request(method, path, value), timeout_s)
 
     def close(self) -> None:

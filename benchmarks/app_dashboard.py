@@ -41,7 +41,7 @@ from benchmarks.timing import best, growth, in_own_process, most_mib, row
 PER_ITEM, PER_PERSON, VIDEOS = 5, 200, 50
 """Answers to an item, and by a person."""
 OPEN = 0.2
-"""The part of the items that wait for one more answer."""
+"""Share of the items that wait for one more answer."""
 NOW = 1_700_000_000.0
 OVERVIEW = (
     "progress by video", "times", "history", "collected", "people", "agreement", "disagreements",
@@ -53,7 +53,7 @@ EXPORTS = ("csv", "jsonl", "parquet", "reports.csv")
 
 
 def fill(session: Session, answers: int, name: str = "load") -> str:
-    """A study whose items have been rated by people, in bulk; its id."""
+    """Add a study whose items have been rated by people, in bulk; return its id."""
     config = StudyConfig(name=name, title="Load", tasks={"rate": TaskConfig(answers=PER_ITEM)})
     study = new_id()
     about = {"id": study, "name": name, "config": stored(config), "created_at": NOW}
@@ -104,7 +104,7 @@ def fill(session: Session, answers: int, name: str = "load") -> str:
 
 
 def seconds_of(session: Session, study: str) -> Mapping[str, float]:
-    """How long each part of the pages takes."""
+    """Return the seconds that each part of the pages takes."""
     someone = session.scalars(select(Person.id).order_by(Person.id).limit(1)).one()
     parts: dict[str, Callable[[], object]] = {
         "progress by video": lambda: progress_by_video(session, study, now=NOW),

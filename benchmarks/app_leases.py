@@ -33,7 +33,7 @@ CLOCKS: dict[str, tuple[str, Callable[[], float]]] = {
 
 
 def fill(session: Session, slots: int) -> Study:
-    """A study with items to rate, each with slots for `ANSWERS` people."""
+    """Add a study with items to rate, each with slots for `ANSWERS` people."""
     config = StudyConfig(name="load", title="Load", tasks={"rate": TaskConfig(answers=ANSWERS)})
     study = Study(id=new_id(), name="load", config=stored(config), created_at=NOW)
     session.add(study)

@@ -22,11 +22,11 @@ from annotation_app.core.config import Config
 PATIENCE_S = 60.0
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 CT = ("-m", "corpus_tools")
-"""What Python is given to run ``ct``."""
+"""Python's arguments to run ``ct``."""
 
 
 def free_port() -> int:
-    """A port that no connection gets by chance while its server is down."""
+    """Return a port that no connection gets by chance while its server is down."""
     for port in random.SystemRandom().sample(range(15_000, 30_000), 100):
         with socket.socket() as probe, contextlib.suppress(OSError):
             probe.bind(("127.0.0.1", port))
@@ -86,7 +86,7 @@ def servers(config: Config, count: int, threads: int) -> Iterator[list[Server]]:
 
 @contextlib.contextmanager
 def new_databases(kind: str) -> Iterator[Callable[[], str]]:
-    """What makes new databases, SQLite's or those of a PostgreSQL cluster: their URLs."""
+    """Yield a function that makes SQLite's or PostgreSQL's databases and returns their URLs."""
     if kind == "sqlite":
         numbers = itertools.count()
         with tempfile.TemporaryDirectory() as folder:
@@ -109,7 +109,7 @@ class Process(NamedTuple):
 
 
 def processes() -> Iterator[Process]:
-    """All that there are now."""
+    """Yield all processes of the machine."""
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):  # it has ended
             name, _, rest = stat.read_text().partition(" (")[2].rpartition(") ")
@@ -119,7 +119,7 @@ def processes() -> Iterator[Process]:
 
 
 def processor_s() -> dict[str, float]:
-    """Processor time so far of the servers, of PostgreSQL and of this process."""
+    """Return processor times so far of the servers, of PostgreSQL and of this process."""
     found = {"servers": 0.0, "database": 0.0, "workers": time.process_time()}
     for one in processes():
         if one.name == "postgres":

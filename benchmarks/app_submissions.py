@@ -81,7 +81,7 @@ def add_workers(session: Session, study: str, count: int) -> list[str]:
 
 
 def cookies(config: Config, people: Sequence[str]) -> list[str]:
-    """What the browsers of people who have signed in hold."""
+    """Return the cookies of people who have signed in."""
     engine = open_database(config.database)
     app = create_app(config, engine)
     signer = SecureCookieSessionInterface().get_signing_serializer(app)
@@ -92,7 +92,7 @@ def cookies(config: Config, people: Sequence[str]) -> list[str]:
 
 
 async def lease(client: Client) -> str:
-    """The path for the answer to an item that is now the worker's."""
+    """Lease an item for a worker; return the path for its answer."""
     if not client.csrf:
         _, session = await client.request("GET", "/api/session", None, PATIENCE_S)
         client.csrf = session["csrf"]
@@ -103,7 +103,7 @@ async def lease(client: Client) -> str:
 
 
 async def submit(client: Client, path: str) -> float:
-    """Answer; the seconds that it took."""
+    """Submit an answer; return the seconds that it took."""
     answer = {"uuid": str(uuid.uuid4()), "body": {"rating": 4}}
     start = time.perf_counter()
     status, reply = await client.request("POST", path, answer, PATIENCE_S)
@@ -113,7 +113,7 @@ async def submit(client: Client, path: str) -> float:
 
 @dataclass(frozen=True)
 class Figures:
-    """What some submissions took: each in milliseconds, and the processor time of each."""
+    """Measurements of submissions: milliseconds of each, and the processor time of each."""
 
     per_s: float
     p50: float

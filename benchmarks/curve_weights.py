@@ -1,4 +1,4 @@
-"""How right the probabilities of plans are on a corpus that their curve hasn't seen.
+"""Calibration of the probabilities of plans on a corpus that their curve hasn't seen.
 
 ``python -m benchmarks.curve_weights CORPUS CORPUS...`` follows the commands of each corpus as
 typed, each scenario held out of what is learned. A plan is right if it does what annotated words
@@ -29,9 +29,9 @@ from g3.inference.calibration import fit_curve
 from g3.inference.grounder import Grounder
 
 PLANS = 200
-"""How many each corpus counts for, beside the prior of the slope."""
+"""Weight of each corpus as a number of plans, compared with the prior of the slope."""
 DRAWS = 300
-"""Of verdicts that the stated probabilities make, which say how large the error is by chance."""
+"""Number of draws of verdicts from the stated probabilities, for the error by chance."""
 WRITTEN: Mapping[str, Sequence[str]] = {"written": SETS[:8], **{name: (name,) for name in SETS}}
 
 
@@ -69,12 +69,12 @@ def main() -> None:
 
 
 def _alike(one: str, other: str) -> bool:
-    """Whether plans are of one kind of worlds, so that they are left out together."""
+    """Check that plans are of one kind of world, so that they are left out together."""
     return one == other or (one in WRITTEN and other in WRITTEN)
 
 
 def fitted(parts: Sequence[Sequence[Outcome]]) -> FloatArray:
-    """A curve for plans of several corpora, each as weighty as the others."""
+    """Fit a curve to the plans of several corpora, each with the same weight."""
     counts = np.concatenate([np.full(len(own), PLANS / len(own)) for own in parts])
     together = [o for own in parts for o in own]
     return fit_curve(_seen(together), _right(together), counts)
@@ -101,7 +101,7 @@ def _right(plans: list[Outcome]) -> BoolArray:
 
 
 def _by_chance(plans: list[Outcome]) -> FloatArray:
-    """Expected calibration errors of drawn outcomes if the probabilities were right."""
+    """Return expected calibration errors of outcomes drawn as if the probabilities were right."""
     rng = np.random.default_rng(0)
     drawn = [
         reliability([replace(o, correct=bool(rng.random() < o.probability)) for o in plans])[

@@ -29,7 +29,7 @@ sys.exit(status)
 
 
 def repeated(corpus: Corpus, times: int) -> Corpus:
-    """A corpus with all its commands, annotations and judgments several times."""
+    """Return a corpus with all its commands, annotations and judgments several times."""
     rounds = range(times)
     commands = {
         f"{c.id}-{i}": replace(c, id=f"{c.id}-{i}")

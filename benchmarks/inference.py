@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def world(size: int) -> Context:
-    """A warehouse with a truck, a trailer, the robot and loads in rows, so many things in all."""
+    """Return a warehouse with a truck, a trailer, the robot and rows of loads, of a given size."""
     base = open_corpus("warehouse").contexts["court_go_to_second_truck"]
     things = [o for o in base.objects if o.id in ("truck-1", "trailer-1", base.agent_id)]
     loads = [_load(i) for i in range(size - len(things))]

@@ -1,4 +1,4 @@
-"""How our app, Potato and Label Studio are started, filled and worked with."""
+"""Starting, filling and using our app, Potato and Label Studio."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from benchmarks.app_submissions import STUDY, add_study, cookies
 
 RATING = 4
 TRIES = 30
-"""Before an error of the server's counts as one."""
+"""Number of attempts before an error of the server's counts as one."""
 TEXT = "Go to number {}."
 
 
@@ -47,7 +47,7 @@ class Client:
         self.refused = 0
 
     def send(self, method: str, path: str, value: Any = None, *, form: bool = False) -> Reply:
-        """A reply to a value that is sent as JSON or as a form; after an error it is sent again."""
+        """Send a value as JSON or as a form and return the reply; retry after an error."""
         for _ in range(TRIES):
             reply = self._send(method, path, value, form=form)
             if reply.status < 500:
@@ -157,7 +157,7 @@ class Potato:
         return {}
 
     def fill(self, port: int, workers: int, each: int) -> None:
-        """All is in its files."""
+        """Do nothing: its files hold everything."""
 
     def sign_in(self, client: Client, number: int) -> None:
         client.send("POST", "/auth", {"email": f"worker{number}", "pass": ""}, form=True)

@@ -43,7 +43,7 @@ class Figures:
 
 
 def installed(package: str, folder: Path) -> Path:
-    """The Python of an environment that has a package, which is made where it is missing.
+    """Return the Python of an environment that has a package; make it where it is missing.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def installed(package: str, folder: Path) -> Path:
 
 @contextlib.contextmanager
 def running(program: Program, folder: Path) -> Iterator[tuple[int, float, subprocess.Popen[bytes]]]:
-    """The port of a server, the seconds until its first page, and its process."""
+    """Start a server; yield its port, the seconds until its first page, and its process."""
     port = free_port()
     start = time.perf_counter()
     with (folder / "output.txt").open("wb") as output:
@@ -135,7 +135,7 @@ def drive(
 
 
 def processor_s(process: int) -> float:
-    """Processor time so far of a process and of all that it has started."""
+    """Return the processor time so far of a process and of all processes that it has started."""
     there = {one.id: one for one in processes()}
 
     def belongs(pid: int) -> bool:
@@ -162,7 +162,7 @@ def measure(program: Program, workers: int, each: int, think_s: float) -> None:
 
 
 def made(kind: type[Ours | Potato | LabelStudio], folder: Path) -> Program:
-    """A program, which is installed if it isn't ours."""
+    """Return a program, installed if it isn't ours."""
     return Ours() if issubclass(kind, Ours) else kind(installed(kind.package, folder))
 
 

@@ -40,7 +40,7 @@ L2 = 100.0
 """The penalty of weights of standardised features. It and `EVIDENCE` are one of nine pairs that
 were tried, by what is right in sets and scenarios that are left out and on `automatic`."""
 COMMANDS = 200
-"""How many each set counts for, and the corpus."""
+"""Weight of each set and of the corpus, as a number of commands."""
 Parts = dict[str, dict[str, list["Compared"]]]
 """The commands of sets and of a corpus, by what is left out at a time: a set, or a scenario."""
 
@@ -52,13 +52,13 @@ class Compared:
     Parameters
     ----------
     evidence
-        Of each plan, shape (n,).
+        Evidence of each plan, shape (n,).
     seen
-        What potentials measure of it, shape (n, d).
+        Measurements of each plan by potentials, shape (n, d).
     right
-        Whether it is right, shape (n,).
+        True for right plans, shape (n,).
     unsure
-        Whether the plans are of several trees; those of a single one stay in their order.
+        True if the plans are of several trees; those of a single one stay in their order.
     """
 
     evidence: FloatArray
@@ -67,13 +67,13 @@ class Compared:
     unsure: bool
 
     def is_right(self, weights: FloatArray) -> bool:
-        """Whether the plan is right that weights, shape (d,), prefer."""
+        """Check that the plan that weights, shape (d,), prefer is right."""
         best = np.argmax(EVIDENCE * self.evidence + self.seen @ weights) if self.unsure else 0
         return bool(self.right[best])
 
 
 def compared(name: str, grounder: Grounder) -> Iterator[Compared]:
-    """The plans for the commands of a set; nothing for those without plans."""
+    """Yield the plans for each command of a set that has any."""
     for record in records_of(name):
         choices, case = grounder.compared(record["text"], state_of(record))
         if choices:
@@ -83,7 +83,7 @@ def compared(name: str, grounder: Grounder) -> Iterator[Compared]:
 
 
 def held_out(name: str, train: Sequence[str]) -> Iterator[tuple[str, Compared]]:
-    """The scenarios and plans of annotated commands; costs and trees don't know the scenario."""
+    """Yield scenarios and plans of annotated commands; costs and trees don't know the scenario."""
     others = (open_corpus(other) for other in train if other != name)
     corpora = [open_corpus(name), *(corpus for corpus in others if corpus.annotations)]
     costs = costs_without(data_of(corpora))
@@ -113,7 +113,7 @@ def _seen(choices: Sequence[Choice], case: PlanCase, right: Sequence[bool]) -> C
 
 
 def fitted(sets: Sequence[Sequence[Compared]]) -> FloatArray:
-    """The weights that make right plans most probable, shape (d,); each set counts as much."""
+    """Return the weights, shape (d,), that make right plans most probable; sets count the same."""
     told = [[c for c in own if c.right.any() and not c.right.all()] for own in sets]
     together = [c for own in told for c in own]
     count = np.concatenate([np.full(len(own), COMMANDS / len(own)) for own in told])
@@ -136,7 +136,7 @@ def fitted(sets: Sequence[Sequence[Compared]]) -> FloatArray:
 
 
 def learned(parts: Parts, annotated: str, *, but: tuple[str, str] = ("", "")) -> FloatArray:
-    """Weights from the sets of `LEARNED` and the annotated corpus, one unit left out."""
+    """Return weights from the sets of `LEARNED` and the annotated corpus, one unit left out."""
     known = (
         [c for unit, own in parts[name].items() if (name, unit) != but for c in own]
         for name in (*LEARNED, *filter(None, [annotated]))

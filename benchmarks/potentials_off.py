@@ -41,7 +41,7 @@ from g3.language.parsing.parser import parse_unsure
 from g3.sdc.clauses import SDC
 
 Attempt = Callable[[str], bool]
-"""From the name of a potential to leave out, or "", to whether a command's plan is right."""
+"""Function of the name of a potential to leave out, or "", that checks a command's plan."""
 
 
 def grounder_without(cost: Scorer, name: str) -> Grounder:
@@ -55,7 +55,7 @@ def plan_is_right(
 
 
 def attempts_of_corpus(train: Sequence[Corpus], name: str) -> Iterator[Attempt]:
-    """The commands of a corpus, with each scenario held out in turn."""
+    """Yield the commands of a corpus, with each scenario held out in turn."""
     costs = costs_without(data_of(train), load_choices_of(train))
     extractors = extractor_without(train)
     commands = sorted(judged_commands(open_corpus(name)), key=lambda c: c.command.scenario)
@@ -72,7 +72,7 @@ def ends_right(record: dict[str, Any], parse: Parse, cost: Scorer, off: str) -> 
 
 
 def attempts_of_sets(train: Sequence[str], sets: Sequence[str]) -> Iterator[Attempt]:
-    """The commands of some sets that imitate people."""
+    """Yield the commands of some sets that imitate people."""
     cost = learned_cost(train)
     for record in itertools.chain.from_iterable(map(records_of, sets)):
         parse = parse_unsure(record["text"], n_best=PARSES)
@@ -80,7 +80,7 @@ def attempts_of_sets(train: Sequence[str], sets: Sequence[str]) -> Iterator[Atte
 
 
 def effects(corpus: str, attempts: Iterable[Attempt], names: Sequence[str]) -> list[dict[str, Any]]:
-    """The commands that each potential wins and loses, and those where it says something."""
+    """Return the counts of commands that each potential wins, loses and adds scores to."""
     spoke, won, lost = Counter[str](), Counter[str](), Counter[str]()
     count = 0
     for attempt in attempts:

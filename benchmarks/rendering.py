@@ -86,7 +86,7 @@ def _ours(recording, path: Path, camera: str, quality: str) -> None:  # type: ig
 
 
 def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
-    """The same view, with shadows and four samples a pixel, as MuJoCo draws them.
+    """Render the same view, with shadows and four samples a pixel, as MuJoCo draws them.
 
     The encoder is set as for ``standard``.
     """

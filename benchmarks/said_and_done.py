@@ -1,6 +1,6 @@
-"""How often plans do what words say: ``python -m benchmarks.said_and_done --test automatic``.
+"""Rate of plans that do what words say: ``python -m benchmarks.said_and_done --test automatic``.
 
-With ``--worlds`` it is measured in generated worlds, each told to do everything in many wordings.
+``--worlds`` measures it in generated worlds, each with commands in many wordings.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ WORDINGS = (
     "Turn around and raise the forklift.",
     "Drive up to the {load} and raise the forks a bit.",
 )
-"""What is said in each generated world, of a load and of another thing."""
+"""Commands in each generated world, about a load and another thing."""
 
 Asked: TypeAlias = tuple[str, Sequence[SDC], Context, Callable[[], Grounder]]
 
@@ -79,7 +79,7 @@ def main() -> None:
 
 
 def _of_corpus(options: argparse.Namespace) -> Iterator[Asked]:
-    """The commands of a corpus that say something measurable, with scenarios held out."""
+    """Yield the commands of a corpus that specify something measurable, with scenarios held out."""
     known = [open_corpus(name) for name in options.train.split(",")]
     tested = open_corpus(options.test)
     costs = costs_without(data_of(known), load_choices_of(known))
@@ -98,7 +98,7 @@ def _of_corpus(options: argparse.Namespace) -> Iterator[Asked]:
 
 
 def _of_worlds(options: argparse.Namespace) -> Iterator[Asked]:
-    """All wordings in generated worlds, which no corpus has."""
+    """Yield all wordings in generated worlds, which no corpus has."""
     known = [open_corpus(name) for name in options.train.split(",")]
     cost = costs_without(data_of(known), load_choices_of(known))("")
     extractor = extractor_without(known)("")
@@ -114,7 +114,7 @@ def _of_worlds(options: argparse.Namespace) -> Iterator[Asked]:
 
 
 def _names(world: Context) -> tuple[list[str], list[str]]:
-    """What the loads and the other things of a world are called; loads where there is no other."""
+    """Return the names of a world's loads and other things; loads where there are no others."""
     state = start_state(world)
     names: dict[bool, list[str]] = {True: [], False: []}
     for thing in world.objects:

@@ -1,8 +1,8 @@
 """Table 1's F-scores where neither the scenario nor, in some rows, the corpus was learned from.
 
 ``python -m benchmarks.unseen_worlds REAL BUNDLED [OTHER]... [--ablate SET]...`` (or
-``--with SET``) shows how well clauses are told with each scenario held out, and with whole corpora
-held out: what helps in all of these rows may help in worlds that nobody looked at.
+``--with SET``) shows how well clauses are classified with each scenario held out, and with whole
+corpora held out: a feature that helps in all of these rows may help in worlds not seen before.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.grounding_model import GroundingModel
 
 PARTS = 7
-"""Of the bundled corpus, each held out in turn."""
+"""Number of parts of the bundled corpus, each held out in turn."""
 
 Names: TypeAlias = npt.NDArray[Any]
 Side: TypeAlias = tuple[BoolArray, BoolArray]
@@ -70,7 +70,7 @@ def _without(known: BoolArray, scenario: Names, held_out: Sequence[str] | Names)
 def _told(
     factors: FactorMatrix, types: Names, sides: Sequence[Side]
 ) -> tuple[BoolArray, BoolArray, Names]:
-    """Labels, predictions and types of all that is tested, one side after the other."""
+    """Return labels, predictions and types of all tested factors, one side after the other."""
     said = [GroundingModel().fit(factors[train]).predict(factors[test]) for train, test in sides]
     label = np.concatenate([factors.correct[test] for _, test in sides])
     return label, np.concatenate(said), np.concatenate([types[test] for _, test in sides])

@@ -44,7 +44,7 @@ NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
 """From the edge of a thing that is come to; between middles; from the middle between two; between
 middles on a side."""
 AT_M, HEADING_DEG = 1.5, 20.0
-"""How far off a robot may be that was told how far to go, or how much to turn."""
+"""Largest errors of a robot's distance, in metres, and turn that a command specifies."""
 SETS = (
     *("first", "second", "third", "fourth", "fifth"),
     *("sixth", "seventh", "eighth", "ninth", "tenth"),
@@ -52,12 +52,12 @@ SETS = (
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
-"""From a command and a state to a plan."""
+"""Function from a command and a state to a plan."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What became of a command: its actions, and how things stand after them."""
+    """Outcome of a command: its actions, and the state after them."""
 
     actions: Sequence[Action]
     after: State
@@ -68,11 +68,11 @@ class Done:
         return {a.object_id for a in self.actions} - {""}
 
     def middle(self, name: str) -> FloatArray:
-        """Where a thing is in the end, shape (2,)."""
+        """Return the final middle of a thing, shape (2,)."""
         return centre(self.after.thing(name).prism)
 
     def under(self, name: str) -> str | None:
-        """What a load was put on; None where it wasn't put down."""
+        """Return the id of the thing that a load was put on; None where it wasn't put down."""
         if self.after.held == name or name not in self.handled:
             return None
         below = carrier(self.after, name)
@@ -80,7 +80,7 @@ class Done:
 
 
 def _on_side(done: Done, load: str, thing: str) -> FloatArray:
-    """From a thing to a load on the ground: how far behind and to the left, shape (2,).
+    """Return a load's offset from a thing, behind and to the left of it, on the ground; shape (2,).
 
     NaN where it isn't on the ground near it. Seen from the start, or along the robot's axis.
     """
@@ -129,11 +129,11 @@ ENDS: dict[str, Callable[..., bool]] = {
     "heading": _looks,
     "gone": lambda done: bool(done.actions) and not done.handled,
 }
-"""What an end says of what was done. Several are joined by "&"."""
+"""Checks of an outcome, by the name of the end. Several ends are joined by "&"."""
 
 
 def is_right(wanted: Sequence[str], done: Done) -> bool:
-    """Whether what was done ends in one of the ways that are right."""
+    """Check that an outcome satisfies one of the right ends."""
     return any(_ends_so(end, done) for end in wanted)
 
 
@@ -145,7 +145,7 @@ def _ends_so(end: str, done: Done) -> bool:
 
 
 def state_of(record: dict[str, Any]) -> State:
-    """The state of a line's yard before the command."""
+    """Return the state of a line's yard before the command."""
     things = {}
     for name, (kind, *where) in record["things"].items():
         at, heading, deck = [*where, None, None, None][:3]
@@ -156,19 +156,19 @@ def state_of(record: dict[str, Any]) -> State:
 
 
 def records_of(name: str) -> list[dict[str, Any]]:
-    """The commands of a set with their yards and ends."""
+    """Return the commands of a set with their yards and ends."""
     lines = (FOLDER / f"{name}.jsonl").read_text(encoding="utf-8").splitlines()
     return [json.loads(line) for line in lines]
 
 
 def learned_cost(corpora: Sequence[str]) -> Scorer:
-    """What a model has learned from corpora."""
+    """Return the cost that a model has learned from corpora."""
     known = [open_corpus(name) for name in corpora]
     return costs_without(data_of(known), load_choices_of(known))("")
 
 
 def by_model(grounder: Grounder, parse: Parse | None = None) -> Plan:
-    """What follows commands with a model; with trees that are known, one command."""
+    """Return a function that follows commands with a model; with given trees, only one command."""
 
     def plan(text: str, start: State) -> FollowedPlan:
         command = text if parse is None else parse
@@ -186,7 +186,7 @@ def _by_baseline(name: str) -> Plan:
 
 
 def parser_of(module: str, description: str | None) -> argparse.ArgumentParser:
-    """Options of what follows these commands."""
+    """Return a parser of the options for following these commands."""
     parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{module}", description=description)
     parser.add_argument(
         "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
@@ -228,7 +228,7 @@ def main() -> None:
 
 
 def followed(record: dict[str, Any], follow: Plan, name: str = "") -> Outcome:
-    """What becomes of a command."""
+    """Follow a command and return its outcome."""
     plan = follow(record["text"], state_of(record))
     own = plan.proposal
     done = Done(own.actions, plan.final) if own.actions and plan.final else None

@@ -69,7 +69,7 @@ FIGURES = {
         " l = OBJ(f = OBJ(f = the pallet), r = on, l = OBJ(f = the truck))))"
     ),
 }
-"""Figures of the paper, drawn anew from the clauses of its Figures 2a and 3a."""
+"""Figures of the paper, drawn from the clauses of its Figures 2a and 3a."""
 
 
 def draw_figures() -> None:

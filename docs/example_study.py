@@ -52,7 +52,7 @@ STUDY = StudyConfig(
 
 
 MOST = {"segment": 4, "ground": 2}
-"""How many of these one person does: some are left for the pictures."""
+"""Largest number of items that one person does: some are left for the pictures."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +64,9 @@ class Example:
     app
         The app.
     cookies
-        What the browsers of several people are known by; None of a stranger's.
+        Cookies of several people's browsers; None of a stranger's.
     words
-        What stands in addresses: the words of the app's rules, and some of `make_screenshots`.
+        Words in addresses: those of the app's rules, and some of `make_screenshots`.
     """
 
     app: Flask
@@ -157,7 +157,7 @@ def _answer(app: Flask, people: list[Browser]) -> None:
 
 
 def _rate(people: list[Browser]) -> None:
-    """Have them rate, and one of them tell that something is wrong."""
+    """Have them rate, and one of them report a problem."""
     for person, rating in zip(people, (5, 4, 4, 2, 5), strict=True):
         for _ in range(4):
             page = _taken(person, "rate")
@@ -214,5 +214,5 @@ def _disputed(app: Flask) -> dict[str, str]:
 
 
 def tasks() -> tuple[str, ...]:
-    """The names of the study's tasks."""
+    """Return the names of the study's tasks."""
     return tuple(name for name in task_names() if name in STUDY.tasks)

@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "docs/sbom.cdx.json"
 PRODUCT = "corpus-tools-g3"
 EXTRAS = {PRODUCT: {"all", "cluster"}}
-"""What the lock file was made for."""
+"""Extras of each package that the lock file covers."""
 MACHINES: tuple[Mapping[str, str], ...] = (
     {"python_version": "3.11", "python_full_version": "3.11.9", "sys_platform": "linux"},
     {"python_version": "3.13", "python_full_version": "3.13.1", "sys_platform": "win32"},
@@ -56,7 +56,7 @@ _LOCKED = re.compile(r"^([\w.-]+)==([\w.+-]+)", re.MULTILINE)
 
 
 def bill(folders: Sequence[str]) -> Mapping[str, object]:
-    """The document.
+    """Return the document.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def bill(folders: Sequence[str]) -> Mapping[str, object]:
 
 
 def component(name: str, version: str, package: Distribution) -> Mapping[str, object]:
-    """A package in the document."""
+    """Return a package's entry in the document."""
     return {
         "type": "library",
         "bom-ref": f"{name}=={version}",
@@ -104,7 +104,7 @@ def component(name: str, version: str, package: Distribution) -> Mapping[str, ob
 
 
 def licences(package: Distribution) -> list[Mapping[str, object]]:
-    """What a package says of its licence: an SPDX expression, or names."""
+    """Return the licence that a package states: an SPDX expression, or names."""
     about = package.metadata
     expression = about.get("License-Expression")
     if expression:
@@ -123,7 +123,7 @@ def licences(package: Distribution) -> list[Mapping[str, object]]:
 def dependencies(
     packages: Iterable[Distribution], locked: Iterable[tuple[str, str]]
 ) -> list[Mapping[str, object]]:
-    """Which of the packages each needs, on one of the machines at least."""
+    """Return the dependencies of each package, on one of the machines at least."""
     versions: dict[str, set[str]] = defaultdict(set)
     for name, version in locked:
         versions[name].add(f"{name}=={version}")

@@ -46,7 +46,7 @@ def _tables(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def listed(rule: Potential) -> str:
-    """The cells of a potential that come before its record."""
+    """Return the cells of a potential that come before its record."""
     weight = "hard" if rule.is_hard else format(rule.weight, ".2f")
     of = ", ".join(rule.roles) or "the command"
     said = re.sub(r"\s+", " ", rule.description)

@@ -99,11 +99,11 @@ NO_PAGES = {
     "/try/scenes/<scenario>",
     "/s/<study_name>/invitation/<token>",
 }  # fmt: skip
-"""What is a file, or leads on to another page."""
+"""Addresses of files, or of redirects."""
 
 
 def main() -> None:
-    """Make the pictures that are asked for."""
+    """Make the selected pictures."""
     parser = argparse.ArgumentParser(description="Make pictures of all pages.")
     parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
     parser.add_argument("--only", default="", help="pages whose names begin so")
@@ -132,7 +132,7 @@ def main() -> None:
 
 
 def take(page: Page, address: str, out: Path, name: str, scheme: str) -> list[str]:
-    """Pictures of a page at each width; what is wrong with it."""
+    """Take pictures of a page at each width; return its problems."""
     wrong: list[str] = []
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
@@ -200,7 +200,7 @@ def take_report(browser: Browser, out: Path) -> None:
 
 
 def addresses(films: Path, only: str) -> Iterator[tuple[str, str | None, str]]:
-    """The name of each page, the cookie of who opens it, and its address while it is served."""
+    """Yield each page's name, the cookie of its user, and its address while it is served."""
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     with (
         tempfile.TemporaryDirectory() as folder,

@@ -35,14 +35,14 @@ class Cell:
 
 @dataclass(frozen=True)
 class Output:
-    """What a code cell prints, and what a notebook shows of its last line."""
+    """Printed text of a code cell, and the display of its last line in a notebook."""
 
     printed: str = ""
     html: str = ""
 
 
 def cells(text: str) -> list[Cell]:
-    """The cells of a notebook, in order."""
+    """Return the cells of a notebook, in order."""
     parts = CELL.split(FRONT_MATTER.sub("", text))
     kinds: tuple[Literal["markdown", "code"], ...] = ("markdown", "code")
     found = (Cell(kinds[n % 2], part.strip("\n")) for n, part in enumerate(parts))
@@ -63,7 +63,7 @@ def run(notebook: list[Cell]) -> Iterator[Output]:
 
 
 def _without_shell(source: str) -> str:
-    """Python in which lines of ``!ct`` call the command line of this environment."""
+    """Replace lines of ``!ct`` by Python that calls the command line of this environment."""
     return re.sub(r"^!ct (.*)$", lambda m: f"_ct({m[1]!r})", source, flags=re.MULTILINE)
 
 
@@ -87,7 +87,7 @@ def _value(source: str, names: dict[str, Any], where: str) -> Any:
 
 
 def page(text: str) -> str:
-    """A notebook as a page with its outputs; it is run in an empty folder."""
+    """Run a notebook in an empty folder; return it as a page with its outputs."""
     notebook = cells(text)
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         outputs = run(notebook)
@@ -107,7 +107,7 @@ def _shown(output: Output, cell: Cell) -> str:
 
 
 def to_ipynb(text: str) -> str:
-    """A notebook in Jupyter's format (nbformat 4.5), without outputs."""
+    """Return a notebook in Jupyter's format (nbformat 4.5), without outputs."""
     made = []
     for number, cell in enumerate(cells(text)):
         one: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""How plain the prose is: long sentences and idioms of pages, docstrings and help texts.
+"""Plainness of the prose: long sentences and idioms of pages, docstrings and help texts.
 
 ``python docs/prose_report.py [FILE|FOLDER ...]`` prints a row for each page and module. Code,
 tables and addresses don't count, but cells of tables that hold a paragraph do. It only reports: its
@@ -31,7 +31,7 @@ _END = re.compile(r"(?<=[.!?:;])\s+(?=[A-Z`*(\[-])|\n\s*\n|\n\s*(?:[-*]|\d+\.)\s
 
 
 class Prose(NamedTuple):
-    """What is counted of a text."""
+    """Counts of a text."""
 
     name: str
     sentences: list[str]
@@ -56,20 +56,20 @@ def prose_of(name: str, texts: Iterator[str], full_cells: int = 0) -> Prose:
 
 
 def full_cells(text: str) -> int:
-    """How many cells of a page's tables hold a paragraph."""
+    """Count the cells of a page's tables that hold a paragraph."""
     rows = re.findall(r"^\|.*\|$", text, flags=re.MULTILINE)
     return sum(len(cell.split()) > FULLEST for row in rows for cell in row.split("|"))
 
 
 def page_text(text: str) -> str:
-    """A page without code, tables, headings and the addresses of its links."""
+    """Return a page without code, tables, headings and the addresses of its links."""
     text = re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r"^\s*[|#!].*$", "\n", text, flags=re.MULTILINE)
     return re.sub(r"\]\([^)]*\)", "]", text)
 
 
 def code_texts(source: str) -> Iterator[str]:
-    """The docstrings of a module, without headings of their sections, and its help texts."""
+    """Yield a module's docstrings, without headings of their sections, and its help texts."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and _is_text(node.value):
             text = str(node.value.value)
@@ -85,7 +85,7 @@ def _is_text(node: ast.AST) -> TypeGuard[ast.Constant]:
 
 
 def read(path: Path) -> Prose:
-    """A file's prose."""
+    """Count a file's prose."""
     text = path.read_text(encoding="utf-8")
     name = str(path.resolve().relative_to(ROOT))
     if path.suffix == ".py":
@@ -94,7 +94,7 @@ def read(path: Path) -> Prose:
 
 
 def line(name: str, pages: list[Prose]) -> str:
-    """A row of the report."""
+    """Return a row of the report."""
     lengths = [n for page in pages for n in page.lengths]
     idioms = sum((page.idioms for page in pages), Counter[str]())
     often = ", ".join(f"{word} {count}" for word, count in idioms.most_common(4))

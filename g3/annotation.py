@@ -1,4 +1,4 @@
-"""Commands, their grounded SDC trees, what was done, and what people said (section 4.1)."""
+"""Commands, their grounded SDC trees, their outcomes, and people's ratings (section 4.1)."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Annotation:
         For each clause in breadth-first order (:func:`g3.sdc.clauses.breadth_first`) its
         groundings: none if it has not been grounded, several for a plural.
     correct
-        For each clause whether its groundings are right, or None where nobody said.
+        For each clause whether its groundings are right, or None where nobody judged it.
     """
 
     id: str
@@ -140,7 +140,7 @@ class Judgment:
     subject
         Salted hash of the rater's id.
     study
-        Which study it belongs to.
+        Its study.
     """
 
     id: str
@@ -176,8 +176,8 @@ class TaskOutcome:
     id
         Unique in the corpus.
     scenario
-        What the video shows: the outcome is that of all its commands, unless `command` or
-        `video` says otherwise.
+        Scenario of the video: the outcome is that of all its commands, unless `command` or `video`
+        says otherwise.
     context
         Id of the context whose objects are named.
     command
@@ -187,14 +187,14 @@ class TaskOutcome:
     picked
         Ids of the things that were picked up; none when the robot only drove.
     put
-        Where they were put in the end.
+        Their final place.
     on
         Ids of the things on which they were put: several, if it was on one of them and
         nobody knows which. ``on`` is among the unknown then.
     checkpoint
         Number of the checkpoint where the task ended, in the robot's own map.
     unknown
-        What is not known.
+        The unknown parts.
     log
         The line of the log that says so.
     """

@@ -1,4 +1,4 @@
-"""Tables for pandas, which only those need who ask for one."""
+"""Optional pandas export."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def data_frame(rows: Iterable[Mapping[str, object]]) -> pd.DataFrame:
-    """Rows as a pandas table; columns of records within them get names with dots."""
+    """Return rows as a pandas table; columns of nested records get dotted names."""
     try:
         import pandas as pd  # noqa: PLC0415 - an extra, and heavy
     except ModuleNotFoundError as error:

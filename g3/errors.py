@@ -7,15 +7,15 @@ from typing import TypeVar
 
 Error = TypeVar("Error", bound="CorpusError")
 MOST_NAMES = 12
-"""An error lists all names if they are no more than this."""
+"""Largest number of names that an error lists in full."""
 MOST_NEAR = 3
-"""An error suggests so many names at most."""
+"""Largest number of names that an error suggests."""
 LEAST_ALIKE = 60.0
-"""Names are near if they are as similar as this, of 100."""
+"""Smallest similarity of near names, of 100."""
 LESS_ALIKE = 15.0
-"""A name that is less similar than the nearest by this isn't suggested beside it."""
+"""Largest difference in similarity between the nearest name and others that are suggested."""
 PART_SHARE = 0.9
-"""How much a name that contains what was given counts, of 1."""
+"""Similarity, of 1, of a name that contains the given one."""
 
 
 class CorpusError(Exception):
@@ -24,11 +24,11 @@ class CorpusError(Exception):
     Parameters
     ----------
     what
-        What is wrong, one sentence without a final full stop.
+        The problem, one sentence without a final full stop.
     where
-        Where it is: file, record and field, as far as they are known.
+        Place of the problem: file, record and field, as far as they are known.
     fix
-        What to do about it.
+        Remedy for the problem.
     """
 
     def __init__(self, what: str, *, where: str = "", fix: str = "") -> None:
@@ -47,7 +47,7 @@ class CorpusError(Exception):
         where: str = "",
         more: str = "",
     ) -> Error:
-        """The error for a name that isn't known; the parameters are those of `unknown_name`."""
+        """Return the error for an unknown name; the parameters are those of `unknown_name`."""
         what, fix = unknown_name(kind, name, known, more)
         return cls(what, where=where, fix=fix)
 
@@ -75,7 +75,7 @@ class ManyError(FormatError):
     Parameters
     ----------
     errors
-        What is wrong, in the order in which it is shown.
+        The problems, in the order in which they are shown.
     """
 
     def __init__(self, errors: Sequence[CorpusError]) -> None:
@@ -86,16 +86,16 @@ class ManyError(FormatError):
 def unknown_name(
     kind: str, name: object, known: Iterable[object], more: str = ""
 ) -> tuple[str, str]:
-    """What is wrong with a name that isn't known, and what to do: one form for all such errors.
+    """Return the problem and the fix for an unknown name: one form for all such errors.
 
     Parameters
     ----------
     kind
-        What it should name, such as "layout".
+        Kind of thing that it should name, such as "layout".
     known
         The names there are, in the order in which they are shown.
     more
-        What else can be done, such as the command that lists all names.
+        Another remedy, such as the command that lists all names.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def unknown_name(
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
-    """The known names that a mistyped one may stand for, the nearest first.
+    """Return the known names that a mistyped one may stand for, the nearest first.
 
     A name is near if few letters differ, or if it contains what was given.
 

@@ -39,7 +39,7 @@ class Estimator:
     """A model with hyperparameters, which are its fields, and learned attributes."""
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Its hyperparameters: ``type(model)(**model.get_params())`` is the same, unfitted."""
+        """Return hyperparameters: ``type(model)(**model.get_params())`` is the same, unfitted."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.init}
 
     if not TYPE_CHECKING:

@@ -131,15 +131,15 @@ class PhysicalObject:
     id
         Stable within a context.
     labels
-        What it is called in the semantic map, such as ("tire", "pallet").
+        Names in the semantic map, such as ("tire", "pallet").
     prism
         Its shape at the first pose of the trajectory.
     trajectory
-        Where it is over time; a single pose if it does not move.
+        Poses over time; a single pose if it does not move.
     liftable
-        Whether the robot can lift it; None where nobody has said.
+        True if the robot can lift it; None where nobody recorded it.
     colours
-        What colours it has, the one that it has most of first; none where nobody has said.
+        Its colours, the most frequent first; none where nobody recorded them.
     """
 
     id: str
@@ -193,9 +193,9 @@ class Context:
     places
         Regions that a command might refer to.
     agent_id
-        Which of the objects is the robot.
+        Id of the robot among the objects.
     assumed
-        What of which object nobody has recorded, so that it is assumed: ids and aspects.
+        Assumed properties that nobody has recorded: ids of objects and aspects.
     """
 
     id: str

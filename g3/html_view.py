@@ -8,22 +8,22 @@ from html import escape
 from g3.short_repr import shortened
 
 CELL = 200
-"""Characters of a cell; of a longer text the end is left out."""
+"""Largest number of characters in a cell; the end of a longer text is left out."""
 
 
 def heading(title: str, *details: str) -> str:
-    """Write a title in bold, with details after it."""
+    """Return a title in bold, with details after it."""
     rest = f" <span>{text(' · '.join(filter(None, details)))}</span>" if any(details) else ""
     return f"<p><strong>{text(title)}</strong>{rest}</p>"
 
 
 def paragraph(words: str) -> str:
-    """Words by themselves."""
+    """Return words in a paragraph of their own."""
     return f"<p>{text(words)}</p>"
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Write a table; its cells are texts."""
+    """Return a table whose cells are texts."""
     head = "".join(f"<th>{text(name)}</th>" for name in headings)
     body = "".join(
         f"<tr>{''.join(f'<td>{text(str(cell))}</td>' for cell in row)}</tr>" for row in rows
@@ -32,13 +32,13 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def preformatted(words: str) -> str:
-    """Words as they are printed, in letters of one width."""
+    """Return words as they are printed, in letters of one width."""
     shown = escape(_printable(words, keep="\n"))
     return f'<pre style="line-height: 1.2; overflow-x: auto">{shown}</pre>'
 
 
 def text(words: str) -> str:
-    """Words without markup, and not too many."""
+    """Escape words and shorten long ones."""
     return escape(_printable(shortened(words, CELL)))
 
 

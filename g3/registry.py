@@ -1,7 +1,7 @@
-"""Registries: what can be had by a name, and what other distributions add to it.
+"""Registries: members by name, to which other distributions can add their own.
 
-Whoever sees a registry sees the others' members too, in worker processes as well: the module that
-has a registry calls :meth:`Registry.load_others` after it has added its own.
+The members of other distributions are visible to all, in worker processes as well: the module
+of a registry calls :meth:`Registry.load_others` after it has added its own.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ class Registry(Mapping[str, Member]):
     Parameters
     ----------
     kind
-        What the members are, such as "grounder".
+        Kind of the members, such as "grounder".
     group
         The entry point group in which other distributions name modules; importing one of these
         adds what it has. Empty if they can't.
     error
         Raised for a name that isn't known.
     see
-        What shows the members, for people who gave such a name.
+        Page or command that shows the members, for people who gave such a name.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Registry(Mapping[str, Member]):
     def adding(
         self, name: str, make: Callable[[str, Function], Member]
     ) -> Callable[[Function], Function]:
-        """A decorator that adds what is made of a function and its first line of docs.
+        """Return a decorator that adds a member made of a function and its docstring's first line.
 
         Raises
         ------
@@ -93,11 +93,11 @@ class Registry(Mapping[str, Member]):
         self._members.pop(name, None)
 
     def by_name(self) -> tuple[Member, ...]:
-        """All members in the order of their names."""
+        """Return all members in the order of their names."""
         return tuple(self._members[name] for name in sorted(self._members))
 
     def known(self, name: str, where: str = "") -> Member:
-        """The member with a name.
+        """Return the member with a name.
 
         Raises
         ------
@@ -151,13 +151,13 @@ def load_target(target: str) -> Any:
 
 
 def summary_of(function: Callable[..., Any]) -> str:
-    """The first line of a function's docstring."""
+    """Return the first line of a function's docstring."""
     return (function.__doc__ or "").strip().split("\n")[0]
 
 
 @contextmanager
 def blaming(member: str, where: str) -> Iterator[None]:
-    """Have whatever other people's code raises say whose it is, and where.
+    """Turn any exception of other people's code into an error that names its owner and place.
 
     Raises
     ------

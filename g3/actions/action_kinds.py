@@ -34,14 +34,14 @@ class Action:
     Parameters
     ----------
     object_id
-        What is picked up, carried or put down; empty for none.
+        Id of the thing that is picked up, carried or put down; empty for none.
     target
-        What is driven to, past, around or between.
+        The thing or place that is driven to, past, around or between.
     amount
         Radians to turn, metres to drive straight on or away from a thing, metres that the forks
         go up, seconds to wait; zero to drive away or wait as far or long as is usual.
     goal
-        Which of the goals that the clause may mean the action takes; -1 for none.
+        Index of the action's goal among the goals that the clause may mean; -1 for none.
     """
 
     kind: ActionKind
@@ -60,11 +60,11 @@ class Amounts:
     Parameters
     ----------
     metres
-        How far to go, or how far the forks go up or down.
+        Distance to go, or of the forks to go up or down.
     radians
-        How much to turn, either way.
+        Angle to turn, either way.
     seconds
-        How long to wait.
+        Time to wait.
     """
 
     metres: float | None = None
@@ -82,13 +82,13 @@ class Focus:
     themes
         Ids of the objects that it may act on; none where it names no object.
     goals
-        What it may lead to: places, or things.
+        Candidates of its goal: places, or things.
     landmarks
-        What else it names that could be driven to.
+        Other things in its words that could be driven to.
     asked
-        Kinds that its words ask for.
+        Kinds that its words request.
     amounts
-        How far, or how much, they say.
+        Distances, angles or times in its words.
     """
 
     themes: tuple[str, ...] = ()
@@ -115,20 +115,20 @@ class ActionKind:
     propose
         Lists its actions that are possible in a state, for a clause.
     course
-        Tells where its actions go, those of a batch at once.
+        Returns the courses of its actions, those of a batch at once.
     description
-        What it does, from the proposing function's docstring.
+        Its effect, from the proposing function's docstring.
     handling
-        What it does to a load. One that takes a load needs free forks, one that only leaves it
-        needs a load on them.
+        Its effect on a load. One that takes a load needs free forks, one that only leaves it needs
+        a load on them.
     aims
-        Whether it goes somewhere by a target.
+        True if it goes somewhere by a target.
     unit
-        Of its amount; empty if it has none.
+        Unit of its amount; empty if it has none.
     on_request
-        Whether it is only done where words ask for it: nobody faces a thing for nothing.
+        True if it is only done where words ask for it: nobody faces a thing for nothing.
     moves_forks
-        Whether its amount is how far the forks go up.
+        True if its amount is the height that the forks go up.
     """
 
     name: str
@@ -200,7 +200,7 @@ def action_kind(
     name, course, aims, unit, on_request, moves_forks
         As of :class:`ActionKind`.
     takes, leaves
-        What it does to a load.
+        Its effect on a load.
 
     Raises
     ------

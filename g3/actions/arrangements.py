@@ -28,7 +28,7 @@ def facing(own: FloatArray, others: FloatArray, rival: BoolArray) -> tuple[Float
     """Return the directions in which things are described: unit vectors, robot's frame (n, 2).
 
     At a row straight on; else to the middle of things that lie on one side, or ahead if they are
-    all around: that is told too, shape (n,).
+    all around. The second array is True for the latter, shape (n,).
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def lines(points: FloatArray, seen: BoolArray) -> tuple[FloatArray, FloatArray, 
         The points' middles (n, 2), and unit vectors across and along the lines in the columns of
         (n, 2, 2).
     straight : BoolArray
-        Where the points are a row, shape (n,).
+        True where the points are a row, shape (n,).
     """
     weight = seen / seen.sum(axis=1)[:, None]
     middle = (points * weight[..., None]).sum(axis=1)
@@ -230,9 +230,9 @@ def _relative(
     Returns
     -------
     off_line : FloatArray
-        How far these are from where the line starts, infinite on the line; shape (n, m).
+        Distances from the start of the line, infinite on the line; shape (n, m).
     ahead : BoolArray
-        Which are on the line, ahead of where it starts; shape (n, m).
+        True for those on the line, ahead of its start; shape (n, m).
     """
     away = middles[others] - middles[start][:, None]
     on = length(away)

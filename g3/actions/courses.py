@@ -40,7 +40,7 @@ def arc(
     turn
         Radians that the heading changes by, shape (...).
     fraction
-        Which parts of the arc, shape (T,).
+        Parts of the arc, shape (T,).
     """
     part = np.asarray(turn)[..., None] * fraction
     chord = np.asarray(length)[..., None] * fraction * np.sinc(part / (2 * np.pi))
@@ -99,10 +99,10 @@ class Stops:
     finals
         The poses, shape (n, h, 3).
     penalty
-        What each costs on top in metres, infinite for one that isn't there, shape (n, h). Actions
-        that have none stay where they are.
+        Extra cost of each in metres, infinite for one that isn't there, shape (n, h). Actions that
+        have none stay where they are.
     run_in, out
-        How far the pose is entered straight ahead, and backed out of, in metres; shape (n,).
+        Distances that the pose is entered straight ahead, and backed out of, in metres; shape (n,).
     """
 
     finals: FloatArray
@@ -126,14 +126,14 @@ class Course:
     load
         Ids of what they move, empty for nothing.
     stops
-        Where they drive then.
+        Poses that they drive to then.
     grip, drop
         At which of the stops the load is gripped, NEVER for one that is on the forks already, and
         at which it is let go of; shape (n,).
     down
-        How high over where it was gripped it is put down, in metres, shape (n,).
+        Height at which it is put down, over that of the grip, in metres, shape (n,).
     lift
-        How far what is on the forks already goes up at first, in metres, shape (n,).
+        Height that a load already on the forks goes up at first, in metres, shape (n,).
     """
 
     lead: FloatArray
@@ -222,9 +222,9 @@ def entries(
     Parameters
     ----------
     middle
-        Where the load's middle is then, shape (n, 2).
+        The load's middle then, shape (n, 2).
     headings
-        Of the robot, shape (n, h).
+        Headings of the robot, shape (n, h).
     reach
         From the robot to the load's middle in the robot's frame, shape (n, 2).
     things

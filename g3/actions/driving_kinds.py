@@ -78,7 +78,7 @@ def turned(state: State, radians: FloatArray) -> Course:
 
 
 def _turning(state: State, focus: Focus) -> list[Action]:
-    """Turn left, right or around, or as much as is said."""
+    """Turn left, right or around, by the amount in the words if there is one."""
     said = focus.amounts.radians
     return [Action(TURN, amount=angle) for angle in ((said, -said) if said else TURNS)]
 

@@ -28,11 +28,11 @@ SURFACE_M2 = 4.0
 HIGH_M = 1.5
 """Nothing is put on top of what is higher."""
 FREE_M = 1.2
-"""Gap between the middle of a place and whatever stands at its height."""
+"""Gap between the middle of a place and any thing at its height."""
 LOAD_M = 0.6
 """Half the side of most loads."""
 DECK_FREE_M = LOAD_M + 0.2
-"""The same gap on a deck, where loads stand side by side."""
+"""Gap on a deck, where loads stand side by side, like `FREE_M`."""
 OVERHANG_M = 0.15
 """A load may stand over the edge of a deck by so much."""
 GAP_M = 0.6
@@ -50,13 +50,13 @@ class SpotsAsked:
     Parameters
     ----------
     apart
-        How many metres they are from what they are about; None for beside it.
+        Distance from the things that they are about, in metres; None for beside them.
     corner
-        Whether they are at its corners.
+        True for its corners.
     side
-        Whether they are at the sides of a deck, though it has no room for two loads.
+        True for the sides of a deck, though it has no room for two loads.
     top
-        Whether they are on top of it, though it is no deck but another load.
+        True for on top of it, though it is no deck but another load.
     """
 
     apart: float | None = None
@@ -81,7 +81,7 @@ def object_groups(
     held
         Id of what is on the forks.
     counts
-        Of so many things are parts of these groups: "the three leftmost crates".
+        Sizes of groups that these groups are part of: "the three leftmost crates".
     """
     things = [o for o in context.objects if o.id != context.agent_id]
     groups: dict[tuple[str, ...], tuple[PhysicalObject, ...]] = {}
@@ -144,7 +144,7 @@ def spots_about(group: Group, state: State, asked: SpotsAsked = ANY_SPOTS) -> li
 
 
 def spots_of_robot(state: State, apart: float | None = None) -> list[Place]:
-    """Places ahead of the robot, behind it and beside it, so far as is asked or near by."""
+    """Places ahead of the robot, behind it and at its sides, at a given distance or near by."""
     pose, floor = state.pose, ground(state)
     ahead = [(d, 0.0) for d in ((apart,) if apart else AHEAD_M)]
     aside = apart or BESIDE_ROBOT_M

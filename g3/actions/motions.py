@@ -37,7 +37,7 @@ class Motions:
     xyz, yaw
         The robot's poses, shapes (n, SAMPLES, 3) and (n, SAMPLES).
     load
-        Which of the things given is moved, -1 for none, shape (n,).
+        Index of the moved one of the given things, -1 for none, shape (n,).
     load_xyz, load_yaw
         Poses of the middle of its bottom, shaped as the robot's; the robot's where there is none.
     """
@@ -98,7 +98,7 @@ def ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatArr
     finals
         Alternatives, shape (n, h, 3).
     penalty
-        What each costs on top in metres, infinite for one that isn't there, shape (n, h).
+        Extra cost of each in metres, infinite for one that isn't there, shape (n, h).
 
     Returns
     -------
@@ -156,7 +156,7 @@ def sampled(course: Course, ground: float, load: IntArray, first: FloatArray) ->
     ground
         Height of the robot's position.
     load
-        Which thing each course moves, -1 for none, shape (n,).
+        Index of the thing that each course moves, -1 for none, shape (n,).
     first
         Its first pose x, y, z, yaw with the height of its bottom, shape (n, 4).
     """

@@ -29,16 +29,16 @@ class State:
     Parameters
     ----------
     context
-        Where everything stands; trajectories are single poses.
+        The things at their present poses; trajectories are single poses.
     held
         Id of the object on the forks; None if they are empty.
     forks_m
-        How high the forks are above their lowest, in metres.
+        Height of the forks above their lowest, in metres.
     site
-        What is around, such as ``hall``; only pictures show it.
+        Surroundings, such as ``hall``; only pictures show them.
     frame
-        Where the frame lies that people are shown coordinates in: its x, y and yaw in the context's
-        map. A scenario's is its layout's.
+        Origin of the frame in which people see coordinates: x, y and yaw in the context's map. A
+        scenario's is its layout's.
     """
 
     context: Context
@@ -70,7 +70,7 @@ def centres(prisms: Sequence[Prism]) -> FloatArray:
 def start_state(context: Context) -> State:
     """Return the state in which a context's log starts.
 
-    How high empty forks are no log tells: they are down.
+    No log records the height of empty forks: they are down.
     """
     objects = tuple(
         replace(o, trajectory=at_rest(o.trajectory)) if len(o.trajectory) > 1 else o

@@ -42,24 +42,24 @@ class Bodies:
     corners
         Convex footprints at the first pose, counter-clockwise, shape (m, k, 2).
     centre, area
-        Of the footprints, shapes (m, 2) and (m,).
+        Centres and areas of the footprints, shapes (m, 2) and (m,).
     z_min, z_max
         Heights of bottom and top at the first pose, shape (m,).
     count
-        How many things the body is made of, shape (m,).
+        Number of things in the body, shape (m,).
     members
         Centres of up to MAX_MEMBERS of its things, NaN where there are fewer,
         shape (m, MAX_MEMBERS, 2).
     labels
-        Which labels some thing in the body has, shape (m, number of labels).
+        True for labels of any thing in the body, shape (m, number of labels).
     shared_labels
-        Which labels all things in the body have, shape (m, number of labels).
+        True for labels of all things in the body, shape (m, number of labels).
     label_names
         The labels' names, sorted.
     t, xyz, yaw
         Resampled trajectories, shapes (m, SAMPLES), (m, SAMPLES, 3), (m, SAMPLES).
     moves
-        Whether the body has more than one pose, shape (m,).
+        True if the body has more than one pose, shape (m,).
     raw_t, raw_xyz, raw_yaw, offsets
         The trajectories as they are, one after another; body i's poses are
         ``offsets[i]:offsets[i + 1]``.

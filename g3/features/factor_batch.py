@@ -44,7 +44,7 @@ class Boxes:
     z_min, z_max
         Shape (n,).
     centre, area
-        Of the footprints, shapes (n, 2) and (n,).
+        Centres and areas of the footprints, shapes (n, 2) and (n,).
     """
 
     corners: FloatArray
@@ -66,7 +66,7 @@ class FactorBatch:
     type
         Index into :data:`g3.sdc.clauses.SDC_TYPES`, shape (n,).
     figure, landmark, theme, goal
-        Which body plays the role, -1 where none does, shape (n,).
+        Index of the body in the role, -1 where there is none, shape (n,).
     agent
         Start pose x, y, yaw of the agent in the row's context, shape (n, 3).
     agent_end_yaw, agent_mean_yaw
@@ -77,11 +77,11 @@ class FactorBatch:
         Bodies of the context's objects other than the agent, padded with -1,
         shape (n, p).
     factor
-        Which of the word entries a row has, shape (n,).
+        Index of a row's word entry, shape (n,).
     words
         The words of each factor's fields.
     known
-        What was computed of the batch for one feature set and serves others too.
+        Results for the batch that one feature set computed and others use too.
     """
 
     bodies: Bodies
@@ -119,7 +119,7 @@ class FactorBatch:
         )
 
     def once(self, name: Hashable, compute: Callable[[FactorBatch], T]) -> T:
-        """Return a function's result for the batch, computed when it is first asked for.
+        """Return a function's result for the batch, computed on first use.
 
         Several feature sets share it, so nobody may change it.
         """
@@ -200,7 +200,7 @@ def _different(
 
 
 def _scenes(batch: FactorBatch) -> IntArray:
-    """Number each row's scene, shape (n,)."""
+    """Return the index of each row's scene, shape (n,)."""
     values = [getattr(batch, name) for name in _SCENE]
     differing = [v.reshape(len(batch), -1) for v in values if v.strides[0] != 0]
     if not differing or not len(batch):
@@ -220,7 +220,7 @@ def _equal_rows(code: IntArray, columns: Sequence[IntArray]) -> tuple[IntArray, 
 
 
 SPARSE = 64
-"""Numbers up to so many times their count are told apart by a table of all, not by sorting."""
+"""Largest number, relative to the count of all, for which a table replaces sorting."""
 
 
 def distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:

@@ -71,15 +71,15 @@ class FeatureSet:
         From a batch of n rows to values (n, len(columns)); NaN where a feature does
         not apply.
     default
-        Whether models use the set by default.
+        True if models use the set by default.
     alone
-        Whether the features also count without a word. A property of one grounding
-        alone says nothing about its being right.
+        True if the features also count without a word. A property of one grounding alone says
+        nothing about its being right.
     scale
-        How large the features' weights are expected to be, relative to other sets'
-        (the standard deviation of the Gaussian prior that L2 regularisation is).
+        Expected size of the features' weights, relative to other sets' (the standard deviation of
+        the Gaussian prior that L2 regularisation is).
     wordless
-        Whether the values depend on nothing but the scene and the groundings in the set's roles.
+        True if the values depend on nothing but the scene and the groundings in the set's roles.
         Then rows that are equal in these need them once.
     data
         For a set that reads data which may be absent or differ, what identifies these data; raises

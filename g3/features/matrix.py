@@ -71,7 +71,7 @@ def fit_space(
     Parameters
     ----------
     biased
-        Types of which each word counts by itself, whatever is measured.
+        Types of which each word counts by itself, with any measurement.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def joint_space(
     Parameters
     ----------
     fitted
-        What :func:`fit_space` gives for each.
+        Result of :func:`fit_space` for each.
 
     Returns
     -------

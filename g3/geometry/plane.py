@@ -165,7 +165,7 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
     Parameters
     ----------
     rows
-        Which of them each pair has; left out, those in the same place.
+        Indices of the polygons of each pair; left out, those in the same place.
     """
     in_place = np.arange(len(a))
     if not HAS_COMPILER:

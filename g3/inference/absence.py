@@ -32,7 +32,7 @@ def absent_nouns(tree: Tree, context: Context, lexicon: Lexicon | None = None) -
     context
         The world.
     lexicon
-        What a model has learned of words and labels.
+        Words and labels that a model has learned.
     """
     present = how_present(tree, context, lexicon)
     return tuple(noun for noun, naming in present.items() if naming < least_alike())

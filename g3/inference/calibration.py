@@ -31,8 +31,8 @@ SAME_PLACE_M = 2.5
 """Largest distance between two ends in the same place."""
 
 SAME_HEADING_RAD, SAME_HEIGHT_M = np.deg2rad(20), 0.2
-"""Largest differences of the same heading and of the same height of the forks, if these are asked
-for."""
+"""Largest differences of equal headings and of equal heights of the forks, if a command specifies
+these."""
 
 
 def evidence(hypothesis: Hypothesis, share: float) -> FloatArray:
@@ -55,8 +55,8 @@ def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
 def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
     """Check that two plans end alike: every load in the same place and on the same thing.
 
-    Where the robot ends counts only if neither handles a load, and which way it faces only where
-    it turns last, or words ask for that. A step of a metre leads elsewhere than none.
+    The robot's end counts only if neither handles a load, and its heading only where it turns last,
+    or words ask for that. A step of a metre leads elsewhere than none.
     """
     here, there = plan.state, other.state
     if here.held != there.held:
@@ -85,7 +85,7 @@ def _same_place(a: PhysicalObject, b: PhysicalObject, here: State, there: State)
 
 
 def plan_probability(seen: FloatArray) -> float:
-    """Calibrated probability of a plan from its evidence, shape (2,)."""
+    """Return the calibrated probability of a plan from its evidence, shape (2,)."""
     return float(expit(seen @ WEIGHTS))
 
 
@@ -97,9 +97,9 @@ def fit_curve(seen: FloatArray, correct: BoolArray, counts: FloatArray | None = 
     seen
         Evidence of the plans, shape (n, 2).
     correct
-        Which of them are right, shape (n,).
+        True for right ones, shape (n,).
     counts
-        How much each counts, shape (n,); one if left out.
+        Weight of each, shape (n,); one if left out.
     """
     from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.optimum
 

@@ -20,7 +20,7 @@ from g3.sdc.clauses import all_words
 from g3.short_repr import short_repr
 
 UNSURE_NATS = 0.5
-"""Entropy over the objects that a clause may mean from which on it is asked."""
+"""Smallest entropy over a clause's candidate objects that leads to a question."""
 LIKELY = 0.1
 """Objects with a smaller share are not offered."""
 
@@ -82,7 +82,7 @@ def _asked(tree: Tree, node: int, shares: dict[str, float], start: State) -> Que
 
 
 def told_apart(state: State, object_ids: Sequence[str]) -> list[str]:
-    """Objects in words, told apart by what differs most: where they are, or else their order.
+    """Describe objects in words by their largest difference: position, or else order.
 
     Things on different sides, or on different things, are named by that alone; others by which is
     further left or nearer.

@@ -139,9 +139,9 @@ class GroundedClause:
     probability
         p(φ = true) of its factor.
     reasons
-        What spoke for the grounding rather than for its rival, and against it; without a rival what
-        spoke for it. Of clauses that name one thing, or tell of one action, the outermost has all.
-        Only of a learned cost.
+        Evidence for the grounding rather than for its rival, and against it; without a rival the
+        evidence for it. Of clauses that name one thing, or one action, the outermost has all. Only
+        of a learned cost.
     rival
         The best other action, or the best other thing; None where there is none.
     """
@@ -167,17 +167,17 @@ class Plan:
     Parameters
     ----------
     actions
-        What to do, one after the other.
+        The actions, one after the other.
     probability
-        How probably it is what was meant, calibrated.
+        Calibrated probability that it is the meant one.
     score
         Sum of the log-probabilities of all factors.
     groundings
-        Of every clause that has one, in breadth-first order.
+        Groundings of every clause that has one, in breadth-first order.
     state
-        What the plan leads to.
+        The state after the plan.
     evidence
-        What the probability was calibrated from (:mod:`g3.inference.calibration`).
+        The evidence that the probability was calibrated from (:mod:`g3.inference.calibration`).
     why_not
         Why it can't be carried out, such as a load that the forks don't reach; empty if nothing
         speaks against it, or nobody has looked.
@@ -207,11 +207,11 @@ class Result:
         Why there is no plan; of a plan, which verbs aren't known, so that it is a guess; else
         empty.
     question
-        What to ask back where it isn't clear which thing is meant; None if it is.
+        Question to ask back where it isn't clear which thing is meant; None if it is.
     missing
         Nouns that name nothing that there is. Then there is no plan, unless one was insisted on.
     start
-        The state that it was asked in, for pictures.
+        The state in which it was given, for pictures.
     """
 
     sdcs: tuple[SDC, ...]
@@ -337,21 +337,21 @@ class Grounder:
         context
             The world, at the start of its log; or a state that an earlier plan led to.
         top
-            How many plans to give.
+            Number of plans to return.
         width
             Width of the beam over plans.
         answers
             Ids of the objects that clauses mean, by node: answers to questions.
         explain
-            Whether to give reasons.
+            True to give reasons.
         least
             A best plan that is less probable than this is no answer.
         parses
-            How many trees of a text are tried at most, where the best one is not sure. Plans of
-            all trees that lead to the same count together. Answers are for the clauses of one
+            Largest number of trees of a text that are tried where the best one is not sure. Plans
+            of all trees that lead to the same count together. Answers are for the clauses of one
             tree: give that, or have one tried.
         insist
-            Whether to plan with what there is where a noun names nothing that is there.
+            True to plan with the things there are where a noun names none of them.
         """
         start = context if isinstance(context, State) else start_state(context)
         how = partial(
@@ -425,9 +425,9 @@ class Grounder:
         text
             A command, or its trees.
         state
-            What it is asked in.
+            The state in which it is given.
         parses
-            How many trees of it are tried at most.
+            Largest number of its trees that are tried.
         """
         how = partial(
             self._search, start=state, width=WIDTH, answers=None, explain=False, insist=True

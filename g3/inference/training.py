@@ -208,13 +208,13 @@ class Log:
     Parameters
     ----------
     handling
-        What it does to its load.
+        Its effect on its load.
     load
         Id of what it moves; empty if nothing.
     place
-        Where the load ends.
+        The final place of the load.
     end
-        Where the robot ends, as a place.
+        The final place of the robot.
     """
 
     handling: Handling
@@ -467,9 +467,9 @@ def training_data(
     sets
         Feature sets.
     seed
-        What negatives are drawn with; each context draws its own.
+        Seed of the negatives; each context draws its own.
     each
-        What applies a function to each of several tasks, and gives the results in their order.
+        Function that applies another to each of several tasks, and returns the results in order.
     """
     of_context: dict[int, list[Annotation]] = {}
     for annotation in (a for a in annotations if a.source == "positive"):

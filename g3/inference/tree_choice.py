@@ -1,7 +1,7 @@
 """Plans for a command that can be read in several ways: its SDC trees are summed over.
 
 The probability of a plan is that of what it leads to, summed over all trees. So a tree that is
-probably wrong decides nothing by itself. Then all words of the text tell, whatever its trees are
+probably wrong decides nothing by itself. Then all words of the text count, in any of its trees
 (:mod:`g3.inference.potentials.whole_plans`).
 """
 
@@ -60,9 +60,9 @@ def all_plans(
     found
         The probability of each tree, and the plans for it, the best first.
     most
-        How many plans of each tree. Of several trees those that only wait are left out.
+        Largest number of plans of each tree. Of several trees those that only wait are left out.
     waits
-        Whether waiting is what is asked for.
+        True if the command asks to wait.
     """
     return [
         Choice(number, plan, _evidence(plan, number, found))
@@ -88,9 +88,9 @@ def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[Ch
     choices
         The plans.
     odds
-        How good each is, shape (choices,).
+        Score of each, shape (choices,).
     top
-        How many plans to give.
+        Number of plans to return.
     """
     order = [choices[i] for i in np.argsort(-odds, kind="stable")]
     return [choice for choice in order if choice.tree == order[0].tree][:top]

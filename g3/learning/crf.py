@@ -34,9 +34,9 @@ class Likelihood:
         Correspondence variables, shape (n,); how often they are true, if a row stands for
         several factors.
     times
-        How many factors each row stands for, shape (n,); one if left out.
+        Number of factors that each row stands for, shape (n,); one if left out.
     number
-        Which of several parts of a likelihood it is: each draws other rows for the curvature.
+        Index of the part of a likelihood: each draws other rows for the curvature.
     """
 
     def __init__(
@@ -135,7 +135,7 @@ def _distinct(
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return the first index of each distinct pair of a line and a penalty, and each one's rank.
 
-    The lines are the rows or columns that the matrix is stored by. They are told apart by a
+    The lines are the rows or columns that the matrix is stored by. They are distinguished by a
     digest, as keeping all of them would need as much memory as the matrix.
     """
     places, data = lines.indices.view(np.uint8).data, lines.data.view(np.uint8).data

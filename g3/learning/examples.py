@@ -29,7 +29,7 @@ class Example:
     Parameters
     ----------
     annotation
-        Where the example comes from.
+        The annotation of the example.
     node
         Index of the clause in breadth-first order.
     figure, landmark, theme, goal

@@ -44,7 +44,7 @@ class FactorMatrix:
     space
         The features that are active in any of them.
     matrix
-        Which are active in which, shape (n, k).
+        The active features of each factor, shape (n, k).
     correct
         The correspondence variables φ, shape (n,).
     scenario

@@ -57,7 +57,7 @@ class GroundingModel(Estimator):
     optimizer, tolerance
         As in :func:`g3.learning.crf.train`.
     card
-        What its file says of the training.
+        Description of the training in its file.
 
     Attributes
     ----------
@@ -66,8 +66,8 @@ class GroundingModel(Estimator):
     weights_
         One for each feature, shape (k,).
     load_chooser_
-        What all words of a command say of the load that it is about; None where no such commands
-        were learned from.
+        Evidence of all words of a command for the load that it is about; None where no such
+        commands were learned from.
     """
 
     l2: float = DEFAULT_L2

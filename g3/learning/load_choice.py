@@ -44,7 +44,7 @@ class Evidence:
     Parameters
     ----------
     odds
-        How much likelier each word makes each load if the word names it; shape (words, loads).
+        Likelihood ratio of each word for each load if the word names it; shape (words, loads).
     roles
         `ROLES` of each word, shape (words, 3).
     things
@@ -74,11 +74,11 @@ def fit(
     Parameters
     ----------
     evidence, right
-        Of each command: what is known of the loads, and which was meant.
+        Evidence on the loads of each command, and the meant load.
     counted
-        How much each command counts, shape (commands,).
+        Weight of each command, shape (commands,).
     l2
-        How strongly parameters are drawn to `CENTRE`.
+        Strength of the prior that draws parameters to `CENTRE`.
     """
     if not evidence:
         return CENTRE
@@ -145,9 +145,9 @@ class Seen:
     Parameters
     ----------
     people
-        Who wrote each command.
+        Author of each command.
     probable, chance
-        How probable what was done is, given the command and by chance; shape (commands,).
+        Probability of the outcome, given the command and by chance; shape (commands,).
     """
 
     people: Sequence[str]
@@ -185,7 +185,7 @@ DEFAULT_L2 = 1.0
 PARAMETERS = (*ROLES, *THINGS)
 """Names of the learned weights, in their order."""
 ROUNDS = 3
-"""So often lexicon and parameters are learned. Between that it is found who is reliable."""
+"""Number of rounds of learning lexicon and parameters, with estimates of reliability between."""
 _LEFT, _RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
 
 
@@ -217,11 +217,11 @@ class LoadChoice:
     words
         The command, in lower case, without punctuation.
     right
-        Which it was; none where that isn't known.
+        The meant load; none where that isn't known.
     corpus, scenario
-        Where it is from.
+        Names of its corpus and scenario.
     person
-        Who wrote it; empty if unknown.
+        Its author; empty if unknown.
     """
 
     words: tuple[str, ...]
@@ -240,7 +240,7 @@ class LoadChoice:
     def telling(self) -> list[tuple[str, ...]]:
         """The labels of each load without those that most loads have; all of them if none is left.
 
-        What nearly everything is called tells nothing apart: "pallet".
+        A name of nearly everything distinguishes nothing: "pallet".
         """
         counts = Counter(label for load in self.loads for label in load.labels)
         common = {label for label, count in counts.items() if 2 * count > len(self.loads)}
@@ -257,11 +257,12 @@ class LoadChooser:
     Parameters
     ----------
     weights
-        Of `PARAMETERS`, shape (8,).
+        Values of `PARAMETERS`, shape (8,).
     unrelated
-        How probably a command of somebody unknown has nothing to do with what was done.
+        Probability that a command of an unknown person has nothing to do with the outcome.
     people
-        The same of each person who taught it, as ``corpus/person``; a file of a model has none.
+        Such probabilities of each person who taught it, as ``corpus/person``; a file of a model has
+        none.
     """
 
     lexicon: Lexicon

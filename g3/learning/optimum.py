@@ -64,7 +64,7 @@ class Problem:
     Parameters
     ----------
     unit
-        What the components of the gradient are divided by before they are compared, shape (k,).
+        Divisors of the components of the gradient before these are compared, shape (k,).
     curvature
         The sum of the curvatures of all rows at 0.
     """

@@ -203,14 +203,14 @@ Groundings = tuple[Grounding, ...]
 def hard_negatives(annotations: Sequence[Annotation], rng: np.random.Generator) -> list[Annotation]:
     """Make hard negatives from the positive annotations of a corpus.
 
-    What an annotation gives depends on its id and on one draw from the generator, not on
-    the order of the annotations; on the others only through how often each kind of action
-    is seen, what is ever moved, and which objects each wording is ever used for.
+    The result for an annotation depends on its id and on one draw from the generator, not on the
+    order of the annotations; on the others only through how often each kind of action is seen,
+    which things are ever moved, and which objects each wording is ever used for.
 
     Parameters
     ----------
     annotations
-        Of any source; only the positives count.
+        Annotations of any source; only the positives count.
 
     Returns
     -------
@@ -351,9 +351,9 @@ def _handlings(
 def _orders(scene: _Scene, done: Handling, rng: np.random.Generator) -> list[list[Action]]:
     """Random orders of the actions that do something, about the log's object and about others.
 
-    Which come first is drawn too: the right object in a wrong place is harder to tell
-    than another object. Raised places come as often as the floor, for trucks offer few
-    places and the floor many, but things are put on trucks as often.
+    The order is drawn too: the right object in a wrong place is harder to tell than another object.
+    Raised places come as often as the floor, for trucks offer few places and the floor many, but
+    things are put on trucks as often.
     """
     about = moved(scene.log)
     groups: tuple[list[Action], list[Action]] = ([], [])

@@ -24,9 +24,9 @@ ELSEWHERE_M = 3.0
 AWAY_M = 4.0
 """So is an agent that ends this far from where the log ends."""
 AT_M = 3.0
-"""Nearer than this to a thing's border the agent may be said to be there."""
+"""Distance from a thing's border within which the agent may count as being there."""
 LOAD_AT_M = 2.0
-"""Distance from a border within which the middle of a load may be said to be there."""
+"""Distance from a border within which the middle of a load may count as being there."""
 PASSING_M = 2.0
 SAME_PLACE_M = 2.5
 """Places of the search nearer than this to each other may both be right."""
@@ -114,12 +114,12 @@ def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[
 
     Search gives each clause an action of its own, where the corpus gives all clauses of a command
     the whole log. So an action is wrong too that handles another load, handles it in another way,
-    or leads elsewhere, whatever the clause names.
+    or leads elsewhere, for any words of the clause.
 
     Parameters
     ----------
     right
-        What the clause means. If it drives, its target is where it ends.
+        Meaning of the clause. If it drives, its target is where it ends.
     """
     if right.kind.handles:
         return [a for a in tried if _handles_otherwise(a, right)]

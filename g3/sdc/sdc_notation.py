@@ -299,7 +299,7 @@ def check_sdc(sdc: SDC, *, where: str = "SDC") -> None:
     Parameters
     ----------
     where
-        What to call it in an error.
+        Name of the source in an error.
 
     Raises
     ------

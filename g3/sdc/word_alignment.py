@@ -21,9 +21,9 @@ class FieldWord(NamedTuple):
     Parameters
     ----------
     start
-        Where it stands in the command, if that is known.
+        Its position in the command, if that is known.
     where
-        Where it was written, for error messages.
+        Its source, for error messages.
     """
 
     text: str

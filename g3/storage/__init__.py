@@ -1,1 +1,1 @@
-"""Files written wholly or not at all, by one writer at a time, and arrays whose damage is found."""
+"""Files written wholly or not at all, by one writer at a time, and checked arrays."""

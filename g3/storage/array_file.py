@@ -1,4 +1,4 @@
-"""Named arrays as bytes (.npz), read so that whatever is damaged is an error that says where.
+"""Named arrays as bytes (.npz), read so that any damage is an error that says where it is.
 
 :func:`numpy.load` believes what a file says of itself: a flipped bit can make it ask for a
 terabyte, or raise any of a dozen exceptions. Here an array's header is compared with what is
@@ -25,22 +25,22 @@ from g3.storage import regular_file
 Array: TypeAlias = npt.NDArray[Any]
 
 DIGEST = "digest"
-"""The array that holds the digest of all others, in files that have one."""
+"""Name of the array that holds the digest of all others, in files that have one."""
 INFLATION, ALLOWANCE = 100, 1 << 24
-"""An array may be this many times as large as it is stored, and so many bytes larger."""
+"""Largest size of an array: a multiple of its stored size, plus a number of bytes."""
 
 
 class Field(NamedTuple):
-    """What an array of a file must be.
+    """Requirements on an array of a file.
 
     Parameters
     ----------
     dtype
         Its type, such as ``<f8``; one letter stands for all types of a kind (``U``: text).
     dimensions
-        How many it has.
+        Number of dimensions.
     finite
-        Whether all its numbers must be finite.
+        True if all its numbers must be finite.
     """
 
     dtype: str
@@ -49,20 +49,20 @@ class Field(NamedTuple):
 
 
 class _DamagedError(ValueError):
-    """What is wrong with one array."""
+    """Damage to one array."""
 
 
 def write_arrays(
     arrays: Mapping[str, Array], *, compressed: bool = True, sealed: bool = False
 ) -> bytes:
-    """Arrays as the bytes of an .npz file; the same ones give the same bytes.
+    """Return arrays as the bytes of an .npz file; equal arrays give equal bytes.
 
     Parameters
     ----------
     compressed
-        Whether to take time to make it small.
+        True to take time to make it small.
     sealed
-        Whether to add a digest of all of them, which :func:`read_arrays` checks.
+        True to add a digest of all of them, which :func:`read_arrays` checks.
     """
     out = io.BytesIO()
     seal = {DIGEST: _digest(arrays)} if sealed else {}
@@ -88,7 +88,7 @@ def read_arrays(
     fields
         The arrays to read, by name; all of them, if the file has a digest.
     where, fix, error
-        What to call the file in an error, what to do about it, and which error to raise.
+        Name of the file in an error, its fix, and the class of error to raise.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def read_arrays(
     Raises
     ------
     CorpusError
-        An `error` that names the file and the array, whatever is damaged.
+        An `error` that names the file and the array, for any damage.
     """
     name = ""
     try:
@@ -173,7 +173,7 @@ def _read(
 
 
 def _digest(arrays: Mapping[str, Array]) -> npt.NDArray[np.uint8]:
-    """SHA-256 over names, types, shapes and content, whatever the order."""
+    """Return the SHA-256 over names, types, shapes and content, in any order of the arrays."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])

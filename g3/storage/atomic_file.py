@@ -16,14 +16,13 @@ from g3.storage.system_errors import about
 def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
     """Write a file under a temporary name, flush it to the disk, then give it its name.
 
-    What is there is replaced; of a symbolic link, the file that it points to. What is no
-    regular file, such as ``/dev/stdout``, is written to directly.
+    Content that is there is replaced; of a symbolic link, the file that it points to. A file that
+    isn't regular, such as ``/dev/stdout``, is written to directly.
 
     Parameters
     ----------
     private
-        Whether only its owner may read it. It never has other rights, not even while
-        it is written.
+        True if only its owner may read it. It never has other rights, not even while it is written.
 
     Raises
     ------
@@ -36,7 +35,7 @@ def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
 
 @contextmanager
 def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
-    """A file to write to that takes its name at the end, for what is too long to be held.
+    """Open a file that takes its name at the end, for content too large for memory.
 
     An exception leaves the name what it had, and an error of the machine names it. See
     :func:`write_bytes`.
@@ -66,7 +65,7 @@ def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
 
 
 def short_name(name: str) -> str:
-    """So much of a name that a longer one, made of it, isn't too long for a file system."""
+    """Shorten a name so that a longer one, made of it, isn't too long for a file system."""
     return os.fsdecode(os.fsencode(name)[:200])
 
 

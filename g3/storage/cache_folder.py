@@ -1,4 +1,4 @@
-"""Where files are kept that can be made again."""
+"""The folder of files that can be made again."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ CACHE = "corpus-tools-g3"
 
 
 def cache_folder() -> Path:
-    """The folder for what can be made again: in ``$XDG_CACHE_HOME``, else in ``~/.cache``."""
+    """Return the folder for cached files: in ``$XDG_CACHE_HOME``, else in ``~/.cache``."""
     given = os.environ.get("XDG_CACHE_HOME", "")
     # The XDG specification has relative paths ignored.
     base = Path(given) if Path(given).is_absolute() else Path.home() / ".cache"

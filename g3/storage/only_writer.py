@@ -27,7 +27,7 @@ def only_writer(target: Path) -> Iterator[None]:
     Parameters
     ----------
     target
-        What is written; its folder must be there.
+        The file or folder that is written; its parent must be there.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def only_writer(target: Path) -> Iterator[None]:
 
 
 def lock_of(target: Path) -> Path:
-    """The file that is locked while something is written."""
+    """Return the file that is locked during writing."""
     return target.with_name(f".{short_name(target.name)}.lock")
 
 

@@ -20,7 +20,7 @@ from typing import Any, BinaryIO, TextIO
 from g3.storage.system_errors import about
 
 MOST_BYTES = 1 << 30
-"""So much of a file is held in memory at most, unless a reader says otherwise."""
+"""Largest file that is read into memory by default, in bytes."""
 _KINDS = {
     stat.S_IFIFO: "a pipe",
     stat.S_IFSOCK: "a socket",
@@ -30,7 +30,7 @@ _KINDS = {
 
 
 def opened(path: Path) -> BinaryIO:
-    """A regular file, open to be read.
+    """Open a regular file for reading.
 
     Raises
     ------
@@ -54,9 +54,9 @@ def opened(path: Path) -> BinaryIO:
 
 @contextmanager
 def text_of(path: Path) -> Iterator[TextIO]:
-    """The text of a regular file, line by line; one of .gz or .bz2 is uncompressed.
+    """Open the text of a regular file, line by line; .gz and .bz2 are uncompressed.
 
-    What isn't UTF-8 is replaced. Lines end at line feeds.
+    Bytes that aren't UTF-8 are replaced. Lines end at line feeds.
     """
     with opened(path) as file, ExitStack() as stack:
         plain: Any = file
@@ -70,12 +70,12 @@ def text_of(path: Path) -> Iterator[TextIO]:
 
 
 def read_bytes(path: Path, *, most: int = MOST_BYTES) -> bytes:
-    """The content of a regular file.
+    """Return the content of a regular file.
 
     Parameters
     ----------
     most
-        How many bytes it may have.
+        Largest number of bytes that it may have.
 
     Raises
     ------

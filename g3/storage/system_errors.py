@@ -47,7 +47,7 @@ _FIXES = {
     "EREMOTEIO": _MOUNT,
     "ENOLCK": "choose a place on a disk of this machine",
 }
-"""What to do, by the system's name of the error; not all systems have all of them."""
+"""Fixes by the system's name of the error; not all systems have all of them."""
 _BY_NUMBER = {getattr(errno, name): fix for name, fix in _FIXES.items() if hasattr(errno, name)}
 
 
@@ -93,7 +93,7 @@ def _renamed(name: Any, old: str | Path | None, new: str | Path) -> Any:
 
 
 def named_error(error: OSError) -> CorpusError | None:
-    """An error of the machine with the file that it is about, and what to do about it.
+    """Return an error of the machine with the file that it is about, and how to fix it.
 
     Returns
     -------

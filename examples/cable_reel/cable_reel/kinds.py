@@ -1,4 +1,4 @@
-"""What a cable reel is, for scenarios and physics; knows no simulator."""
+"""The kind of load "cable reel", for scenarios and physics; knows no simulator."""
 
 from corpus_tools.world.state.thing_kinds import Kind, register_kind
 

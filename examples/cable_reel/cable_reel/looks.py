@@ -1,4 +1,4 @@
-"""What a cable reel looks like."""
+"""The look of a cable reel."""
 
 from __future__ import annotations
 

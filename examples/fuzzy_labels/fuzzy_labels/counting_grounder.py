@@ -17,7 +17,7 @@ Said: TypeAlias = dict[str, Counter[str]]
 
 
 def learn(annotations: Sequence[Annotation]) -> Said:
-    """How often each word was said of things with a label."""
+    """Count the words of commands by the labels of the things that they name."""
     said: Said = {}
     for annotation in annotations:
         if annotation.source != "positive":

@@ -1,4 +1,4 @@
-"""A grounder that compares words with labels letter by letter, so that misspelt ones are found."""
+"""A grounder that compares words with labels letter by letter, so that misspelt ones match."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ def fuzzy(task: PlanTask) -> Proposal:
 
 
 def most_alike(text: str, things: Sequence[PhysicalObject]) -> tuple[PhysicalObject | None, float]:
-    """The thing of which a label is most like a part of a text, and how like it is, up to 1."""
+    """Return the thing with the label most like a part of a text, and their likeness, up to 1."""
     labels = {(n, label): label for n, thing in enumerate(things) for label in thing.labels}
     found = process.extractOne(text, labels, scorer=fuzz.partial_ratio)
     return (things[found[2][0]], found[1] / 100) if found else (None, 0.0)

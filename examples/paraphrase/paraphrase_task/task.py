@@ -22,7 +22,7 @@ from annotation_app.tasks.task_registry import register
 
 
 class Paraphrased(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What the page sends."""
+    """An answer, as the page sends it."""
 
     text: str
     played_to_end: bool
@@ -30,20 +30,20 @@ class Paraphrased(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class ParaphraseCounts:
-    """What the dashboard counts."""
+    """Counts for the dashboard."""
 
     paraphrases: int
 
 
 def payload(session: Session, item: Item, salt: bytes) -> Record:
-    """What the page gets: the command and the video."""
+    """Return the command and the video for the page."""
     return {"command": item.payload["text"], **watched(session, item)}
 
 
 def check(
     session: Session, item: AnyItem, answer: Paraphrased, salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
-    """What is kept of an answer, and what is wrong with it."""
+    """Return the part of an answer that is kept, and the problems in it."""
     text = clean_text(answer.text)
     problems = [*text_problems(text)]
     if words(text) == words(item.payload["text"]):
@@ -54,19 +54,19 @@ def check(
 
 
 def words(text: str) -> list[str]:
-    """A command's words, without case and punctuation."""
+    """Return a command's words, without case and punctuation."""
     return [word.strip(".,;:!?") for word in text.casefold().split()]
 
 
 def items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterator[NewItem]:
-    """A command becomes an item, but for its author and unless it is a paraphrase itself."""
+    """Yield an item for a command, not for its author, unless it is a paraphrase itself."""
     if item.task != "paraphrase":
         about = {"text": answer.body["text"], "command": answer.id, "video": item.payload["video"]}
         yield NewItem("paraphrase", f"command {answer.id}", about, author_id=answer.person_id)
 
 
 def counts(answers: Sequence[tuple[Record, bool]]) -> Any:
-    """How many there are."""
+    """Count the answers."""
     return ParaphraseCounts(len(answers))
 
 

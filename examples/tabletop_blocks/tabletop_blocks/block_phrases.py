@@ -1,4 +1,4 @@
-"""Commands for what a hand does, with their trees and what each clause stands for."""
+"""Commands for a hand's tasks, with their trees and the groundings of each clause."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ SYNONYMS = {"block": ("block", "cube"), "bar": ("bar", "brick"), "tray": ("tray"
 
 @dataclass(frozen=True, slots=True)
 class Phrase:
-    """A clause as it is said.
+    """A clause in words.
 
     Parameters
     ----------
     type
-        Of the clause.
+        Type of the clause.
     relation
         Its words; empty in a leaf.
     words
@@ -41,7 +41,7 @@ class Phrase:
     figure, landmarks
         Clauses in it.
     groundings
-        What it stands for.
+        Groundings of the clause.
     """
 
     type: SDCType
@@ -70,13 +70,13 @@ class Phrase:
         return f"{name}({', '.join(fields)})"
 
     def children(self) -> Sequence[tuple[Grounding, ...] | Phrase]:
-        """The clauses in it; the robot, which nobody names, has no grounding."""
+        """Return the clauses in it; the robot, which nobody names, has no grounding."""
         robot: list[tuple[Grounding, ...] | Phrase] = [()] if self.type == "EVENT" else []
         return [*robot, *([self.figure] if self.figure else []), *self.landmarks]
 
 
 def groundings_of(phrase: Phrase) -> tuple[tuple[Grounding, ...], ...]:
-    """What each clause stands for, breadth first."""
+    """Return the groundings of each clause, breadth first."""
     level: list[tuple[Grounding, ...] | Phrase] = [phrase]
     found: list[tuple[Grounding, ...]] = []
     while level:
@@ -86,7 +86,7 @@ def groundings_of(phrase: Phrase) -> tuple[tuple[Grounding, ...], ...]:
 
 
 def commands_for(task: Task, count: int, rng: np.random.Generator) -> Iterator[Phrase]:
-    """Different commands that ask for a task; none where its things can't be told from others."""
+    """Yield different commands for a task; none where its things can't be distinguished."""
     seen: set[str] = set()
     for _ in range(8 * count):
         phrase = _command(task, rng)
@@ -117,7 +117,7 @@ def _command(task: Task, rng: np.random.Generator) -> Phrase | None:
 
 
 def _object(task: Task, thing: PhysicalObject, rng: np.random.Generator) -> Phrase | None:
-    """A phrase that fits one thing alone: by its colour, or by what it stands on."""
+    """Return a phrase that fits one thing alone: by its colour, or by the thing below it."""
     shape = thing.labels[-1]
     alike = [o for o in task.context.objects if o.labels == thing.labels]
     same_shape = [o for o in task.context.objects if o.labels[-1] == shape]

@@ -1,4 +1,4 @@
-"""Random tables with blocks, and what a hand does there.
+"""Random tables with blocks, and tasks of a hand there.
 
 The table's near edge is at x = 0 and the hand looks along +x from there, so that +y is to its
 left. Lengths are in metres, times in seconds.
@@ -27,7 +27,7 @@ TRAY = (0.24, 0.24, 0.02)
 SIZES = {"block": (0.05, 0.05, 0.05), "bar": (0.05, 0.15, 0.05)}
 COLOURS = ("red", "green", "blue", "yellow", "white")
 BESIDE_M = 0.09
-"""Between the middles of a block and of what it is put beside."""
+"""Distance between the middles of a block and of its neighbour, in metres."""
 HIGH = TABLE_TOP + 0.3
 SPEED_M_S = 0.25
 RATE_HZ = 5.0
@@ -58,27 +58,27 @@ class Table:
     things: tuple[PhysicalObject, ...]
 
     def thing(self, name: str) -> PhysicalObject:
-        """A thing by its id."""
+        """Return a thing by its id."""
         return next(thing for thing in self.things if thing.id == name)
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What a hand does on a table.
+    """A task of a hand on a table.
 
     Parameters
     ----------
     context
         The table with everything's trajectory.
     theme
-        What is taken or touched.
+        The thing that is taken or touched.
     relation
         "on", one of `DIRECTIONS`, "in" for the tray; "up" where it is only lifted, "to" where
         it is only touched.
     landmark
-        What it is put on, in or beside; None where it is put nowhere.
+        The thing that it is put on, in or beside; None where it is put nowhere.
     place
-        Where it is put.
+        The place that it is put in.
     table
         The table as it was before.
     """
@@ -97,7 +97,7 @@ class Task:
 
 
 def make_task(name: str, start_s: float, rng: np.random.Generator) -> Task:
-    """A random table, and something that is done there; the parameters are those of `Table`."""
+    """Make a random table and a task on it; the parameters are those of `Table`."""
     while True:
         table = Table(name, start_s, tuple(_things(rng)))
         task = _task(table, _any_block(table, rng), None, rng)
@@ -106,7 +106,7 @@ def make_task(name: str, start_s: float, rng: np.random.Generator) -> Task:
 
 
 def other_task(task: Task, name: str, start_s: float, rng: np.random.Generator) -> Task:
-    """Something else that could be done at the same table, most often with the same thing."""
+    """Return another task that is possible at the same table, mostly with the same thing."""
     table = Table(name, start_s, task.table.things)
     while True:
         theme, landmark = _any_block(table, rng), None
@@ -124,7 +124,7 @@ def _any_block(table: Table, rng: np.random.Generator) -> PhysicalObject:
 
 
 def other_place(task: Task, rng: np.random.Generator) -> Place:
-    """A place that lies otherwise to the landmark of a task than where its thing is put."""
+    """Return a place in another direction from a task's landmark than the task's own."""
     if task.landmark is None or task.place is None:
         raise ValueError(f"nothing is put anywhere in {task.context.id}")
     relations = [r for r in ("on", *DIRECTIONS) if r != task.relation]
@@ -152,7 +152,7 @@ def _task(
     landmark: PhysicalObject | None,
     rng: np.random.Generator,
 ) -> Task | None:
-    """Something with a thing, and with a landmark if one is given; None if it can't be done."""
+    """Return a task with a thing, and with a landmark if one is given; None if there is none."""
     relation = str(rng.choice(["on", "on", *DIRECTIONS, *([] if landmark else ["in", "up", "to"])]))
     if relation == "to":
         return _done(table, theme, relation)
@@ -174,7 +174,7 @@ def _task(
 
 
 def box(middle: FloatArray, size: tuple[float, float, float], bottom: float) -> Prism:
-    """An upright box whose edges are the axes'."""
+    """Return an upright box whose edges are the axes'."""
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.array(size[:2]) / 2
     return Prism(middle + corners, bottom, bottom + size[2])
 
@@ -187,7 +187,7 @@ def _thing(
 
 
 def _things(rng: np.random.Generator) -> list[PhysicalObject]:
-    """A table, a tray, and five to seven blocks, some of them on others or on the tray."""
+    """Return a table, a tray, and five to seven blocks, some of them on others or on the tray."""
     table = _thing("table", ("table",), np.array([0.4, 0.0]), (*TABLE, TABLE_TOP), 0.0)
     tray = _thing("tray", ("tray",), _spot(rng), TRAY, TABLE_TOP)
     things = [table, tray]
@@ -212,7 +212,7 @@ def _spot(rng: np.random.Generator) -> FloatArray:
 
 
 def middle_of(thing: PhysicalObject) -> FloatArray:
-    """Middle of a thing's footprint."""
+    """Return the middle of a thing's footprint."""
     middle: FloatArray = thing.prism.xy.mean(axis=0)
     return middle
 
@@ -223,7 +223,7 @@ def _near(middle: FloatArray, thing: PhysicalObject) -> bool:
 
 
 def is_on(upper: PhysicalObject, lower: PhysicalObject) -> bool:
-    """Whether one thing stands on another."""
+    """Check that one thing stands on another."""
     apart = np.abs(middle_of(upper) - middle_of(lower))
     inside = bool((apart < np.ptp(lower.prism.xy, axis=0) / 2).all())
     return inside and abs(upper.prism.z_min - lower.prism.z_max) < 0.005
@@ -240,7 +240,7 @@ def _on_table(middle: FloatArray) -> bool:
 def _landmarks(
     things: Sequence[PhysicalObject], theme: PhysicalObject, relation: str
 ) -> list[PhysicalObject]:
-    """What a thing can be put on, in or beside."""
+    """Return the things that a thing can be put on, in or beside."""
     if relation == "in":
         return [] if _is_covered(things[1], things) else [things[1]]
     possible = [t for t in things[2:] if t.id != theme.id and not is_on(theme, t)]
@@ -296,12 +296,12 @@ def _done(
 
 
 def named(context: Context, name: str) -> PhysicalObject:
-    """A context's thing by its id."""
+    """Return a context's thing by its id."""
     return next(thing for thing in context.objects if thing.id == name)
 
 
 def _sampled(way: FloatArray, start_s: float) -> Trajectory:
-    """Straight from pose to pose at an even speed."""
+    """Return a straight way from pose to pose at an even speed."""
     at_s = np.concatenate(
         ([0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1) / SPEED_M_S))
     )
@@ -317,7 +317,7 @@ def _carried(
     grip: int,
     drop: int | None,
 ) -> Trajectory:
-    """Where a thing is that the hand holds from one of its poses to another."""
+    """Return the trajectory of a thing that the hand holds from one of its poses to another."""
     length = np.linalg.norm(np.diff(np.array(way), axis=0), axis=1) / SPEED_M_S
     at_s = np.concatenate(([0.0], np.cumsum(length))) + hand.t[0]
     held = np.clip(hand.t, at_s[grip], at_s[drop] if drop is not None else np.inf)

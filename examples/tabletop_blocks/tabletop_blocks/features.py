@@ -34,7 +34,7 @@ TOUCHING_M = 0.01
     scale=0.5,
 )
 def table_pair(batch: FactorBatch) -> FloatArray:
-    """How a thing lies to another on a table, as the hand's owner sees it."""
+    """Position of a thing relative to another on a table, as the hand's owner sees it."""
     figure, landmark = batch.boxes("figure"), batch.boxes("landmark")
     shared = intersection_area(figure.corners, landmark.corners)
     over = shared > 0.3 * np.maximum(area(figure.corners), 1e-9)
@@ -64,7 +64,7 @@ def table_pair(batch: FactorBatch) -> FloatArray:
     scale=0.5,
 )
 def table_theme(batch: FactorBatch) -> FloatArray:
-    """What the hand does to a thing: how near it comes, whether it takes it along."""
+    """Nearness of the hand to a thing, and whether the hand takes it along."""
     hand = batch.bodies.xyz[batch.figure]
     theme = _during(batch)
     way = np.linalg.norm(theme - theme[:, :1], axis=2)
@@ -88,7 +88,7 @@ def table_theme(batch: FactorBatch) -> FloatArray:
     scale=0.5,
 )
 def table_goal(batch: FactorBatch) -> FloatArray:
-    """Where a thing ends up, seen from where it was to go."""
+    """End of a thing relative to its goal."""
     theme, goal = _during(batch), batch.boxes("goal")
     ends = theme[:, (0, -1), :2] - centroid(goal.corners)[:, None]
     before, after = np.linalg.norm(ends, axis=2).T
@@ -105,14 +105,14 @@ def table_goal(batch: FactorBatch) -> FloatArray:
     scale=0.5,
 )
 def table_path(batch: FactorBatch) -> FloatArray:
-    """How near to a thing the hand comes, and where it ends."""
+    """Nearness of the hand to a thing, and the end of its path."""
     middle = centroid(batch.boxes("landmark").corners)
     apart = np.linalg.norm(batch.bodies.xyz[batch.figure, :, :2] - middle[:, None], axis=2)
     return np.column_stack((apart[:, -1], apart.min(axis=1)))
 
 
 def _during(batch: FactorBatch) -> FloatArray:
-    """Where themes are at the samples of events, shape (n, SAMPLES, 3).
+    """Return the poses of themes at the samples of events, shape (n, SAMPLES, 3).
 
     A thing of another table, or of the same in another log, stays where it was.
     """

@@ -1,4 +1,4 @@
-"""``ct import tabletop-blocks``: makes the corpus that a settings file asks for.
+"""``ct import tabletop-blocks``: makes a corpus from a settings file.
 
 Everything is made by this program: nobody has seen these tables or typed these commands.
 """
@@ -34,7 +34,7 @@ LOG_INTERVAL_S = 1000.0
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is to be made."""
+    """Settings of a corpus."""
 
     tables: int
     commands: int
@@ -75,7 +75,7 @@ def import_blocks(
 def _scene(
     name: str, start_s: float, settings: Settings, rng: np.random.Generator
 ) -> tuple[Task, list[Phrase]]:
-    """A task that can be told in words, and commands for it."""
+    """Return a task that words can describe, and commands for it."""
     while True:
         task = make_task(name, start_s, rng)
         phrases = list(commands_for(task, settings.commands, rng))
@@ -109,7 +109,7 @@ def _annotations(scenes: Sequence[tuple[Task, list[Phrase]]], seed: int) -> Iter
 
 
 def _other_action(sdcs: Sequence[SDC], right: Groundings, other: Task) -> tuple[Groundings, Labels]:
-    """The right things, and a hand that does something else with them."""
+    """Return the right things with a hand that does something else with them."""
     groundings: list[tuple[Grounding, ...]] = []
     labels: list[bool | None] = []
     for sdc, group in zip(breadth_first(sdcs), right, strict=True):
@@ -131,7 +131,7 @@ def _other_action(sdcs: Sequence[SDC], right: Groundings, other: Task) -> tuple[
 def _other_things(
     sdcs: Sequence[SDC], right: Groundings, task: Task, rng: np.random.Generator
 ) -> tuple[Groundings, Labels]:
-    """Other blocks of the same table, and other places about the right landmark.
+    """Return other blocks of the same table, and other places about the right landmark.
 
     The clauses in a PLACE keep their things, so that it is the relation that is wrong.
     """
@@ -158,7 +158,7 @@ def _random(
     tasks: Sequence[Task],
     rng: np.random.Generator,
 ) -> Groundings:
-    """A random grounding for each clause that has one, from any table (section 4.1)."""
+    """Return a random grounding for each clause that has one, from any table (section 4.1)."""
     others = [t for t in tasks if t is not task]
     placed = [t for t in others if t.place is not None]
     drawn: list[tuple[Grounding, ...]] = []
@@ -184,7 +184,7 @@ def _labels(
     drawn: Sequence[tuple[Grounding, ...]],
     right: Groundings,
 ) -> Labels:
-    """A leaf is right where it names what was drawn; anything else where it is what was meant."""
+    """Label a leaf right where it names the drawn thing, any other clause where that is meant."""
     return tuple(
         None if not random else random == meant or (sdc.is_leaf and _alike(random, meant))
         for sdc, random, meant in zip(breadth_first(sdcs), drawn, right, strict=True)
@@ -192,7 +192,7 @@ def _labels(
 
 
 def _alike(drawn: tuple[Grounding, ...], meant: tuple[Grounding, ...]) -> bool:
-    """Whether two things have the same labels: a leaf says nothing else of them."""
+    """Check that two things have the same labels: a leaf states nothing else of them."""
     (a,), (b,) = drawn, meant
     return isinstance(a, PhysicalObject) and isinstance(b, PhysicalObject) and a.labels == b.labels
 

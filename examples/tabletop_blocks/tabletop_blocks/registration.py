@@ -1,4 +1,4 @@
-"""Tells ``ct import`` of the importer; imports nothing that is heavy."""
+"""Registration with ``ct import``; imports nothing that is heavy."""
 
 from corpus_tools.importers.importer_registry import Importer, register
 

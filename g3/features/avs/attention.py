@@ -154,7 +154,7 @@ def add_attention(
     border, corners
         As :func:`view_landmark` sees them.
     view
-        How far the focus of attention is ahead, and how far ahead of it and to its left the figure.
+        Distance to the focus of attention ahead, and the figure's distance ahead and to its left.
     total
         Gets the sums, (3 and space, rows).
     """
@@ -197,7 +197,7 @@ def degrees(
     Parameters
     ----------
     landmarks
-        What :class:`g3.features.avs.vector_sums.Footprints` has: `seen`, `corners`, `centre`,
+        Fields of :class:`g3.features.avs.vector_sums.Footprints`: `seen`, `corners`, `centre`,
         `row`.
     points
         Figures (n, 2).

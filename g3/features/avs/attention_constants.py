@@ -13,8 +13,8 @@ ATTENTION_WIDTH = 1.0
 """Lambda: how fast attention falls with distance, in units of the figure's distance."""
 
 CORNER_INSET = 0.01
-"""How far from a corner attention stays, as part of the landmark's width: right at the end of
-a side that runs along the direction, the noise of its corners would choose between the two."""
+"""Distance of attention from a corner, as a part of the landmark's width. At the very end of a side
+that runs along the direction, noise of its corners would choose between the two."""
 
 NEAR = 0.03
 """Nearer to the focus than this, in units of the figure's distance, attention is as at this

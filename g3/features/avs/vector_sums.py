@@ -28,13 +28,13 @@ class Footprints:
     Parameters
     ----------
     centre
-        Of those that differ, shape (m, 2), in metres.
+        Centres of those that differ, shape (m, 2), in metres.
     seen
         Their corners, seen from there, shape (m, k, 2).
     corners
-        How many come before the last one is repeated, shape (m,).
+        Number of corners before the last one is repeated, shape (m,).
     row
-        Which of them each landmark is, shape (n,).
+        Index of each landmark's footprint, shape (n,).
     """
 
     centre: FloatArray
@@ -52,7 +52,7 @@ def footprints(corners: FloatArray, row: IntArray | None = None) -> Footprints:
         Convex, counter-clockwise, the last ones repeated where there are fewer; shape (m, k, 2),
         in metres.
     row
-        Which of them each landmark is, shape (n,); each once if left out.
+        Index of each landmark's footprint, shape (n,); each once if left out.
     """
     centre = centroid(corners)
     missing = max(len(RECTANGLE) - corners.shape[1], 0)
@@ -101,9 +101,9 @@ def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -
     points
         Figures, shape (n, 2), in metres.
     landmarks
-        What they are seen from.
+        The landmarks that they are seen from.
     yaw
-        Where k frames head for each of them, shape (k, n).
+        Headings of k frames for each of them, shape (k, n).
 
     References
     ----------

@@ -145,7 +145,7 @@ def arguments(batch: FactorBatch) -> FloatArray:
     scale=0.3,
 )
 def between(batch: FactorBatch) -> FloatArray:
-    """Closeness of the figure to a line between two things of a plural landmark."""
+    """Nearness of the figure to a line between two things of a plural landmark."""
     result = np.full((len(batch), 2), np.nan)
     plural = np.flatnonzero(batch.bodies.count[batch.landmark] > 1)
     if len(plural):

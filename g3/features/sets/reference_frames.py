@@ -115,7 +115,7 @@ def _yaw(batch: FactorBatch) -> FloatArray:
 def avs_log(batch: FactorBatch) -> FloatArray:
     """AVS in the frames of the agent's ending and average orientation in the context's log.
 
-    Off unless asked for: when objects and places are grounded, no action has been
+    Off by default: when objects and places are grounded, no action has been
     chosen yet, so these orientations are not known.
     """
     yaw = np.stack((batch.agent_end_yaw, batch.agent_mean_yaw))

@@ -119,7 +119,7 @@ def shape(track: Tracks) -> FloatArray:
 def own_shape(batch: FactorBatch) -> FloatArray:
     """Shape of the trajectory in the frame of its own start: turns, reversing, straightness.
 
-    Off unless asked for: a corpus with one log per scenario has too few shapes, and the
+    Off by default: a corpus with one log per scenario has too few shapes, and the
     model learns which log it sees rather than what the words mean.
     """
     return shape(tracks(batch))
@@ -203,9 +203,9 @@ class Motion:
     xyz, yaw
         Their poses at the events' samples, shapes (n, T, 3) and (n, T).
     moved
-        Whether the event moves them, shape (n,).
+        True if the event moves them, shape (n,).
     moving
-        Whether they are on the move between one sample and the next, shape (n, T - 1).
+        True if they are on the move between one sample and the next, shape (n, T - 1).
     """
 
     xyz: FloatArray
@@ -360,13 +360,13 @@ def frame_moments(batch: FactorBatch, target: Role) -> FloatArray:
 
 @path_set("path-prisms", columns=MOMENT_COLUMNS, scale=0.1)
 def path_prisms(batch: FactorBatch) -> FloatArray:
-    """The agent's prism and the landmark's, at the start, at the end and on average."""
+    """Prisms of agent and landmark compared, at the start, at the end and on average."""
     return prism_moments(batch, batch.boxes("landmark"))
 
 
 @goal_set("event-prisms", columns=MOMENT_COLUMNS, scale=0.1)
 def event_prisms(batch: FactorBatch) -> FloatArray:
-    """The agent's prism and the goal's, at the start, at the end and on average."""
+    """Prisms of agent and goal compared, at the start, at the end and on average."""
     return prism_moments(batch, batch.boxes("goal"))
 
 

@@ -80,11 +80,11 @@ class Aspect:
     Parameters
     ----------
     about
-        What it is about, for people to read.
+        Its subject, for people to read.
     words
         The clause's words that count most in it.
     weight
-        What it adds to the log-odds.
+        Its addition to the log-odds.
     """
 
     about: str

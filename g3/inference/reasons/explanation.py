@@ -25,11 +25,11 @@ from g3.inference.problem.scoring import Reason, Scorer
 from g3.sdc.clauses import Field
 
 BESIDES = "besides/"
-"""Before the name of a reason that is no feature."""
+"""Prefix of the names of reasons that are no features."""
 
 
 class Grounded(Protocol):
-    """A plan, as the search has found it."""
+    """A plan as the search returns it."""
 
     @property
     def nodes(self) -> Mapping[int, tuple[Group, float]]:
@@ -104,7 +104,7 @@ def _against_best(
     Parameters
     ----------
     ruled
-        What potentials add to the groups, by name.
+        Contributions of potentials to the groups, by name.
     """
     if len(groups) == 1:
         return None, tuple(r for batch in batches for r in scorer.reasons(batch))
@@ -117,7 +117,7 @@ def _against_best(
 
 
 def _members(group: Group) -> set[object]:
-    """Ids of a group's objects; of its places the middles, which stay when a place is lowered."""
+    """Return ids of a group's objects, and middles of its places, whose heights may change."""
     places = (g for g in group if isinstance(g, Place))
     return {*object_ids(group), *(tuple(centre(place.prism).round(3)) for place in places)}
 
@@ -169,10 +169,10 @@ def reasons_against(batch: FactorBatch, rows: tuple[int, int], scorer: Scorer) -
 
 
 def weightiest(reasons: Iterable[Reason]) -> list[Reason]:
-    """Reasons by how much they weigh."""
+    """Sort reasons by their weight, the largest first."""
     return sorted(reasons, key=lambda r: (-abs(r.weight), r.feature, r.word))
 
 
 def told_besides(scores: Iterable[tuple[str, float | FloatArray]]) -> list[Reason]:
-    """Reasons that no feature is: potentials by their names, and what a goal adds."""
+    """Return reasons that are no features: potentials by their names, and the scores of goals."""
     return [Reason(f"{BESIDES}{name}", "", float(score)) for name, score in scores if score]

@@ -3,7 +3,7 @@
 A beam of hypotheses goes through the top-level clauses: for each clause, every action that is
 possible in a hypothesis' state is scored with every candidate of the clause's theme and goal. The
 next clause begins in the state that the action leads to. Hypotheses with equal scores keep the
-order in which they were found.
+order in which the search made them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from g3.short_repr import short_repr
 
 
 def leaf_scores(tree: Tree, scene: Scene, cost: Cost) -> dict[int, FloatArray]:
-    """Log-probabilities of all of a scene's groups for OBJECTs without others below, by node.
+    """Return the log-probabilities of a scene's groups for OBJECTs without clauses below, by node.
 
     Only of a learned cost: one that is random depends on what else is in a batch.
     """
@@ -76,11 +76,11 @@ Reasons = tuple[Action, tuple[Reason, ...]]
 Choices = tuple[tuple[Group, float], ...]
 
 OTHER_PLACE_M = 2.5
-"""Places further apart than this are others."""
+"""Smallest distance of two places that count as different, in metres."""
 UNTAUGHT = log(0.5)
-"""Of an EVENT that is a kind of action which is only done on request: no log teaches that."""
+"""Score of an EVENT whose kind of action is only done on request: no log teaches it."""
 WIDTH = 5
-"""How many hypotheses go on from one top-level clause to the next."""
+"""Number of hypotheses that go on from one top-level clause to the next."""
 
 
 @short_repr
@@ -93,23 +93,22 @@ class Hypothesis:
     score
         Sum of the log-probabilities of all factors.
     state
-        What the plan leads to.
+        The state after the plan.
     actions
         The plan, an action for each clause.
     nodes
         Groundings of the clauses, and their factors' log-probabilities.
     referents
-        What was acted on, the most recent last.
+        Things that were acted on, the most recent last.
     goals
-        What the clauses lead to, the last one last.
+        Ends of the clauses, the last one last.
     reasons
-        Where they are asked for: for each top-level clause the best other action, and what spoke
-        against it.
+        On request, for each top-level clause the best other action, and the evidence against it.
     choices
-        What clauses could be grounded in, by node, the best first: each with the score of the best
-        that could be done then, after the plan's earlier clauses.
+        Groundings that clauses could have, by node, the best first: each with the score of the best
+        action after the plan's earlier clauses that was possible then.
     problems
-        Where reasons are asked for, what clauses were grounded in.
+        Where reasons are requested, the problems in which clauses were grounded.
     """
 
     score: float
@@ -126,7 +125,7 @@ class Hypothesis:
 def _problems(
     found: Arguments, theme: Candidate | None, goal: Candidate | None
 ) -> dict[int, GroundingProblem]:
-    """What the clauses of a theme and of a goal were grounded in."""
+    """Return the problems in which the clauses of a theme and of a goal were grounded."""
     pairs = ((theme, found.problem), (goal, found.toward))
     return {n: problem for part, problem in pairs if part and problem for n in part.nodes}
 
@@ -134,7 +133,7 @@ def _problems(
 def extend(
     tree: Tree, root: int, before: Hypothesis, found: Arguments, problem: GroundingProblem
 ) -> Iterator[Hypothesis]:
-    """Hypotheses that go on from one with the next top-level clause, the best first."""
+    """Yield the hypotheses that extend one by the next top-level clause, the best first."""
     state, cost = before.state, problem.cost
     forbidden = frame(tree, root).negated
     actions = [Action(WAIT)] if forbidden else possible_actions(state, focus_of(state, found))
@@ -206,14 +205,14 @@ def extend(
 
 
 def _is_untaught(actions: Sequence[Action]) -> BoolArray:
-    """Which actions are of kinds that are only done on request, shape (n,)."""
+    """Check for actions of kinds that are only done on request, shape (n,)."""
     return np.array([action.kind.on_request for action in actions], dtype=bool)
 
 
 def _choices(
     parts: Sequence[tuple[Sequence[Candidate | None], IntArray]], total: FloatArray
 ) -> dict[int, Choices]:
-    """The best total of each grounding of each clause.
+    """Return the best total of each grounding of each clause.
 
     Parameters
     ----------
@@ -239,7 +238,7 @@ def _choices(
 class _Ranked:
     """Combinations of actions, themes and goals, the best first: actions, and rows of batches.
 
-    Besides its factors, a combination has scores (by row) of its goal and of what words rule out.
+    In addition to its factors, a combination has scores, by row, of its goal and of potentials.
     """
 
     actions: Sequence[Action]
@@ -251,7 +250,7 @@ class _Ranked:
 def _factors(
     tree: Tree, root: int, found: Arguments, stage: Stage, batch: FactorBatch
 ) -> list[FactorBatch]:
-    """The factors of an EVENT and of the PATH that leads to its goal, with the same rows."""
+    """Return the factors of an EVENT and of the PATH that leads to its goal, with the same rows."""
     factors = [batch] if tree.nodes[root].type == "EVENT" else []
     if found.goal_path >= 0:
         factors.append(path_batch(tree, found.goal_path, stage, batch.figure, batch.goal))
@@ -261,7 +260,7 @@ def _factors(
 def _reasons(
     root: int, factors: Sequence[FactorBatch], cost: Cost, ranked: _Ranked, action: int
 ) -> dict[int, Reasons]:
-    """What spoke for an action against the best one that does something else."""
+    """Return the reasons for an action rather than the best one that does something else."""
     if not factors or not isinstance(cost, Scorer):
         return {}
     chosen = ranked.actions[action]
@@ -279,9 +278,9 @@ def _reasons(
 
 
 def _differs(action: Action, other: Action) -> bool:
-    """Whether two actions do something else: not the same a little further on.
+    """Check that two actions do different things: not the same a little further on.
 
-    Nor the same with another load: the theme's own reasons tell why it isn't that one.
+    Nor the same with another load: the theme's own reasons explain why it isn't that one.
     """
     if action.object_id and other.object_id and action.object_id != other.object_id:
         return False
@@ -292,7 +291,7 @@ def _differs(action: Action, other: Action) -> bool:
 
 
 def _meant(before: Hypothesis) -> frozenset[str]:
-    """Ids of what the clauses so far are grounded in, but for the robot."""
+    """Return the ids of the groundings of the clauses so far, without the robot."""
     things = (g for group, _ in before.nodes.values() for g in group)
     ids = {g.id for g in things if isinstance(g, PhysicalObject)}
     return frozenset(ids - {before.state.context.agent_id})
@@ -313,7 +312,7 @@ def _referent(
 def search(
     tree: Tree, start: State, problem: GroundingProblem, *, width: int = WIDTH
 ) -> list[Hypothesis]:
-    """The best plans for a command, the best first."""
+    """Return the best plans for a command, the best first."""
     beam = [Hypothesis(0.0, start)]
     problem = replace(problem, leaves=leaf_scores(tree, problem.scene, problem.cost))
     known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
@@ -367,7 +366,7 @@ def search(
 def _mentioned(
     tree: Tree, root: int, beam: Sequence[Hypothesis], problem: GroundingProblem, *, turned: bool
 ) -> list[Hypothesis]:
-    """Hypotheses after a clause that only names something: "the tires on the truck, lift them"."""
+    """Return hypotheses after a clause that only names: "the tires on the truck, lift them"."""
     found: dict[int, list[Candidate]] = {}
     grown = []
     for before in beam:

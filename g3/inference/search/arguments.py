@@ -1,4 +1,4 @@
-"""What a top-level clause is about: candidates of its theme and goal, and what goes together."""
+"""Arguments of a top-level clause: candidates of its theme and goal, and their combinations."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from g3.short_repr import short_repr
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
 FEW_THEMES, FEW_GOALS = 2, 2
-"""How many are tried with actions that are about neither."""
+"""Numbers of themes and goals that are tried with actions that involve neither."""
 
 
 @short_repr
@@ -74,7 +74,7 @@ def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
 def _themes(
     tree: Tree, own: Frame, problem: GroundingProblem
 ) -> tuple[tuple[Candidate | None, ...], Sequence[int]]:
-    """Candidates of what the first of a clause's OBJECTs names, and the OBJECTs that are left."""
+    """Return candidates of the theme, the first OBJECT of a clause, and the other OBJECTs."""
     if not own.objects:
         return (_unnamed(tree, own, problem) if own.takes_unnamed else ()) or (None,), ()
     theme, *left = own.objects
@@ -93,7 +93,7 @@ def _themes(
 
 
 def _emptied(beam: Sequence[Candidate], problem: GroundingProblem) -> list[Candidate]:
-    """With what stands on each thing instead of the thing itself: "unload the truck"."""
+    """Replace each thing by the things that stand on it: "unload the truck"."""
     state = problem.state
     loads: dict[str, list[PhysicalObject]] = {}
     for upper, lower in problem.carriers.items():
@@ -108,7 +108,7 @@ def _emptied(beam: Sequence[Candidate], problem: GroundingProblem) -> list[Candi
 
 
 def _unnamed(tree: Tree, own: Frame, problem: GroundingProblem) -> tuple[Candidate, ...]:
-    """Candidates of what is picked up without being named: what was spoken of, or any load.
+    """Return candidates of a load that isn't named: one mentioned before, or any load.
 
     "Drive to the pallet and pick up" means that pallet.
     """
@@ -124,7 +124,7 @@ def _unnamed(tree: Tree, own: Frame, problem: GroundingProblem) -> tuple[Candida
 def _goals(
     tree: Tree, own: Frame, problem: GroundingProblem, *, to_be_put: bool
 ) -> tuple[tuple[Candidate | None, ...], int]:
-    """Candidates of where an EVENT leads, and the PATH that tells it, -1 if none does."""
+    """Return candidates of an EVENT's goal, and the PATH that names it, -1 if none does."""
     goals: tuple[Candidate | None, ...] = (None,)
     path = -1
     if own.places:
@@ -142,7 +142,7 @@ def _goals(
 
 
 def _same(beam: Sequence[Candidate], again: Sequence[Candidate]) -> list[Candidate]:
-    """Candidates of two OBJECTs that name one thing: "the pallet ahead, the one on the right"."""
+    """Return candidates that two OBJECTs name: "the pallet ahead, the one on the right"."""
     joined = [
         Candidate(a.group, a.score + b.score, {**a.nodes, **b.nodes})
         for a in beam
@@ -153,7 +153,7 @@ def _same(beam: Sequence[Candidate], again: Sequence[Candidate]) -> list[Candida
 
 
 def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
-    """Id of what a clause moves if it is the best of its themes; None for no load."""
+    """Return the id of the load that a clause moves with its best theme; None for no load."""
     thing = themes[0].group[0] if themes[0] else None
     if not isinstance(thing, PhysicalObject) or not is_load(state, thing.id):
         return None
@@ -163,7 +163,7 @@ def _load(themes: Sequence[Candidate | None], state: State) -> str | None:
 def _marks(
     tree: Tree, path: int, problem: GroundingProblem, count: int
 ) -> tuple[Candidate | None, ...]:
-    """Candidates of a PATH's landmark."""
+    """Return candidates of a PATH's landmark."""
     children = tree.below(path, ("f", "l", "l2"), "OBJECT", "PLACE")
     if not children:
         return (None,)
@@ -176,7 +176,7 @@ def _marks(
 
 
 def focus_of(state: State, found: Arguments) -> Focus:
-    """What the actions for a clause may be about."""
+    """Return the things and places that the actions for a clause may be about."""
     named = [c for c in found.themes if c is not None]
     ids = [
         g.id
@@ -192,12 +192,12 @@ def focus_of(state: State, found: Arguments) -> Focus:
 
 
 def current(group: Group, state: State) -> Group:
-    """The same things where they are now."""
+    """Return the things of a group at their present poses."""
     return tuple(state.thing(g.id) if isinstance(g, PhysicalObject) else g for g in group)
 
 
 def combine(state: State, actions: Sequence[Action], found: Arguments) -> Rows:
-    """All combinations that go together: an action on an object has it as the theme."""
+    """Return all valid combinations: an action on an object has it as the theme."""
     rows: list[tuple[int, int, int]] = []
     theme_of = {
         c.group[0].id: i

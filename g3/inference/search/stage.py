@@ -35,7 +35,7 @@ class Stage:
     motions
         The motions.
     first_motion
-        Where they begin.
+        Index of the first of them.
     """
 
     scene: Scene
@@ -44,7 +44,7 @@ class Stage:
     first_motion: int
 
     def themes(self, motion: IntArray, theme: IntArray) -> IntArray:
-        """Bodies of themes (n,), as the motions (n,) move them."""
+        """Return the bodies of themes (n,), as the motions (n,) move them."""
         n = len(self.motions)
         moved = (self.motions.load[motion] == theme) & (theme >= 0)
         return np.where(moved, self.first_motion + n + motion, theme)
@@ -72,13 +72,13 @@ class Trial:
     tree, root
         The clause.
     state
-        Where the actions begin.
+        The state in which the actions begin.
     found
-        What the clause may be about.
+        Candidates of the clause's arguments.
     actions
         The actions.
     rows
-        Which actions, themes and goals are tried together.
+        Combinations of actions, themes and goals that are tried.
     scene
         The state's things packed, where they are already.
     """
@@ -93,7 +93,7 @@ class Trial:
 
 
 def event_batch(trial: Trial) -> tuple[FactorBatch, Stage, dict[int, IntArray]]:
-    """The batch of an EVENT's factor; the bodies of PATH landmarks by node are given too."""
+    """Return the batch of an EVENT's factor, and the bodies of PATH landmarks by node."""
     state, found, rows = trial.state, trial.found, trial.rows
     actions = trial.actions
     scene = trial.scene or scene_of(state.context)
@@ -150,25 +150,25 @@ class PathFactor:
     cost: Cost
 
     def scores(self, figure: IntArray, landmark: IntArray) -> FloatArray:
-        """Log-probabilities of motions and landmarks, each pair scored once; shape (n,)."""
+        """Return log-probabilities of motions and landmarks, each pair scored once; shape (n,)."""
         pairs, row = np.unique(np.column_stack((figure, landmark)), axis=0, return_inverse=True)
         batch = self.batch(pairs[:, 0], pairs[:, 1])
         found: FloatArray = self.cost.log_probability(batch)[row.reshape(-1)]
         return found
 
     def batch(self, figure: IntArray, landmark: IntArray) -> FactorBatch:
-        """Motions (n,) with landmarks (n,)."""
+        """Return the batch of motions (n,) with landmarks (n,)."""
         return path_batch(self.tree, self.path, self.stage, figure, landmark)
 
     def best(
         self, bodies: IntArray, candidates: Sequence[Candidate | None], besides: FloatArray
     ) -> tuple[FloatArray, IntArray]:
-        """For each action the best landmark, with the scores of both; shape (actions,).
+        """Return the best landmark of each action, with the scores of both; shape (actions,).
 
         Parameters
         ----------
         besides
-            What each action with each landmark scores besides, shape (actions, candidates).
+            Other scores of each action with each landmark, shape (actions, candidates).
         """
         n, m = len(self.stage.motions), len(bodies)
         motion = self.stage.first_motion + np.arange(n)
@@ -184,7 +184,7 @@ class PathFactor:
 def path_batch(
     tree: Tree, path: int, stage: Stage, figure: IntArray, landmark: IntArray
 ) -> FactorBatch:
-    """The batch of a PATH's factor for motions and landmarks, shape (n,)."""
+    """Return the batch of a PATH's factor for motions and landmarks, shape (n,)."""
     return stage.scene.batch(
         "PATH",
         [tree.words[path]],

@@ -60,22 +60,22 @@ from g3.language.lexicon.word_sets import NEARER, YOU
 from g3.sdc.clauses import SDCType
 
 FAR_BEHIND = 6.0
-"""Landmarks, themes and goals with a log-probability so much less than the best one's are left."""
+"""Gap to the best log-probability at which landmarks, themes and goals are dropped."""
 COMMON = 2
-"""Places that are about no thing are tried with so many landmarks."""
+"""Number of landmarks that are tried with places that are about no thing."""
 SEEN_BEFORE = log(0.3)
-"""After a turn a side that is told without more is so much less often the one before it."""
+"""Log-prior that a bare side word refers to the pose before the turn."""
 JOINT_LANDMARKS = 3
-"""So many landmarks of each PLACE are tried where several name one place."""
+"""Number of landmarks tried for each PLACE where several PLACEs name one place."""
 
 
 def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
-    """The best candidates of a beam, without those that are far behind the best."""
+    """Return the best candidates of a beam, without those far behind the best."""
     return [c for c in beam[:count] if c.score >= beam[0].score - FAR_BEHIND]
 
 
 def ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
-    """The beam of an OBJECT or a PLACE, the best first."""
+    """Return the beam of an OBJECT or a PLACE, the best first."""
     later = seen_from(tree, node, problem)
     beam = _ground_thing(tree, node, later)
     if later is problem or says_later(tree, node):
@@ -120,7 +120,7 @@ def _ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Cand
 def ground_others(
     tree: Tree, known: Mapping[int, object], problem: GroundingProblem
 ) -> dict[int, tuple[Group, float]]:
-    """Groundings of OBJECTs that a plan doesn't depend on: "until you face the truck"."""
+    """Return groundings of OBJECTs that no plan depends on: "until you face the truck"."""
     found: dict[int, tuple[Group, float]] = {}
     for node, sdc in enumerate(tree.nodes):
         if sdc.type != "OBJECT" or sdc.is_implicit or is_measure(sdc) or node in {*known, *found}:
@@ -133,13 +133,13 @@ def ground_others(
 def _same(
     own: Sequence[Candidate], landmarks: Sequence[Candidate | None]
 ) -> list[tuple[Candidate, Candidate | None]]:
-    """Pairs of candidates that are one thing."""
+    """Return pairs of candidates that are one thing."""
     marks = {group_key(lm.group): lm for lm in landmarks if lm is not None}
     return [(f, marks[group_key(f.group)]) for f in own if group_key(f.group) in marks]
 
 
 def _antecedents(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
-    """What a pronoun may stand for: what was spoken of, or anything."""
+    """Return candidates of a pronoun: things that were mentioned, or any."""
     spoken = [group for group, _ in problem.antecedents.get(node, ())]
     groups = {group_key(g): g for g in spoken or reversed(problem.referents)}
     groups |= {group_key(g): g for g in problem.scene.groups if group_key(g) not in groups}
@@ -151,7 +151,7 @@ def _antecedents(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
 
 
 def _origin(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
-    """Where what is moved stood when the command was given, or the robot."""
+    """Return the place of the moved load when the command was given, or the robot."""
     words = {word.text.lower() for word in tree.nodes[node].words}
     if problem.load is None or words & YOU:
         at, yaw = problem.state.pose[:2], problem.state.pose[2]
@@ -163,7 +163,7 @@ def _origin(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]
 
 
 def _both(first: list[Candidate], second: list[Candidate], width: int) -> list[Candidate]:
-    """Candidates of two clauses that name one thing, or two things together."""
+    """Return candidates of two clauses that name one thing, or two things together."""
     pairs = product(first[:LANDMARKS], second[:LANDMARKS])
     joined = [
         Candidate(
@@ -182,7 +182,7 @@ def _union(a: Group, b: Group) -> Group:
 
 
 def landmarks_of(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate | None]:
-    """Candidates of all landmarks of a clause together; None where it has none."""
+    """Return candidates of all landmarks of a clause together; None where it has none."""
     sdc = tree.nodes[node]
     count = problem.width if is_complement(sdc) else problem.landmarks
     beam: list[Candidate] = []
@@ -195,7 +195,7 @@ def landmarks_of(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
 def ground_argument(
     tree: Tree, node: int, problem: GroundingProblem, *, role: Role, within: int
 ) -> list[Candidate]:
-    """The beam of a clause as another one has it in a role: "the pallet" is on the forks."""
+    """Return the beam of a clause in another one's role: "the pallet" is on the forks."""
     return as_argument(
         ground_thing(tree, node, problem), tree, node, problem, role=role, within=within
     )
@@ -210,7 +210,7 @@ def as_argument(
     role: Role,
     within: int,
 ) -> list[Candidate]:
-    """A clause's beam as another clause has it in a role."""
+    """Adapt a clause's beam to the role that it has in another clause."""
     groups = [c.group for c in beam]
     scores = added(CandidateCase(tree, node, problem, groups, role, within))
     if not scores.any():
@@ -220,7 +220,7 @@ def as_argument(
 
 
 def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
-    """The beam of a PLACE, or of the place that a PATH or an OBJECT tells."""
+    """Return the beam of a PLACE, or of the place that a PATH or an OBJECT names."""
     problem = seen_from(tree, node, problem)
     landmarks = landmarks_of(tree, node, problem)
     if NEARER.intersection(field_words(tree.nodes[node].relation)):
@@ -238,14 +238,14 @@ def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
 
 
 def _is_thing(landmark: Candidate | None, state: State) -> bool:
-    """Whether places about a landmark are about a thing, not about the robot or a place."""
+    """Check that a landmark has a thing other than the robot."""
     return landmark is not None and any(
         isinstance(g, PhysicalObject) and g.id != state.context.agent_id for g in landmark.group
     )
 
 
 def _nearer(node: int, landmark: Candidate, problem: GroundingProblem) -> list[Candidate]:
-    """Places on the way to a landmark, one step before two: "closer to the trailer"."""
+    """Return places on the way to a landmark, one step before two: "closer to the trailer"."""
     spots = _room(problem, spots_toward(landmark.group, problem.state, problem.load))
     return [
         Candidate((spot,), landmark.score, {**landmark.nodes, node: ((spot,), 0.0)})
@@ -254,13 +254,13 @@ def _nearer(node: int, landmark: Candidate, problem: GroundingProblem) -> list[C
 
 
 def _there(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
-    """A PLACE at what earlier clauses lead to."""
+    """Return candidates of a PLACE at the ends of earlier clauses."""
     found = reached(tree, node, problem)
     return [Candidate(c.group, c.score, {node: (c.group, c.score)}) for c in found]
 
 
 def reached(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
-    """Places at what earlier clauses lead to, for a clause; on it rather than beside it.
+    """Return places at the ends of earlier clauses, on the thing there rather than beside it.
 
     Beside it where the clause says "on the ground".
     """
@@ -278,7 +278,7 @@ def reached(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]
 
 
 def _room(problem: GroundingProblem, spots: list[Place]) -> list[Place]:
-    """Spots where what the clause moves can be put; all of them if there is none."""
+    """Return the spots that have room for the load that the clause moves; all if none has."""
     if problem.load is None:
         return spots
     free = allowed(SpotCase(problem, spots))
@@ -286,7 +286,7 @@ def _room(problem: GroundingProblem, spots: list[Place]) -> list[Place]:
 
 
 def _common_spots(problem: GroundingProblem, asked: SpotsAsked = ANY_SPOTS) -> list[Place]:
-    """Places that are not about a landmark."""
+    """Return places that are not about a landmark."""
     state = problem.state
     moved = spots_of_load(problem.load, state, asked.apart) if problem.load else []
     about = spots_of_robot(state, asked.apart)
@@ -294,7 +294,7 @@ def _common_spots(problem: GroundingProblem, asked: SpotsAsked = ANY_SPOTS) -> l
 
 
 def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -> list[Candidate]:
-    """The beam of PLACEs that name one place together: "on the ground, behind you"."""
+    """Return the beam of PLACEs that name one place together: "on the ground, behind you"."""
     if len(nodes) == 1:
         return ground_thing(tree, nodes[0], problem)
     problem = seen_from(tree, nodes[0], problem)
@@ -319,7 +319,7 @@ def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -
 
 
 def _evenly(scores: FloatArray, batch: FactorBatch) -> FloatArray:
-    """Of several things none is more in them than another: "the last one in the row"."""
+    """Give all things inside a landmark the best one's score: "the last one in the row"."""
     inside = np.flatnonzero(is_member(batch)) if (batch.landmark >= 0).any() else ()
     if not len(inside):
         return scores
@@ -336,7 +336,7 @@ def _scored(
     problem: GroundingProblem,
     pairs: Sequence[tuple[Candidate, Candidate | None]],
 ) -> list[Candidate]:
-    """The best candidates of a clause from figures and landmarks, one for each grounding."""
+    """Return the best candidates from figures and landmarks, one for each grounding."""
     sdc = tree.nodes[node]
     kind: SDCType = "PLACE" if sdc.type == "PATH" else factor_type(sdc)
     marks = [lm.group for _, lm in pairs if lm is not None]
