@@ -32,7 +32,7 @@ from annotation_app.store.models import Answer, Draft, Event, Handout, Record, S
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """What has become of an answer that was sent."""
+    """The fate of an answer that was sent."""
 
     state: Literal["accepted", "surplus", "repeated"]
     """``accepted``; ``surplus``: kept, though its slot had gone to somebody else; ``repeated``:
@@ -108,7 +108,7 @@ def submit(
 
 
 def was_received(session: Session, who: str, uuid: str) -> bool:
-    """Whether somebody has sent an event before."""
+    """Check that a person has sent an event before."""
     lock_person(session, who)
     return session.scalar(_KNOWN, {"who": who, "uuid": uuid}) is not None
 
@@ -222,7 +222,7 @@ def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
 
 
 def _seconds(now: BindParameter[float]) -> ColumnElement[float]:
-    """How long ago an item was handed out, if the clocks show it."""
+    """Return the seconds since an item was handed out, if the clocks show them."""
     boot = bindparam("boot", type_=String)
     since_boot_s = bindparam("since_boot_s", type_=Float)
     by_clock = now - HANDOUT.c.at

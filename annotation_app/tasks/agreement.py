@@ -1,4 +1,4 @@
-"""How much people agree: F scores of clauses, α and κ of what is chosen, and what they dispute."""
+"""Agreement between people: F scores of clauses, α and κ of choices, and disputed parts."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Part(NamedTuple):
     """A type, words in small letters, the name of a thing, the number of a place."""
     differs: bool
     video: str = ""
-    """Where the thing or place is; empty for what is in no video."""
+    """Video with the thing or place; empty for parts that are in no video."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +39,15 @@ class Measured:
 
     measure: str
     value: float | None
-    """None where there is none; the reason says why."""
+    """Measured value, or None with a reason."""
     units: int
-    """What was answered by two people or more: commands, clauses, pairs."""
+    """Units that two people or more answered: commands, clauses, pairs."""
     task: TaskName = ""
     answers: str = "all"
-    """Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says."""
+    """Task and kind of the answers measured; `annotation_app.dashboard.consensus` sets it."""
     reason: Reason = ""
-    """Why there is no value, by its name in `corpus_tools.corpus.estimate`; empty if there is."""
+    """Reason for the lack of a value, by its name in `corpus_tools.corpus.estimate`; empty if there
+    is a value."""
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
@@ -90,7 +91,7 @@ def _figure(measure: str, found: Estimate, units: int) -> Measured:
 def by_clause(
     items: Iterable[Sequence[Record]], part: str, value: Callable[[Any], Hashable]
 ) -> Iterator[list[Hashable]]:
-    """What people chose for each clause, from the part of their answers that has it by node."""
+    """Yield people's choices for each clause, from the part of answers that has it by node."""
     for bodies in items:
         for node in dict.fromkeys(node for body in bodies for node in body[part]):
             yield [value(body[part][node]) for body in bodies if node in body[part]]

@@ -42,7 +42,7 @@ _ONE_AT_A_TIME = threading.Lock()
 def positive(
     answer: Answer, item: Item, command: Command, worlds: Mapping[str, World]
 ) -> Annotation:
-    """What somebody showed, as the annotation of a command."""
+    """Return a person's groundings as the annotation of a command."""
     world = worlds[item.payload["video"]]
     sdcs = from_json(item.payload["sdcs"])
     trims = _trims(sdcs, answer.body["trims"])
@@ -74,7 +74,7 @@ def positive(
 def checked_negative(
     item: Item, command: Command, worlds: Mapping[str, World], verdicts: Sequence[Record]
 ) -> Annotation:
-    """What was drawn at random for a command, with the labels that most people gave."""
+    """Return a command's random groundings, labelled by the majority of verdicts."""
     sdcs = from_json(item.payload["sdcs"])
     groundings: list[tuple[Grounding, ...]] = []
     correct: list[bool | None] = []
@@ -118,7 +118,7 @@ def shown_groundings(annotation: Annotation) -> Record:
 
 
 def as_answered(groundings: Iterable[Grounding], context: Context) -> Record:
-    """What a clause is grounded in as answers have it: a thing or place of the map, or corners."""
+    """Return a clause's groundings as in answers: things or places of the map, or corners."""
     places = {id(place): i for i, place in enumerate(context.places)}
     known = {item.id for item in context.objects}
     found = tuple(groundings)
@@ -185,7 +185,7 @@ def _trims(
 
 
 def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Grounding:
-    """What the robot does: all of the log, or a part."""
+    """Return the robot's motion as a grounding: all of the log, or a part."""
     agent = world.context.agent
     if trim is not None:
         start, end = (world.start_s + world.scene.since_start(moment) for moment in trim)
@@ -194,7 +194,7 @@ def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Groundin
 
 
 def _trimmed(item: PhysicalObject, start: float, end: float) -> PhysicalObject:
-    """What an object does between two times of its clock; its shape is that at the first."""
+    """Return an object's motion between two times of its clock, with its shape at the first."""
     path = item.trajectory
     first, last = np.clip([start, end], path.t[0], path.t[-1])
     inner = path.t[(path.t > first) & (path.t < last)]
