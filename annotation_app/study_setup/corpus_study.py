@@ -182,7 +182,7 @@ class AnswerLoader:
         }
 
     def typed(self, command: Command, video: str, rank: int) -> GivenAnswer:
-        """A command as the answer of who typed it."""
+        """Return a command as the answer of the person who typed it."""
         body = {
             "text": command.text,
             "watched_s": 0.0,
@@ -195,7 +195,7 @@ class AnswerLoader:
         return GivenAnswer("describe", subject, {"video": video}, self.person(command), body, rank)
 
     def person(self, command: Command) -> Person:
-        """Whoever the command's subject stands for."""
+        """Return the person that the command's subject stands for."""
         subject = command.subject or command.id
         if subject not in self.people:
             digest = hashed(self.salt, PROVIDER, f"{self.corpus_hash} {subject}")
@@ -216,7 +216,7 @@ class AnswerLoader:
         return self.people[subject]
 
     def item(self, task: TaskName, subject: str, payload: Record, rank: int) -> Item:
-        """An item with one slot."""
+        """Return an item with one slot."""
         item = Item(
             id=new_id(),
             study_id=self.study.id,

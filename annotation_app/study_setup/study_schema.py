@@ -16,7 +16,7 @@ from corpus_tools.cli.format_schemas import to_bytes
 
 
 def study_schema() -> bytes:
-    """The content of the schema's file."""
+    """Return the content of the schema's file."""
     content = msgspec.json.schema(StudyConfig)
     tasks = content["$defs"]["StudyConfig"]["properties"]["tasks"]
     tasks["propertyNames"] = {"enum": list(task_names())}  # msgspec describes values, not keys

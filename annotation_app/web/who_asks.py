@@ -1,4 +1,4 @@
-"""Who asks: a person with a role, or a program with a token.
+"""Requesting people and programs: a person with a role, or a program with a token.
 
 A request with ``Authorization: Bearer`` is a program's, whatever cookies come with it. It may
 read, and nothing else: what changes something asks for a person.
@@ -52,7 +52,7 @@ def sign_in_page() -> Reply:
 
 
 def cannot_be_done(error: CorpusError) -> Reply:
-    """What is wrong with a file that can't be read or written."""
+    """Return a reply with the fault of a file that can't be read or written."""
     return refused(Refusal(422, f"This can't be done: {error}."))
 
 
@@ -94,7 +94,7 @@ def refused_on(
 
 
 def required_reader(session: Session, role: Role) -> str:
-    """Who reads, as the audit trail calls them. A program reads what adjudicators may.
+    """Return the reader's name in the audit trail. A program reads as adjudicators do.
 
     It is refused if nobody is known, a person hasn't the role, or the token isn't one any more.
     """
