@@ -122,7 +122,7 @@ def media_path(session: Session, study_id: str, video: str, role: str) -> Path |
 
 
 def digest(path: Path) -> str:
-    """SHA-256 of a file. A part of a video is known by the file's and its times."""
+    """Return the SHA-256 of a file; for a part of a video, of the file's digest and its times."""
     known = clip_digest(path)
     if known is not None:
         return known

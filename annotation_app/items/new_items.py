@@ -84,7 +84,7 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
 
 
 def new_slots(item: Item, count: int) -> list[Slot]:
-    """Room for so many more answers to an item, not yet added to its own."""
+    """Return slots for some more answers to an item, not yet added to its own."""
     queue = queue_of(item.study_id, item.task)
     return [Slot(item_id=item.id, queue=queue, rank=item.rank) for _ in range(count)]
 
@@ -120,5 +120,5 @@ def other_videos(session: Session, study_id: str, video: str) -> list[str]:
 
 
 def draws(config: StudyConfig, subject: str) -> np.random.Generator:
-    """Random numbers that are the same each time for a subject."""
+    """Return a random generator that is the same each time for a subject."""
     return np.random.default_rng([config.seed, zlib.crc32(subject.encode())])

@@ -59,7 +59,7 @@ class Scene:
     empty where both are the same."""
 
     def since_start(self, video_s: float) -> float:
-        """Seconds since the start, on the context's clock, of what a second of the video shows."""
+        """Return seconds since the start on the context's clock, for a second of the video."""
         if not self.clock:
             return video_s
         video, happening = zip(*self.clock, strict=True)
@@ -289,7 +289,7 @@ def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
 
 
 def map_turn(scene: Scene) -> float:
-    """By how much the map is turned to lie as the picture does, in radians.
+    """Return the angle by which the map is turned to lie as the picture does, in radians.
 
     It is the rotation that best brings where things are on the map to where they stand in the
     picture; 0 if less than two are seen.

@@ -197,7 +197,7 @@ _OWN_DEFAULT = ("id", "excluded")
 
 @functools.cache
 def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
-    """Statements that insert an event and an answer, unless they are there already."""
+    """Return statements that insert an event and an answer, unless they are there already."""
     event, answer = (
         {
             c.name: bindparam(c.name, type_=c.type)

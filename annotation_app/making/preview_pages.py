@@ -64,7 +64,7 @@ def preview(name: str, page: str) -> ResponseReturnValue:
 
 @blueprint.get("/<name>/video/<int:number>")
 def video(name: str, number: int) -> Response:
-    """One of a draft's videos."""
+    """Send one of a draft's videos."""
     with seen_by("admin") as (session, _):
         draft = opened_draft(session, name)
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)

@@ -1,4 +1,4 @@
-"""The steps in which a study is made, and what is wrong in each."""
+"""The steps in which a study is made, and the faults in each."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def parts_of(
 
 
 def target(field: Field) -> str:
-    """Id of the control for a field of the study's file."""
+    """Return the id of the control for a field of the study's file."""
     return "-".join(("f", *map(str, field)))
 
 

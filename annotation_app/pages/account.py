@@ -109,7 +109,7 @@ def use_link_(token: str) -> ResponseReturnValue:
 
 @blueprint.get("/account")
 def own_account() -> str:
-    """Somebody's own account."""
+    """Show a person's own account."""
     with reading(installation().engine) as session:
         return _account_page(required_person(session, "annotator"))
 

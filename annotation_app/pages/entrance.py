@@ -80,7 +80,7 @@ def study_page(study_name: str) -> ResponseReturnValue:
 @blueprint.get("/s/<study_name>/invitation/<token>")
 @limited(arrivals)
 def invited(study_name: str, token: str) -> ResponseReturnValue:
-    """Somebody comes by a link of their own."""
+    """Receive a person who comes by a link of their own."""
     with transaction(installation().engine) as session:
         study = _spoken_study(session, study_name)
         study_id, person = accept_invitation(session, token)

@@ -289,7 +289,7 @@ def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
 
 
 def outlines(mask: Mask) -> list[list[list[float]]]:
-    """Around a mask: polygons of (x, y) in pixels, without holes; none around nothing.
+    """Return polygons of (x, y) in pixels around a mask, without holes; none around nothing.
 
     A ValueError says that the runs don't fill the picture, or that it is too large.
     """
@@ -315,7 +315,11 @@ def _smooth(outline: MatLike) -> MatLike:
 
 
 def _expanded(text: str) -> Sequence[int]:
-    """Six bits a letter, the lowest first; from the third on, differences to the last but one."""
+    """Return the numbers of a COCO run-length text.
+
+    Each letter has six bits, the lowest first; the numbers from the third on are differences to
+    the last but one.
+    """
     runs: list[int] = []
     value = shift = 0
     for letter in text:

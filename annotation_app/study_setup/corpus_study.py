@@ -54,12 +54,12 @@ def import_corpus(
     name: str,
     salt: bytes,
 ) -> Mapping[str, int]:
-    """Add a study that holds a corpus; how many of what there are.
+    """Add a study that holds a corpus, and return counts of its contents.
 
     Parameters
     ----------
     folder
-        Where the corpus is; the study goes on reading its contexts there.
+        Folder of the corpus; the study goes on reading its contexts there.
     videos
         Replays of its contexts.
 

@@ -72,7 +72,7 @@ def _documents() -> Mapping[str, Any]:
 
 
 def demo_scenarios() -> tuple[str, ...]:
-    """Two scenarios in each layout: few enough to be rendered while somebody looks around."""
+    """Return two scenarios in each layout: few enough to be rendered while people look around."""
     return tuple(sorted(name for names in _by_layout() for name in names[:2]))
 
 

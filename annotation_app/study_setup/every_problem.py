@@ -35,7 +35,7 @@ def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[
 
 
 def together(errors: Iterable[CorpusError]) -> CorpusError:
-    """Several errors as one."""
+    """Return several errors as one."""
     every = [one for error in errors for one in apart(error)]
     return every[0] if len(every) == 1 else ManyError(every)
 

@@ -80,9 +80,9 @@ def put_study(
 ) -> Study:
     """Add a study, or bring the one of the same name up to date.
 
-    What is in the database stays there: new videos are added, and slots where more answers
-    are asked for than before. The study's file stays the one that it was if it is left out. A
-    CorpusError comes from :func:`check_videos`.
+    The database keeps its content: new videos are added, and slots where the file specifies more
+    answers than before. The study's file stays the earlier one if it is left out. A CorpusError
+    comes from :func:`check_videos`.
     """
     # Several processes may start at once, each with the study's file.
     lock_set_up(session.connection())

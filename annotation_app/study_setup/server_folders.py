@@ -102,10 +102,11 @@ def inside(root: Path, path: str | Path) -> Path:
 
 
 def add_part(folder: Path, name: str, offset: int, content: bytes, size: int) -> Path | None:
-    """Add the next part of a file that comes in parts; the file, once it is whole.
+    """Add the next part of a file that comes in parts; return the file once it is whole.
 
-    `offset` is how many bytes came before: at 0 the file begins anew. The whole file has `size`
-    bytes. A FormatError says why the file may not be added, or that this isn't its next part.
+    `offset` is the number of earlier bytes: at 0 the file begins again. The whole file has `size`
+    bytes. A FormatError gives the reason why the file may not be added, or reports a part out of
+    order.
     """
     _check_name(folder, name)
     if not 0 < size <= LARGEST_FILE or offset + len(content) > size:
@@ -157,7 +158,7 @@ def _check_room(folder: Path, name: str, size: int) -> None:
 
 
 def _folders(root: Path) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folder and two levels of folders in it, without hidden ones, with their files."""
+    """Yield the folder and those below it, down to `DEEPEST`, but no hidden ones, with files."""
     for number, (path, folders, files) in enumerate(os.walk(root)):
         if number >= MOST_FOLDERS:
             return

@@ -36,7 +36,7 @@ class Asked:
 class Change:
     """A changed field of the file, with old and new values as text; empty if there is none.
 
-    `alters` is what of that which people were asked it alters.
+    `alters` names the agreements and answers that it affects.
     """
 
     field: str

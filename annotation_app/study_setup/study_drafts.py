@@ -164,7 +164,7 @@ def _unwritable(what: str, path: Path, error: OSError) -> FormatError:
 
 
 def comments(content: bytes) -> list[str]:
-    """Return a study file's comments, but not this program's; raise FormatError if it is no YAML."""
+    """Return a study file's comments, but not this program's; FormatError if it is no YAML."""
     parse_document(content, "the study's file")
     text = content.decode()
     values = [

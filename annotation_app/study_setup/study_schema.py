@@ -1,6 +1,6 @@
 """The JSON Schema of a study's file.
 
-``python -m annotation_app.study_setup.study_schema docs/schemas/study.schema.json`` writes it anew.
+``python -m annotation_app.study_setup.study_schema docs/schemas/study.schema.json`` writes it.
 """
 
 from __future__ import annotations

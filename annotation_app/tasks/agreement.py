@@ -51,12 +51,12 @@ class Measured:
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
-    """F score of the clauses of two annotations of a command: same type and same words."""
+    """Return the F score of two annotations' clauses for a command: same type and same words."""
     return _f_score(_spans(one), _spans(other))
 
 
 def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
-    """F score of the clauses with what their fields hold and where they hang in the tree.
+    """Return the F score of the clauses with their fields' content and their place in the tree.
 
     Two clauses are the same if these are equal: their type, the words of their figures and
     relations, the fields of their parents that they are in, and all words of these parents.
@@ -67,7 +67,7 @@ def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
 def mean_pairwise(
     items: Iterable[Sequence[Sequence[SDC]]], measure: Measure
 ) -> tuple[float, int] | None:
-    """Mean F score over all pairs of annotations of the same command, and how many pairs."""
+    """Return the mean F score over all pairs of a command's annotations, and the pairs' number."""
     score = span_f if measure == "span" else tree_f
     scores = [score(a, b) for trees in items for a, b in combinations(trees, 2)]
     return (float(np.mean(scores)), len(scores)) if scores else None
@@ -76,7 +76,7 @@ def mean_pairwise(
 def measured(
     units: Iterable[Sequence[Any]], levels: Sequence[Level] = ("nominal",)
 ) -> Iterator[Measured]:
-    """Krippendorff's α and Fleiss' κ of what people chose for each unit."""
+    """Yield Krippendorff's α and Fleiss' κ of people's choices for each unit."""
     rated = [unit for unit in units if len(unit) > 1]
     for level in levels:
         yield _figure(f"Krippendorff's α, {level}", krippendorff_alpha(rated, level), len(rated))
@@ -115,7 +115,7 @@ def _nodes(sdcs: Sequence[SDC]) -> Counter[Hashable]:
 
 
 def _walk(sdcs: Sequence[SDC]) -> Iterator[tuple[SDC, str, SDC | None]]:
-    """Each clause, the field it is in, and its parent."""
+    """Yield each clause, the field it is in, and its parent."""
     pending: list[tuple[SDC, str, SDC | None]] = [(sdc, "", None) for sdc in sdcs]
     while pending:
         sdc, field, parent = pending.pop()

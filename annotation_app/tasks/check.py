@@ -218,7 +218,7 @@ def _table(session: Session, study: Study, file: IO[bytes]) -> None:
 
 
 def _rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
-    """For each clause that was checked: what was shown with it, and how often it matched."""
+    """Yield each clause that was checked with the things shown, and its counts of verdicts."""
     found: dict[str, tuple[Item, list[Record]]] = {}
     for answer, item in answers_of(session, study, "check", adopted=True):
         found.setdefault(item.id, (item, []))[1].append(answer.body["verdicts"])

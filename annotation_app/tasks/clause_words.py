@@ -22,7 +22,7 @@ def words_of(text: str) -> Iterator[dict[str, Any]]:
 
 
 def phrase_of(sdc: SDC) -> str:
-    """All words of a clause."""
+    """Return all words of a clause."""
     return " ".join(word.text for word in all_words(sdc))
 
 
@@ -61,7 +61,7 @@ def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
 def _things(
     sdcs: tuple[SDC, ...], nodes: Sequence[SDC], known: Mapping[int, Record]
 ) -> Iterator[int]:
-    """Things and places, by where their words end; each after what it needs."""
+    """Yield things and places, by their words' ends; each after the clauses that it needs."""
     parts = [[c for group in of.values() for c in group] for of in child_indices(sdcs)]
     needed = {a.index: [one.index for one in a.antecedents] for a in anaphors(sdcs)}
     order = sorted(

@@ -108,7 +108,7 @@ def checked_negative(
 
 
 def shown_groundings(annotation: Annotation) -> Record:
-    """OBJECT and PLACE groundings as answers have them, for an editor to start from."""
+    """Return OBJECT and PLACE groundings as in answers, for an editor to start from."""
     found: Record = {}
     pairs = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
     for node, (sdc, groundings) in enumerate(pairs):
@@ -135,7 +135,7 @@ def as_answered(groundings: Iterable[Grounding], context: Context) -> Record:
 
 
 def suggested(session: Session, item: Item) -> Record | None:
-    """``{"groundings": {node: grounding}}``; None without a model, or if it finds nothing to do.
+    """Return ``{"groundings": {node: grounding}}``; None without a model or without anything to do.
 
     An item may come with a suggestion of its own.
     """
@@ -175,7 +175,7 @@ def _grounder(model: Path) -> Grounder:
 def _trims(
     sdcs: tuple[SDC, ...], trims: Mapping[str, Sequence[float]]
 ) -> dict[int, Sequence[float] | None]:
-    """For each clause the part of the video it refers to: its own, else that of what it is in."""
+    """Return the part of the video for each clause: its own, else that of the clause above it."""
     found: dict[int, Sequence[float] | None] = {}
     for node, children in enumerate(child_indices(sdcs)):
         found[node] = trims.get(str(node), found.get(node))
@@ -209,7 +209,7 @@ def _trimmed(item: PhysicalObject, start: float, end: float) -> PhysicalObject:
 
 
 def _place(place: Record, context: Context) -> Place:
-    """One of the context's places, or what was marked, on top of what is there."""
+    """Return one of the context's places, or a marked one, on top of the things there."""
     if "place" in place:
         return context.places[place["place"]]
     xy = np.array(place["xy"], dtype=np.float64)

@@ -103,7 +103,7 @@ def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) ->
 
 
 def _of_study(config: StudyConfig) -> Iterator[NewItem]:
-    """Attention checks, and pairs to be rated."""
+    """Yield attention checks, and pairs to be rated."""
     for known in config.known_commands if config.attention_checks else ():
         for video in (known.video, known.wrong_video):
             about = _about(known.text, video, known.video, right=video == known.video)

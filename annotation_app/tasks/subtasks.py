@@ -67,7 +67,7 @@ class SubtaskCounts:
 
 
 def boundary_f(one: Record, other: Record) -> float:
-    """F score of where subtasks begin, the first left out, which begins with the video.
+    """Return the F score of the subtasks' beginnings, without the first, which is the video's.
 
     Two beginnings are the same if they are at most `CLOSE_S` apart; each is matched once.
     """
@@ -84,7 +84,7 @@ def boundary_f(one: Record, other: Record) -> float:
 
 
 def steps_of(body: Record) -> list[tuple[float, str]]:
-    """When each subtask of an answer begins, in seconds, and what it is."""
+    """Return the beginning of each subtask of an answer, in seconds, and its description."""
     return [(float(step["start_s"]), step["text"]) for step in body["subtasks"]]
 
 

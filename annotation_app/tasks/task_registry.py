@@ -36,7 +36,7 @@ def register(task: Task) -> None:
 
 
 def tasks() -> tuple[Task, ...]:
-    """All tasks: a study's people see them in this order."""
+    """Return all tasks: a study's people see them in this order."""
     return tuple(TASKS.values())
 
 

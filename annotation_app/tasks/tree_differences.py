@@ -84,7 +84,7 @@ def disputed_parts(trees: Sequence[Sequence[SDC]]) -> Iterator[Part]:
 
 
 def _flattened(tree: Sequence[SDC]) -> Iterator[_Clause]:
-    """All clauses that have words, depth first; the numbers count those that have none, too."""
+    """Yield all clauses that have words, depth first; the numbers count those without, too."""
     number = 0
 
     def below(sdc: SDC, depth: int, field: str, parent: _Clause | None) -> Iterator[_Clause]:
@@ -102,7 +102,7 @@ def _flattened(tree: Sequence[SDC]) -> Iterator[_Clause]:
 
 
 def _holders(clauses: Iterable[_Clause]) -> dict[Span, tuple[str, str]]:
-    """In what sort of clause each word is, and in which of its fields."""
+    """Return the type of clause that holds each word, and the field it is in."""
     return {
         word: (clause.sdc.type, field)
         for clause in clauses

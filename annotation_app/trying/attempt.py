@@ -45,7 +45,7 @@ class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A command to try.
 
     `answers` are ids of the objects that clauses mean, by node: answers to questions. If people
-    `insist`, it is done with what there is where something isn't there.
+    `insist`, the command is followed with the things that exist where others are missing.
     """
 
     scenario: str
@@ -63,7 +63,7 @@ class Candidate(msgspec.Struct, frozen=True):
 
 
 class Clause(msgspec.Struct, frozen=True):
-    """A clause, and what it may mean, the likeliest first."""
+    """A clause and its possible meanings, the likeliest first."""
 
     node: int
     type: str
@@ -74,7 +74,7 @@ class Clause(msgspec.Struct, frozen=True):
 class Plan(msgspec.Struct, frozen=True):
     """The result; without steps if there is nothing to do, and then `note` gives the reason.
 
-    `missing` are nouns that name nothing that there is.
+    `missing` are nouns without a matching thing.
     """
 
     note: str
@@ -230,7 +230,7 @@ def _plan(result: Result, places: list[Place]) -> Plan:
 
 
 def _clauses(result: Result, places: list[Place]) -> Iterator[Clause]:
-    """Yield the meanings of OBJECTs and PLACEs in the best plans, with their highest probabilities."""
+    """Yield the meanings of OBJECTs and PLACEs in the best plans, each with its top probability."""
     found: dict[int, dict[tuple[str, ...], Candidate]] = {}
     clauses = {}
     for plan in result.plans:

@@ -181,7 +181,7 @@ def skip_(item_id: str) -> Response:
 @blueprint.post("/items/<item_id>/flag")
 @limited(submissions)
 def flag(item_id: str) -> Response:
-    """Tell the people who run the study that something is wrong with an item."""
+    """Report an item's fault to the people who run the study."""
     request = read_request(NoteRequest)
     with transaction(installation().engine) as session:
         found = item_of(session, item_id)

@@ -42,7 +42,7 @@ def limiter(storage: str) -> MovingWindowRateLimiter:
 
 
 def limited(often: str, *, by_address: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Refuse what somebody does more often, telling when to come again.
+    """Refuse a person's more frequent requests, with the time to wait.
 
     `by_address` counts by address also for people who are known. Cookies of new people are to be
     had for nothing.

@@ -30,9 +30,9 @@ AMOUNT = "#,##0.00 ¤¤"
 
 
 def install(app: Flask, in_english: Collection[str]) -> None:
-    """Have an app's pages speak.
+    """Install the choice of language in an app.
 
-    The pages of some blueprints, researchers', are English, whatever the browser asks for.
+    The pages of some blueprints, researchers', are English, regardless of the browser's language.
     """
 
     @app.before_request
@@ -67,7 +67,7 @@ def _about_language() -> dict[str, Any]:
 
 
 def _texts_of_scripts() -> dict[str, Any]:
-    """Return the texts of the pages' scripts: each text, or its plural forms as browsers name them."""
+    """Return the texts of the pages' scripts: each text, or its plural forms."""
     return {} if spoken().language == SOURCE else _texts(spoken(), translations())
 
 

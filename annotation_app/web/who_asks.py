@@ -1,7 +1,7 @@
 """Requesting people and programs: a person with a role, or a program with a token.
 
-A request with ``Authorization: Bearer`` is a program's, whatever cookies come with it. It may
-read, and nothing else: what changes something asks for a person.
+A request with ``Authorization: Bearer`` is a program's, even if it has cookies. It may only read:
+changes need a person.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def changed_by(role: Role) -> Asked:
 
 
 def sign_in_page() -> Reply:
-    """Off to sign in, and back here."""
+    """Redirect to the page to sign in, and from there back here."""
     return flask.redirect(flask.url_for("account.login", next=flask.request.path))
 
 
@@ -57,7 +57,7 @@ def cannot_be_done(error: CorpusError) -> Reply:
 
 
 def refused(refusal: Refusal) -> Reply:
-    """Off to sign in and back, or the reason why not."""
+    """Redirect to sign in and back, or render the reason for the refusal."""
     if refusal.status == 401 and flask.request.method == "GET":
         return sign_in_page()
     page = flask.render_template(

@@ -1,7 +1,7 @@
 """Data of an item's page, the program's suggestion there, and the suggestion's provenance.
 
 An offer is ``{"state", "suggestion"}``, kept with the handout when somebody first opens an item's
-page. So it stays what they saw, whatever the program or the study's file says by then. States:
+page. So it stays as they saw it, even if the program or the study's file changes. States:
 
 - ``shown``: the person saw the suggestion;
 - ``withheld``: there is one, and the draw of a study with ``half`` has left it out;

@@ -94,8 +94,8 @@ def comment(
 def read_comment(text: str, if_empty: str = "") -> str:
     """Return a comment in its kept form.
 
-    It is refused if it is too long. Whose comment is empty is told `if_empty`, if that says
-    anything.
+    It is refused if it is too long. An empty one is refused with the text `if_empty`, if that is
+    given.
     """
     words = clean_text(text)
     if if_empty and not words:
