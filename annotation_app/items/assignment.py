@@ -180,7 +180,7 @@ def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
 
 
 def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: float) -> bool:
-    """Lease an item on to the person who has it; whether they still have it."""
+    """Lease an item on to its holder; return True if they still had it."""
     about = {"item": item_id, "who": who, "until": now + lease_s}
     return session.scalar(_EXTEND, about) is not None
 

@@ -1,4 +1,4 @@
-"""The world of an item's video, and what its things are called on the item's page."""
+"""The world of an item's video, and the names of its things on the item's page."""
 
 from __future__ import annotations
 

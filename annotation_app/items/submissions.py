@@ -1,4 +1,4 @@
-"""Keeping what people send: answers once each, drafts until there is an answer."""
+"""Keeping people's work: answers once each, drafts until there is an answer."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def add_event(
     body: Record,
     now: float,
 ) -> int:
-    """Keep what somebody sent, as it came; the event's id."""
+    """Keep a person's message unchanged; return the event's id."""
     values = {"uuid": uuid, "item_id": item.id, "person_id": who, "name": name}
     return int(session.execute(_ADD_EVENT, {**values, "body": body, "at": now}).scalar_one())
 
@@ -131,7 +131,7 @@ def add_event(
 def save_draft(
     session: Session, item: AnyItem, who: str, *, revision: int, body: Record, now: float
 ) -> bool:
-    """Keep a draft unless there is an answer, or a later revision; whether it is kept by now."""
+    """Keep a draft unless there is an answer or a later revision; return True if it is kept now."""
     lock_person(session, who)
     values = {
         "item": item.id,

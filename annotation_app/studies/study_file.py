@@ -238,7 +238,7 @@ def _in_its_language(task: TaskConfig) -> TaskConfig:
 
 
 def _usual_texts(one: msgspec.Struct, usual: msgspec.Struct, *fields: str) -> dict[str, str]:
-    """Return the texts that are the English defaults, as nobody has written others."""
+    """Return translations of the texts that still are the English defaults."""
     same = (name for name in fields if getattr(one, name) == getattr(usual, name))
     return {name: gettext(getattr(usual, name)) for name in same}
 

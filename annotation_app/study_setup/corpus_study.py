@@ -280,7 +280,7 @@ class AnswerLoader:
 def put_commands(
     session: Session, study: Study, commands: Sequence[GivenCommand], salt: bytes
 ) -> int:
-    """Add the commands that aren't there yet; how many they are."""
+    """Add the missing commands, and return their number."""
     lock_set_up(session.connection())
     loader = AnswerLoader(session, study, f"study {study.name}", salt)
     subjects = select(Item.subject).where(Item.study_id == study.id, Item.subject.startswith(GIVEN))

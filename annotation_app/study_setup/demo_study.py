@@ -123,7 +123,7 @@ def render_first(folder: Path) -> None:
 
 
 def render_rest(folder: Path, put: Callable[[list[Rendered]], None]) -> int:
-    """Make the other videos while the demo is open, in a process that gives way to it; how many.
+    """Make and count the other videos while the demo is open, in a process that gives way to it.
 
     `put` is given all the videos that are there, when there is a new one.
     """

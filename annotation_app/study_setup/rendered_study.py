@@ -1,4 +1,4 @@
-"""From a study's file and a folder of rendered videos to what is in the database."""
+"""Setting up a study in the database from its file and a folder of rendered videos."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A changed field of the file, with old and new values as text; empty if there is none.
+    """A changed field of the file, with old and new values as text, empty where there is none.
 
     `alters` names the agreements and answers that it affects.
     """

@@ -48,7 +48,7 @@ from g3.errors import CorpusError, FormatError
 
 @dataclass(frozen=True, slots=True)
 class StudyParts:
-    """Parts of a study, and its file, if it has one."""
+    """The videos and commands that make up a study, and its file, if it has one."""
 
     config: StudyConfig
     videos: Sequence[Rendered | OwnVideo]

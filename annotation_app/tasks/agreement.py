@@ -22,7 +22,7 @@ CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place
 
 
 class Part(NamedTuple):
-    """Something that people decided, and whether they decided differently."""
+    """A part of an answer that people decided, and whether they decided differently."""
 
     kind: str
     """`CLAUSE_TYPE`, `WORDS`, `THING` or `PLACE`."""

@@ -1,4 +1,4 @@
-"""Check: people say whether clauses match what was drawn at random for them.
+"""Check: people judge the match of clauses and groundings drawn at random for them.
 
 An item's payload is ``{"video", "text", "command", "sdcs", "grounding": id of the answer, "shown":
 {node: {"video", "objects": [ids], "places": [indices]}}}``. Where nobody knows what is where in

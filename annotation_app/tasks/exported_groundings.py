@@ -1,4 +1,4 @@
-"""Between answers and groundings: what people showed, what was drawn, what a model suggests.
+"""Conversion of answers and groundings: shown by people, drawn at random, suggested by a model.
 
 The model that suggests is the installation's own (``--model`` of ``ct annotate serve``); without
 one there are no suggestions, for training the bundled model takes minutes. It is never asked when

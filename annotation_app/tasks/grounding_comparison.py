@@ -1,4 +1,4 @@
-"""Answers to a grounding beside each other: what they share, in words and drawn, and what not."""
+"""Comparison of answers to a grounding: their common and differing parts, in words and drawn."""
 
 from __future__ import annotations
 

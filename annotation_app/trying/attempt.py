@@ -116,7 +116,7 @@ def read_state(folder: Path) -> Shown | None:
 
 
 def write_state(folder: Path, shown: Shown) -> None:
-    """Write how far an attempt is."""
+    """Write an attempt's progress."""
     write_bytes(folder / STATE, msgspec.json.encode(shown))
 
 

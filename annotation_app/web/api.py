@@ -56,7 +56,7 @@ class AnswerRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class AdjudicationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """An adjudicator's own answer, and what they say about it."""
+    """An adjudicator's own answer, and their comment on it."""
 
     uuid: UUID
     body: dict[str, Any]
@@ -275,7 +275,7 @@ def _own_item(item_id: str) -> Work:
 
 
 def _extended(session: Session, item: Work) -> bool:
-    """Lease an item on to the person who has it; whether they still have it."""
+    """Lease an item on to its holder; return True if they still had it."""
     until = lease_s(restored(item.config), item.task)
     return extend(session, item.id, item.who, now=now(), lease_s=until)
 

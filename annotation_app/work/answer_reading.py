@@ -1,4 +1,4 @@
-"""Reading what people answer, telling them what can't be kept, and what is counted of the rest."""
+"""Reading people's answers: the kept form, the faults, and the part that is counted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Giving people work: who may do which task of a study, and the next item."""
+"""Giving people work: permission for a study's tasks, and the next item."""
 
 from __future__ import annotations
 
