@@ -1,1 +1,1 @@
-"""What people work on: who has which item, answers kept once, and what videos show."""
+"""Items that people work on: their assignment, their answers, and the scenes of their videos."""

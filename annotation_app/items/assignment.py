@@ -1,4 +1,4 @@
-"""Who gets which item: slots are leased for a time, on any database."""
+"""Assignment of items to people: slots are leased for a time, on any database."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ from annotation_app.store.models import (
 )
 
 Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
-"""Why somebody gets no item: they have done all there is for them, they may not take
-part, others are at work on what is left, or there is nothing (left) in the study."""
+"""Reason for handing out no item: everything is done for this person, they may not take part,
+others are at work on what is left, or there is nothing (left) in the study."""
 
 
 _TABLES = (Answer, Handout, Item, Person, Slot, Study)
@@ -65,7 +65,7 @@ _HAS_ANSWERED = exists().where(
     ANSWER.c.subject == ITEM.c.subject,
 )
 SLACK_S = 3600.0
-"""How much longer than a new lease an earlier one may last."""
+"""Largest credible time by which an earlier lease may outlast a new one, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,12 +124,12 @@ def take(
     Parameters
     ----------
     hold_s
-        How long they have it if they do nothing, where that is less than `lease_s`. A lease
+        Seconds that they have it if they do nothing, where that is less than `lease_s`. A lease
         that lasts longer already isn't made shorter.
     attention_share
         Part of a person's items whose right answers are known.
     in_random_order
-        Whether any item may come first, rather than the one of the lowest rank.
+        True if any item may come first, rather than the one of the lowest rank.
     """
     lock_person(session, person.id)
     if person.blocked_at is not None:
@@ -180,13 +180,13 @@ def skip(session: Session, item_id: str, who: str, *, now: float) -> None:
 
 
 def extend(session: Session, item_id: str, who: str, *, now: float, lease_s: float) -> bool:
-    """Lease an item on to the person who has it; whether they still have it."""
+    """Lease an item on to its holder; return True if they still had it."""
     about = {"item": item_id, "who": who, "until": now + lease_s}
     return session.scalar(_EXTEND, about) is not None
 
 
 def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | None:
-    """An item, if it is or was a person's, whose session of that number hasn't ended."""
+    """Return a person's item, present or past, whose session of that number hasn't ended."""
     about = {"item": item_id, "who": who, "number": number}
     found = session.execute(_HANDED_OUT, about).first()
     return None if found is None else Work(who, *found)
@@ -195,7 +195,7 @@ def handed_out(session: Session, item_id: str, who: str, number: int) -> Work | 
 def still_open(
     session: Session, study_id: str, who: str, among: Iterable[TaskName]
 ) -> Mapping[TaskName, int]:
-    """How many items of some tasks somebody has or may yet get, attention checks aside.
+    """Count the items per task that a person has or may yet get, without attention checks.
 
     The open ones are counted in an index, less those that aren't for the person. To ask of each
     item whether the person may get it takes longer the more items there are.
@@ -209,12 +209,12 @@ def still_open(
 
 
 def is_free(now: BindParameter[float]) -> tuple[ColumnElement[bool], ...]:
-    """What is true of slots that are neither answered nor leased."""
+    """Return the conditions of slots that are neither answered nor leased."""
     return SLOT.c.answered.is_(False), or_(SLOT.c.person_id.is_(None), SLOT.c.expires_at < now)
 
 
 def _can_be_taken() -> tuple[ColumnElement[bool], ...]:
-    """What is true of slots that are free, also after the clock was set back.
+    """Return the conditions of slots that are free, also after the clock was set back.
 
     A lease that ends long after a new one would was made while the clock was ahead.
     """
@@ -231,7 +231,7 @@ def _handed_out(
 
 
 def _wants_attention(session: Session, about: Mapping[str, str], share: float) -> bool:
-    """Whether the person has had fewer attention checks than the share of what they did."""
+    """Check that a person has had fewer attention checks than `share` of their answers."""
     if not share:
         return False
     done, checks = session.execute(_DONE, about).one()
@@ -239,7 +239,7 @@ def _wants_attention(session: Session, about: Mapping[str, str], share: float) -
 
 
 def _is_new() -> tuple[ColumnElement[bool], ...]:
-    """What is true of items that a person may get, if there is a free slot."""
+    """Return the conditions of items that a person may get, if there is a free slot."""
     other = SLOT.alias()
     return (
         or_(ITEM.c.author_id.is_(None), ITEM.c.author_id != _WHO),

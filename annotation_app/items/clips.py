@@ -81,14 +81,14 @@ def clip_digest(path: Path) -> str | None:
 
 
 def source_problem(path: Path, sha256: str) -> str:
-    """Return what is wrong with the file that a video is in; empty if it is what it was.
+    """Return the fault of the file that a video is in; empty if it is unchanged.
 
     Parameters
     ----------
     path
         The video, which may be a clip.
     sha256
-        What identified it when people were first asked about it.
+        Its digest when people were first asked about it.
     """
     part = _part(path)
     try:
@@ -138,7 +138,7 @@ def _part(path: Path) -> Part:
 
 
 def _manifest(path: Path) -> _Manifest | None:
-    """The manifest that tells how to cut a clip; None for other files."""
+    """Return the manifest that describes how to cut a clip; None for other files."""
     if path.stem != CLIP or path.suffix not in ENDINGS:
         return None
     try:

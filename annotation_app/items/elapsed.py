@@ -1,4 +1,4 @@
-"""How long something took, even if the machine's clock is set meanwhile.
+"""Elapsed time that stays right when the machine's clock is set meanwhile.
 
 Clocks are set forward and back: by people, by the network, after a battery died. The time since
 the machine's boot goes on evenly. It can be compared with a reading of the same boot only, so each
@@ -21,13 +21,13 @@ _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 
 
 def since_boot() -> Record:
-    """The time since the boot and its name, for :class:`~annotation_app.store.models.Handout`."""
+    """Return boot name and uptime for :class:`~annotation_app.store.models.Handout`."""
     return {"boot": boot(), "since_boot_s": _since_boot_s()}
 
 
 @functools.cache
 def boot() -> str:
-    """The name of this run of the machine; where it has none, one for this process."""
+    """Return the name of this run of the machine; where it has none, one for this process."""
     try:
         return _BOOT_ID.read_text().strip()
     except OSError:

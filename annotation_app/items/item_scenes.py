@@ -1,4 +1,4 @@
-"""The world of an item's video, and what its things are called on the item's page."""
+"""The world of an item's video, and the names of its things on the item's page."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from annotation_app.store.models import Record
 
 
 def scene_of(session: Session, study_id: str, video: str) -> Scene:
-    """The world of a video."""
+    """Return the world of a video."""
     files = media_files(session, study_id, video)
     return read_scene(files.paths["manifest"].parent, files.paths.get("corpus"), video)
 
 
 def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
-    """What is known of a study's videos, by their names; without those whose files are away."""
+    """Return a study's films by their videos' names; without those whose files are away."""
     manifests = {
         video: media_files(session, study_id, video).paths["manifest"]
         for video in videos_of(session, study_id)
@@ -37,24 +37,24 @@ def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
 
 
 def has_things(session: Session, study_id: str, video: str) -> bool:
-    """Whether it is known what is where in a video; it is where nothing else is said."""
+    """Check that the things in a video are known; true where no manifest denies it."""
     manifest = media_files(session, study_id, video).paths.get("manifest")
     return manifest is None or not manifest.is_file() or read_film(manifest.parent).has_things
 
 
 def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tuple[Scene, Aliases]:
-    """A video's world and what its things are called in an item."""
+    """Return a video's world and the names of its things in an item."""
     scene = scene_of(session, item.study_id, video)
     return scene, aliases(scene, item.id, salt)
 
 
 def watched(session: Session, item: AnyItem) -> Record:
-    """What a page needs to show an item's video: ``video``, ``poster``, ``duration_s``, ``fps``."""
+    """Return a page's data of an item's video: ``video``, ``poster``, ``duration_s``, ``fps``."""
     return watched_video(session, item.study_id, item.payload["video"])
 
 
 def watched_video(session: Session, study_id: str, video: str) -> Record:
-    """The same of one of a study's videos."""
+    """Return a page's data of one of a study's videos, like :func:`watched`."""
     files = media_files(session, study_id, video)
     film = read_film(files.paths["manifest"].parent)
     return {
@@ -66,6 +66,6 @@ def watched_video(session: Session, study_id: str, video: str) -> Record:
 
 
 def shown_film(session: Session, study_id: str, video: str) -> Record:
-    """What a page needs to show a video of which nobody knows what is where."""
+    """Return a page's data of a video whose things are unknown."""
     files = media_files(session, study_id, video)
     return film_payload(read_film(files.paths["manifest"].parent), files.public)

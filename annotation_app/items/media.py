@@ -25,7 +25,7 @@ from corpus_tools.video.probe import file_digest
 from g3.errors import CorpusError
 
 TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}
-"""What people may see, of the files that are kept of a video."""
+"""Media types of the kinds of a video's files that people may see."""
 
 WEBM = "video/webm"
 
@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 
 @blueprint.get("/media/<media_id>")
 def media(media_id: str) -> BaseResponse:
-    """A file, or where a copy of it is, to who takes part in its study, and to staff."""
+    """Send a file, or redirect to a copy, for participants of its study and for staff."""
     with reading(installation().engine) as session:
         person = required_person(session)
         found = session.get(Media, media_id)
@@ -69,25 +69,25 @@ def _may_see(person: Person, media: Media) -> bool:
 
 @blueprint.app_template_filter("media_url")
 def media_url(media_id: str) -> str:
-    """The address of a file; those of practice examples have one already."""
+    """Return the address of a file; those of practice examples have one already."""
     if media_id.startswith("/"):
         return f"{request.script_root}{media_id}"
     return url_for("media.media", media_id=media_id)
 
 
 def media_type(found: Media) -> str:
-    """What sort of file it is."""
+    """Return the media type of a file."""
     return WEBM if Path(found.path).suffix.lower() == ".webm" else TYPES[found.role]
 
 
 def public_name(found: Media) -> str:
-    """What a copy of a file is called: it says nothing, and changes with the file."""
+    """Return the name of a file's copy: it reveals nothing, and changes with the file."""
     path = Path(found.path)
     return f"{found.id}-{found.sha256[:12]}{_cut(path)}{path.suffix}"
 
 
 def _cut(path: Path) -> str:
-    """What tells a cut video from the file that it was cut out of, and from one cut before."""
+    """Return a mark that differs between a cut video, its source and an earlier cut."""
     return f"c{CUT_VERSION}" if is_clip(path) else ""
 
 
@@ -98,7 +98,7 @@ class Files:
     public: Mapping[str, str]
     """The names under which people may see some of them."""
     paths: Mapping[str, Path]
-    """Where they are."""
+    """Paths of the files."""
 
 
 MEDIA = core(Media)
@@ -108,7 +108,7 @@ _FILES = select(MEDIA.c.role, MEDIA.c.id, MEDIA.c.path).where(
 
 
 def media_files(session: Session, study_id: str, video: str) -> Files:
-    """The files of a video."""
+    """Return the files of a video."""
     rows = session.execute(_FILES, {"study": study_id, "video": video}).all()
     return Files(
         {role: name for role, name, _ in rows if role in TYPES},
@@ -117,12 +117,12 @@ def media_files(session: Session, study_id: str, video: str) -> Files:
 
 
 def media_path(session: Session, study_id: str, video: str, role: str) -> Path | None:
-    """Where one of a video's files is, if it has such a file."""
+    """Return the path of one of a video's files, None if it has no such file."""
     return media_files(session, study_id, video).paths.get(role)
 
 
 def digest(path: Path) -> str:
-    """SHA-256 of a file. A part of a video is known by the file's and its times."""
+    """Return the SHA-256 of a file; for a part of a video, of the file's digest and its times."""
     known = clip_digest(path)
     if known is not None:
         return known

@@ -1,13 +1,13 @@
-"""Making items: what they are about, and how many answers they want.
+"""Making items: their subjects, and the number of answers that they want.
 
-What an item is about says what it was made of. So all that was made of an answer is found
-when the answer is replaced, or its author's data are erased:
+An item's subject names its origin. So all items made of an answer can be looked up when the
+answer is replaced, or its author's data are erased:
 
-- the payload of what shows a command has ``"command"``, the id of the answer that is the command;
-- the subject of what was made of another answer is :func:`about_answer`.
+- the payload of an item that shows a command has ``"command"``, the id of the command's answer;
+- the subject of an item made of another answer is :func:`about_answer`.
 
-The subject of what is about a video is :func:`about_video`. A study asks once about each of its
-videos, which are told apart by their names: two may show the same file, as in a test and a retest.
+The subject of an item about a video is :func:`about_video`. A study asks once about each of its
+videos, which differ by their names: two may show the same file, as in a test and a retest.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from annotation_app.studies.study_file import StudyConfig
 from g3.short_repr import short_repr
 
 REPLACED = "replaced "
-"""How the subjects of items begin that were made of an answer that has been replaced."""
+"""Prefix of the subjects of items that were made of an answer since replaced."""
 
 ABOUT_VIDEO = "video "
-"""How the subjects of items begin that are about a video."""
+"""Prefix of the subjects of items that are about a video."""
 
 GIVEN = "given "
-"""How the subjects of items begin that came with their only answer."""
+"""Prefix of the subjects of items that came with their only answer."""
 
 
 @short_repr
@@ -41,13 +41,14 @@ class NewItem:
 
     task: TaskName
     subject: str
-    """What it is about: nobody answers a task about a subject twice."""
+    """Subject of the item: nobody answers a task about a subject twice."""
     payload: Record
-    """What the server knows of it. All have ``"video"``, and those about a command ``"text"``."""
+    """Data that the server keeps of the item. All have ``"video"``, and those about a command
+    ``"text"``."""
     author_id: str | None = None
-    """Who must not get it."""
+    """Person who must not get the item."""
     attention: bool = False
-    """Whether the right answer is known."""
+    """True if the right answer is known, for an attention check."""
 
 
 _VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
@@ -83,18 +84,18 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
 
 
 def new_slots(item: Item, count: int) -> list[Slot]:
-    """Room for so many more answers to an item, not yet added to its own."""
+    """Return slots for some more answers to an item, not yet added to its own."""
     queue = queue_of(item.study_id, item.task)
     return [Slot(item_id=item.id, queue=queue, rank=item.rank) for _ in range(count)]
 
 
 def about_answer(answer: Answer) -> str:
-    """The subject of the items that are made of an answer that is no command."""
+    """Return the subject of items made of an answer that is no command."""
     return f"answer {answer.id}"
 
 
 def about_video(video: str, sha256: str) -> str:
-    """The subject of an item about a video: the digest that its file had first, and its name.
+    """Return the subject of an item about a video: its file's first digest, and its name.
 
     Nobody is asked about it in two studies.
     """
@@ -102,7 +103,7 @@ def about_video(video: str, sha256: str) -> str:
 
 
 def videos_of(session: Session, study_id: str) -> list[str]:
-    """The names of a study's videos."""
+    """Return the names of a study's videos."""
     return sorted(session.scalars(_VIDEOS, {"study": study_id}))
 
 
@@ -119,5 +120,5 @@ def other_videos(session: Session, study_id: str, video: str) -> list[str]:
 
 
 def draws(config: StudyConfig, subject: str) -> np.random.Generator:
-    """Random numbers that are the same each time for a subject."""
+    """Return a random generator that is the same each time for a subject."""
     return np.random.default_rng([config.seed, zlib.crc32(subject.encode())])

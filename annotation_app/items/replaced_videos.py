@@ -1,4 +1,4 @@
-"""Videos whose files aren't those any more that people were asked about."""
+"""Detection of videos whose files were replaced after people had answered items about them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FIX = "put the old file back, or give the new one another name or id"
 
 
 def video_digests(session: Session, study_id: str) -> Mapping[str, str]:
-    """Return what identifies the film of each of a study's videos that people were asked about."""
+    """Return the digest of the film of each of a study's videos, as people have seen it."""
     rows = session.execute(
         select(Media.video, Media.sha256).where(Media.study_id == study_id, Media.role == "video")
     )
@@ -50,12 +50,12 @@ def replaced(session: Session, study_id: str, *, with_gone: bool = True) -> Iter
 def check_not_replaced(
     session: Session, study_id: str, digests: Mapping[str, tuple[str, Path]]
 ) -> list[FormatError]:
-    """Find videos that a set-up would replace by others, of which people were asked already.
+    """Find videos that a set-up would replace although people have answered items about them.
 
     Parameters
     ----------
     digests
-        What identifies each video now, and its file, by the video's name.
+        Present digest of each video, and its file, by the video's name.
 
     Returns
     -------

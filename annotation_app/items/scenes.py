@@ -1,7 +1,7 @@
-"""What people see of a video's world: outlines in the picture and a map, without any names.
+"""The view of a video's world that people get: outlines in the picture and a map, without names.
 
-Ids that people see are made anew for each item, so that neither they nor their order show what
-things are.
+Ids that people see are made for each item, so that neither they nor their order reveal the
+things.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ class Scene:
     """A video's world."""
 
     context: Context
-    """What is where, with the trajectories of the video, whose time starts at `start_s`."""
+    """Objects and places, with the trajectories of the video, whose time starts at `start_s`."""
     start_s: float
     """Time of the first frame on the context's clock."""
     duration_s: float
-    """Of the video."""
+    """Duration of the video."""
     steps: tuple[tuple[float, float], ...]
     """Start and end of each step of the robot's script, in seconds from the first frame."""
     segmentation: Mapping[str, Any]
@@ -52,21 +52,21 @@ class Scene:
     fps: float | None = None
     """Frames of the video in a second, if that is known."""
     is_picture: bool = False
-    """Whether only a picture is known, without a world: the context is the picture's plane then,
+    """True if only a picture is known, without a world: the context is the picture's plane then,
     with y upwards and a pixel as its unit, and nothing may be exported from it."""
     clock: tuple[tuple[float, float], ...] = ()
     """Seconds of the video, and since its start on the context's clock, where the pace changes;
     empty where both are the same."""
 
     def since_start(self, video_s: float) -> float:
-        """Seconds since the start, on the context's clock, of what a second of the video shows."""
+        """Return seconds since the start on the context's clock, for a second of the video."""
         if not self.clock:
             return video_s
         video, happening = zip(*self.clock, strict=True)
         return float(np.interp(video_s, video, happening))
 
     def video_times(self, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """The seconds of the video at which times of the context's clock are seen."""
+        """Return the seconds of the video that show times of the context's clock."""
         since = t - self.start_s
         if not self.clock:
             return since
@@ -88,22 +88,22 @@ def read_scene(folder: Path, corpus: Path | None = None, context_id: str = "") -
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """What a video's manifest says."""
+    """The description of a video by its manifest."""
 
     duration_s: float
-    """Of the video."""
+    """Duration of the video."""
     has_scene: bool
-    """Whether there is a world, with what is where in it; not of videos from elsewhere."""
+    """True if there is a world, with the places of its things; false for videos from elsewhere."""
     metadata: Mapping[str, Any]
-    """What the study's owner says of a video from elsewhere."""
+    """Metadata that the study's owner gives for a video from elsewhere."""
     fps: float | None = None
     """Frames in a second, if that is known."""
     has_things: bool = True
-    """Whether it is known what is where, if only in a picture."""
+    """True if the places of things are known, if only in a picture."""
 
 
 def read_film(folder: Path) -> Film:
-    """What a video's manifest tells; a FormatError if it can't be read."""
+    """Read a video's manifest; raise FormatError if it can't be read."""
     file = folder / MANIFEST
     return _read_film(file, file.stat().st_mtime_ns if file.exists() else 0)
 
@@ -142,13 +142,13 @@ def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Sc
 
 
 def _clock(manifest: Mapping[str, Any]) -> tuple[tuple[float, float], ...]:
-    """Where video and world differ in pace, as ``--speed`` and ``--skip-idle`` make it."""
+    """Return pairs of video and log seconds if ``--speed`` or ``--skip-idle`` make them differ."""
     knots = tuple((float(video), float(log)) for video, log in manifest.get("clock", ()))
     return knots if any(abs(video - log) > SAME_S for video, log in knots) else ()
 
 
 def _plane(segmentation: Mapping[str, Any], name: str) -> Context:
-    """The things of a picture in its plane; there is no robot."""
+    """Return the things of a picture in its plane; there is no robot."""
     things = []
     for outline in segmentation.get("objects", []):
         x, y, width, height = outline["box"]
@@ -186,7 +186,7 @@ class Aliases:
 
 
 def aliases(scene: Scene, item_id: str, salt: bytes) -> Aliases:
-    """The names of a scene's things in an item; without the salt they say nothing."""
+    """Return the names of a scene's things in an item; they reveal nothing without the salt."""
 
     def alias(kind: str, name: str) -> str:
         message = f"{item_id}\0{scene.context.id}\0{kind}\0{name}".encode()
@@ -199,7 +199,7 @@ def aliases(scene: Scene, item_id: str, salt: bytes) -> Aliases:
 
 
 def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dict[str, Any]:
-    """What a page needs to show a scene.
+    """Return a page's data of a scene.
 
     It has ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
     ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media), ``width``,
@@ -234,7 +234,7 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
 
 
 def film_payload(film: Film, media: Mapping[str, str]) -> dict[str, Any]:
-    """The same of a video of which nobody knows what is where: no outlines, and an empty map."""
+    """Return a page's data of a video whose things are unknown: no outlines, and an empty map."""
     return {
         "video": media.get("video"),
         "poster": media.get("poster"),
@@ -246,7 +246,7 @@ def film_payload(film: Film, media: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
-    """The world from above, in metres.
+    """Return the world from above, in metres.
 
     It has ``bounds``: least and greatest x and y; ``turn``: by how much people see it turned (see
     :func:`map_turn`); ``robot``: id of the robot, or None; ``missing``: whether only a picture is
@@ -289,7 +289,7 @@ def _map(scene: Scene, names: Aliases) -> dict[str, Any]:
 
 
 def map_turn(scene: Scene) -> float:
-    """By how much the map is turned to lie as the picture does, in radians.
+    """Return the angle by which the map is turned to lie as the picture does, in radians.
 
     It is the rotation that best brings where things are on the map to where they stand in the
     picture; 0 if less than two are seen.
@@ -321,7 +321,7 @@ def _track(item: PhysicalObject, scene: Scene) -> Any:
 
 
 def footprint_at(item: PhysicalObject, t: float) -> npt.NDArray[np.float64]:
-    """Where an object's footprint is at a time of the context's clock, shape (k, 2)."""
+    """Return an object's footprint at a time of the context's clock, shape (k, 2)."""
     path = item.trajectory
     x, y, yaw = (np.interp(t, path.t, v) for v in (path.xyz[:, 0], path.xyz[:, 1], path.yaw))
     relative = item.prism.xy - path.xyz[0, :2]

@@ -1,4 +1,4 @@
-"""Keeping what people send: answers once each, drafts until there is an answer."""
+"""Keeping people's work: answers once each, drafts until there is an answer."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from annotation_app.store.models import Answer, Draft, Event, Handout, Record, S
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """What has become of an answer that was sent."""
+    """The fate of an answer that was sent."""
 
     state: Literal["accepted", "surplus", "repeated"]
     """``accepted``; ``surplus``: kept, though its slot had gone to somebody else; ``repeated``:
@@ -108,7 +108,7 @@ def submit(
 
 
 def was_received(session: Session, who: str, uuid: str) -> bool:
-    """Whether somebody has sent an event before."""
+    """Check that a person has sent an event before."""
     lock_person(session, who)
     return session.scalar(_KNOWN, {"who": who, "uuid": uuid}) is not None
 
@@ -123,7 +123,7 @@ def add_event(
     body: Record,
     now: float,
 ) -> int:
-    """Keep what somebody sent, as it came; the event's id."""
+    """Keep a person's message unchanged; return the event's id."""
     values = {"uuid": uuid, "item_id": item.id, "person_id": who, "name": name}
     return int(session.execute(_ADD_EVENT, {**values, "body": body, "at": now}).scalar_one())
 
@@ -131,7 +131,7 @@ def add_event(
 def save_draft(
     session: Session, item: AnyItem, who: str, *, revision: int, body: Record, now: float
 ) -> bool:
-    """Keep a draft unless there is an answer, or a later revision; whether it is kept by now."""
+    """Keep a draft unless there is an answer or a later revision; return True if it is kept now."""
     lock_person(session, who)
     values = {
         "item": item.id,
@@ -197,7 +197,7 @@ _OWN_DEFAULT = ("id", "excluded")
 
 @functools.cache
 def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
-    """Statements that insert an event and an answer, unless they are there already."""
+    """Return statements that insert an event and an answer, unless they are there already."""
     event, answer = (
         {
             c.name: bindparam(c.name, type_=c.type)
@@ -222,7 +222,7 @@ def _submitting(dialect: str) -> tuple[UpdateBase, UpdateBase]:
 
 
 def _seconds(now: BindParameter[float]) -> ColumnElement[float]:
-    """How long ago an item was handed out, if the clocks show it."""
+    """Return the seconds since an item was handed out, if the clocks show them."""
     boot = bindparam("boot", type_=String)
     since_boot_s = bindparam("since_boot_s", type_=Float)
     by_clock = now - HANDOUT.c.at

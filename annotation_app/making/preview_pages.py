@@ -41,7 +41,7 @@ blueprint.register_error_handler(Refusal, refused)
 
 @blueprint.get("/<name>/preview/<page>")
 def preview(name: str, page: str) -> ResponseReturnValue:
-    """A page of the study as it would be."""
+    """Show a page of the study as it would be."""
     with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
     config = config_of(draft)
@@ -64,7 +64,7 @@ def preview(name: str, page: str) -> ResponseReturnValue:
 
 @blueprint.get("/<name>/video/<int:number>")
 def video(name: str, number: int) -> Response:
-    """One of a draft's videos."""
+    """Send one of a draft's videos."""
     with seen_by("admin") as (session, _):
         draft = opened_draft(session, name)
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
@@ -87,7 +87,7 @@ def _prepared(draft: StudyDraft, item: OwnVideo) -> Path:
 
 
 def _played(draft: StudyDraft, item: Rendered | OwnVideo) -> Path:
-    """The file that people would watch."""
+    """Return the file that people would watch."""
     if isinstance(item, OwnVideo):
         return played_file(item, _prepared(draft, item))
     return item.folder / FILES["video"]

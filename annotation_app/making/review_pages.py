@@ -1,4 +1,4 @@
-"""The last step: what changes, what of that alters what was asked already, and writing the file."""
+"""The last step: changes, changes that alter earlier answers, and writing the file."""
 
 from __future__ import annotations
 
@@ -56,27 +56,27 @@ blueprint.register_error_handler(CorpusError, cannot_be_done)
 
 @dataclass(frozen=True, slots=True)
 class Review:
-    """What there is to know before a draft becomes a study's file."""
+    """Facts to review before a draft becomes a study's file."""
 
     parts: StudyParts | None
-    """What the study would be made of; None if something is wrong."""
+    """Parts of the study; None if the draft has faults."""
     problems: list[StepProblem]
     changes: list[Change]
-    """What it says otherwise than the running study."""
+    """Differences from the running study."""
     comments: list[str]
-    """What people wrote into the file for themselves, which is not kept."""
+    """People's own comments in the file, which are not kept."""
     obstacles: list[str]
-    """What would stop people."""
+    """Obstacles to people's work."""
 
     @property
     def altering(self) -> list[Change]:
-        """The changes that alter what people were asked already."""
+        """Changes that alter items or texts that people have already had."""
         return [change for change in self.changes if change.alters]
 
 
 @blueprint.get("/<name>/review")
 def review(name: str) -> str:
-    """What is wrong, what changes, and what would stop people."""
+    """Show the draft's faults, changes, and obstacles to people's work."""
     with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
         return _page(admin, draft, _review(session, draft))
@@ -119,7 +119,7 @@ def start(name: str) -> ResponseReturnValue:
 
 @blueprint.get("/<name>/started")
 def started(name: str) -> str:
-    """The address to send to people, and what would stop them."""
+    """Show the address to send to people, and the obstacles to their work."""
     with seen_by("admin") as (session, admin):
         study = find_study(session, name)
         config = msgspec.convert(study.config, StudyConfig)
@@ -157,7 +157,7 @@ def _review(session: Session, draft: StudyDraft) -> Review:
 
 
 def _clashes(draft: StudyDraft, study: Study | None) -> list[StepProblem]:
-    """Whether somebody else has made or changed the study meanwhile."""
+    """Return a problem if somebody else has made or changed the study meanwhile."""
     if draft.value.get("name") != draft.name:
         what = "The study's name can't be changed any more."
     elif draft.is_new and (study is not None or draft.file.exists()):

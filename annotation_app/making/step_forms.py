@@ -1,4 +1,4 @@
-"""From the forms of the steps to what a study's file says.
+"""Conversion of the steps' forms to the content of a study's file.
 
 What people type is kept also where it is wrong, so that nothing is lost and the page can say why.
 What says the same as a field that is left out is left out.
@@ -23,12 +23,12 @@ Value: TypeAlias = dict[str, Any]
 
 MOST_ROWS = 50
 AS_BEFORE = "as-before"
-"""What is sent for a folder that the file names and the list hasn't."""
+"""Value that a form sends for a folder that the file names and the list hasn't."""
 NUMBER = re.compile(r"[0-9]{1,6}(\.[0-9]{1,4})?")
 
 
 def read_form(step: str, draft: StudyDraft, form: Form, root: Path) -> Value:
-    """What a draft says after a step's form was sent."""
+    """Return a draft's value after a step's form was sent."""
     value = {key: inner for key, inner in draft.value.items() if key != "tasks"}
     value["tasks"] = {name: dict(of) for name, of in draft.value.get("tasks", {}).items()}
     if step == "videos":
@@ -40,7 +40,7 @@ def read_form(step: str, draft: StudyDraft, form: Form, root: Path) -> Value:
 
 
 def text_of(form: Form, name: str) -> str:
-    """What was typed, with the ends of lines that files have."""
+    """Return the typed text, with the line ends of files."""
     text = form.get(name, "").replace("\r\n", "\n").replace("\r", "\n").replace("\0", "")
     return "\n".join(line.rstrip() for line in text.strip().split("\n"))
 
@@ -150,7 +150,7 @@ def _new_id(wish: str, known: set[str]) -> str:
 
 
 def number_of(form: Form, name: str) -> int | float | str:
-    """A number, or what was typed if it is none."""
+    """Return a number, or the typed text if it is none."""
     text = form.get(name, "").strip().replace(",", ".")[:40].replace("\0", "")
     if not NUMBER.fullmatch(text):
         return text
@@ -158,7 +158,7 @@ def number_of(form: Form, name: str) -> int | float | str:
 
 
 def _put(value: Value, name: str, found: Any, usual: Any) -> None:
-    """Keep what says something that leaving it out doesn't say; what the file says stays there."""
+    """Keep a value that differs from the default; one that the file already has stays there."""
     if found in ("", None) or (found == usual and (name not in value or not found)):
         value.pop(name, None)
     else:

@@ -63,7 +63,7 @@ blueprint.register_error_handler(CorpusError, cannot_be_done)
 
 @blueprint.get("/new")
 def new() -> str:
-    """What a new study is called."""
+    """Show the form for a new study's title and name."""
     with seen_by("admin") as (_, admin):
         return _new_page(admin)
 
@@ -90,7 +90,7 @@ def begin() -> ResponseReturnValue:
 
 @blueprint.get("/<name>/<step_name>")
 def step(name: str, step_name: str) -> str:
-    """A step's form."""
+    """Show a step's form."""
     with seen_by("admin") as (session, admin):
         draft = opened_draft(session, name)
         return _step_page(session, admin, draft, _step(step_name).name)
@@ -131,12 +131,12 @@ def discard(name: str) -> ResponseReturnValue:
 
 @blueprint.app_template_global("study_drafts")
 def unfinished() -> list[str]:
-    """The names of the studies that somebody is at work on."""
+    """Return the names of the unfinished studies."""
     return drafts(installation().config.studies_folder)
 
 
 def opened_draft(session: Session, name: str) -> StudyDraft:
-    """The draft of a study, or a new one of a running study's file; refused if there is none."""
+    """Return a study's draft, or a new one of a running study's file; refuse if there is none."""
     folder = installation().config.studies_folder
     draft = find_draft(folder, name) if is_name(name) else None
     if draft is not None:
@@ -164,7 +164,7 @@ def _step(name: str) -> Step:
 
 
 def step_problems(draft: StudyDraft, step_name: str) -> list[StepProblem]:
-    """What is wrong in a step."""
+    """Return the faults of a step."""
     found = problems_of(draft)
     if step_name == STEPS[0].name:
         found += parts_of(installation().config.studies_folder, draft)[1]
@@ -193,7 +193,7 @@ def _step_page(
 
 
 def page_values(draft: StudyDraft) -> dict[str, Any]:
-    """What pages show of a draft: also what its file leaves out."""
+    """Return a draft's values for pages, with defaults for those that its file leaves out."""
     usual = task_defaults()
     value = {**defaults(), **draft.value}
     value["labels"] = {**defaults()["labels"], **(value["labels"] or {})}
@@ -234,7 +234,7 @@ def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
 
 
 def videos_of(draft: StudyDraft) -> list[str]:
-    """The names of a draft's videos; none if something is wrong with them."""
+    """Return the names of a draft's videos; none if they have faults."""
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
     return [] if parts is None else [item.video for item in parts.videos]
 
@@ -248,7 +248,7 @@ _ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {
 
 
 def _from_root(draft: StudyDraft, name: str) -> str:
-    """A path of the draft as the lists have it; empty if it names none."""
+    """Return a path of the draft as the lists have it; empty if it names none."""
     named = draft.value.get(name)
     root = installation().config.studies_folder
     if not named:
@@ -278,5 +278,5 @@ def _name_problem(session: Session, title: str, name: str) -> str:
 
 
 def config_of(draft: StudyDraft) -> StudyConfig | None:
-    """A draft as a study, or None if something is wrong with it."""
+    """Return a draft as a study, or None if it has faults."""
     return None if study_problems(draft.value) else msgspec.convert(draft.value, StudyConfig)

@@ -1,4 +1,4 @@
-"""The steps in which a study is made, and what is wrong in each."""
+"""The steps in which a study is made, and the faults in each."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class StepProblem:
 
 
 def problems_of(draft: StudyDraft) -> list[StepProblem]:
-    """What is wrong with what a draft says, without looking at its videos."""
+    """Return the faults of a draft's content, without looking at its videos."""
     return [
         StepProblem(_step_of(problem.field), target(problem.field), _message(problem))
         for problem in study_problems(draft.value)
@@ -78,7 +78,7 @@ def problems_of(draft: StudyDraft) -> list[StepProblem]:
 def parts_of(
     root: Path, draft: StudyDraft, *, are_played: bool = True
 ) -> tuple[StudyParts | None, list[StepProblem]]:
-    """A draft's videos and commands, and what is wrong with them.
+    """Return a draft's videos and commands, and their faults.
 
     New paths may not lead out of `root`, the folder of studies. The videos are looked into if they
     `are_played`.
@@ -107,7 +107,7 @@ def parts_of(
 
 
 def target(field: Field) -> str:
-    """Id of the control for a field of the study's file."""
+    """Return the id of the control for a field of the study's file."""
     return "-".join(("f", *map(str, field)))
 
 
@@ -119,7 +119,7 @@ def _check_inside(root: Path, draft: StudyDraft) -> None:
 
 
 def _is_as_before(draft: StudyDraft) -> bool:
-    """Whether the study's file names the same: who has written that may name any folder."""
+    """Check that the study's file names the same paths: its author may name any folder."""
     if draft.is_new:
         return False
     try:
@@ -157,7 +157,7 @@ def _message(problem: Any) -> str:
 
 
 def _label(field: Field) -> str:
-    """A field as the pages call it."""
+    """Return the pages' label of a field."""
     names = [LABELS.get(str(key), str(key)) for key in field if not isinstance(key, int)]
     task = find_task(str(field[1])) if field[0] == "tasks" and len(field) > 1 else None
     if task is not None:
@@ -198,7 +198,7 @@ LABELS = {
     "instructions": "Instructions",
     "retention_days": "Days",
 }
-"""What pages call fields."""
+"""Pages' labels of fields."""
 
 _PLAIN = (
     ("of length >= 1$", "This is empty."),
@@ -210,27 +210,27 @@ _PLAIN = (
     ("expected a number(,|$)", "Type a number."),
     ("there are no tasks", "Choose a task."),
 )
-"""What is said instead of what the reader of files says."""
+"""Plain messages in place of those of the reader of files."""
 
 
 def defaults() -> dict[str, Any]:
-    """What a study says that its file leaves out."""
+    """Return a study's defaults for fields that its file leaves out."""
     found = _plain(StudyConfig(name="-", title="-", tasks={}))
     return {**found, "name": "", "title": "", "videos": "", "tasks": {}}
 
 
 def task_defaults() -> dict[str, Any]:
-    """The same of a task's part."""
+    """Return the defaults of a task's settings."""
     return _plain(TaskConfig())
 
 
 def _plain(record: Any) -> dict[str, Any]:
-    """A record as files have it, with lists."""
+    """Return a record as files have it, with lists."""
     found: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(record))
     return found
 
 
 def page_after(name: str) -> str:
-    """The name of the page that comes after a step."""
+    """Return the name of the page that comes after a step."""
     names = [*(step.name for step in STEPS), REVIEW]
     return names[names.index(name) + 1]

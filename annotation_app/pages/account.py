@@ -39,7 +39,7 @@ DIFFER = N_("The two passwords differ. Type the same one twice.")
 
 @blueprint.get("/login")
 def login() -> str:
-    """The form to sign in."""
+    """Show the form to sign in."""
     with reading(installation().engine) as session:
         is_ended = had_login() and current_person(session) is None
     return flask.render_template(
@@ -79,7 +79,7 @@ def logout() -> ResponseReturnValue:
 
 @blueprint.get("/setup/<token>")
 def setup(token: str) -> str:
-    """What a link asks for: a login and a password, or only a new password."""
+    """Show the form of a link: for a login and a password, or only for a new password."""
     with reading(installation().engine) as session:
         return _setup_page(session, token)
 
@@ -109,7 +109,7 @@ def use_link_(token: str) -> ResponseReturnValue:
 
 @blueprint.get("/account")
 def own_account() -> str:
-    """Somebody's own account."""
+    """Show a person's own account."""
     with reading(installation().engine) as session:
         return _account_page(required_person(session, "annotator"))
 
@@ -161,7 +161,7 @@ class TooMany(Refusal):
 
 
 def _checked(login: str, password: str, *, signs_in: bool = True) -> Person:
-    """Whose login and password these are; each look at a password is counted first."""
+    """Return the person with a login and password; count each look at a password first."""
     address, engine = flask.request.remote_addr or "", installation().engine
     with transaction(engine) as session:
         wait_s = failed_sign_ins.begin(session, login, address, now=now())
@@ -221,6 +221,6 @@ def _account_page(person: Person, problem: str | None = None) -> str:
 
 
 def _local(address: str) -> str:
-    """A place of this app to go back to; an address of another site in a link is ignored."""
+    """Return a place of this app to go back to; ignore a link's address of another site."""
     is_local = address.startswith("/") and address[1:2] not in ("/", "\\") and address.isprintable()
     return address if is_local else "/"

@@ -39,7 +39,7 @@ from annotation_app.work.handing_out import EXPLANATIONS, Reason, find_study
 
 LONGEST_ANSWER = 500
 INVITED_TO = "invited to"
-"""Where the cookie has the study that somebody's link invites to, until they agree."""
+"""Session key of the study that a person's link invites to, until they agree."""
 
 blueprint = Blueprint("entrance", __name__)
 blueprint.add_app_template_filter(to_html, "markdown")
@@ -48,7 +48,7 @@ blueprint.add_app_template_filter(told, "told")
 
 @blueprint.get("/")
 def home() -> str:
-    """The studies that one can take part in."""
+    """Show the studies that one can take part in."""
     with reading(installation().engine) as session:
         person = current_person(session)
         studies = [
@@ -62,7 +62,7 @@ def home() -> str:
 
 @blueprint.get("/s/<study_name>")
 def study_page(study_name: str) -> ResponseReturnValue:
-    """What there is to do in a study, and how far somebody is."""
+    """Show a study's tasks, and a person's progress."""
     with reading(installation().engine) as session:
         study = _spoken_study(session, study_name)
         person = current_person(session)
@@ -80,7 +80,7 @@ def study_page(study_name: str) -> ResponseReturnValue:
 @blueprint.get("/s/<study_name>/invitation/<token>")
 @limited(arrivals)
 def invited(study_name: str, token: str) -> ResponseReturnValue:
-    """Somebody comes by a link of their own."""
+    """Receive a person who comes by a link of their own."""
     with transaction(installation().engine) as session:
         study = _spoken_study(session, study_name)
         study_id, person = accept_invitation(session, token)
@@ -93,7 +93,7 @@ def invited(study_name: str, token: str) -> ResponseReturnValue:
 
 @blueprint.get("/s/<study_name>/welcome")
 def welcome(study_name: str) -> ResponseReturnValue:
-    """What a study is about, and what people agree to."""
+    """Show a study's description, and the consent text."""
     with reading(installation().engine) as session:
         study = _spoken_study(session, study_name)
         may_enter = _may_enter(session, study, current_person(session))
@@ -107,7 +107,7 @@ def welcome(study_name: str) -> ResponseReturnValue:
 @blueprint.post("/s/<study_name>/welcome")
 @limited(arrivals)
 def agree(study_name: str) -> ResponseReturnValue:
-    """Keep that somebody agrees; whoever is new here becomes a person now."""
+    """Keep a person's agreement; a new visitor becomes a person now."""
     form = flask.request.form
     with transaction(installation().engine) as session:
         study = _spoken_study(session, study_name)
@@ -130,19 +130,19 @@ def agree(study_name: str) -> ResponseReturnValue:
 
 
 def wants_welcome(study: Study, person: Person) -> bool:
-    """Whether somebody must read what a study is about first."""
+    """Check that a person must read a study's welcome page first."""
     return not has_consented(person, study.id)
 
 
 def may_try(person: Person | None) -> bool:
-    """Whether somebody may try commands: people with a login, in a demo everybody."""
+    """Check that a person may try commands: people with a login, in a demo everybody."""
     if installation().config.open_trying:
         return True
     return person is not None and RANKS[person.role] > RANKS["worker"] and not person.blocked_at
 
 
 def _spoken_study(session: Session, name: str) -> Study:
-    """A study, whose language is spoken from here on."""
+    """Return a study, and switch to its language."""
     study = find_study(session, name)
     speak(language_of(study.config))
     return study
@@ -161,7 +161,7 @@ def _welcome(study: Study, answers: Record, problems: Record) -> str:
 
 
 def _onwards(study: Study) -> str:
-    """The task that somebody wanted to do, else the study's page."""
+    """Return the address of the task that a person chose, else of the study's page."""
     task = flask.request.form.get("task", "")
     return f"/s/{study.name}/{task}" if task in study.config["tasks"] else f"/s/{study.name}"
 
@@ -186,7 +186,7 @@ def _problems(config: StudyConfig, answers: Record) -> Record:
 
 
 def _may_enter(session: Session, study: Study, person: Person | None) -> bool:
-    """Whether somebody may come into a study: an invitation to another one is none to this one."""
+    """Check that a person may enter a study: an invitation to another study is none to this one."""
     if restored(study.config).access == "open":
         return True
     if person is None or RANKS[person.role] > RANKS["worker"]:

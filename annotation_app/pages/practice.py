@@ -25,7 +25,7 @@ blueprint = Blueprint("practice", __name__)
 
 @blueprint.get("/practice/<task_name>")
 def practice_page(task_name: str) -> str:
-    """A practice example with feedback; nothing that is done there is kept."""
+    """Show a practice example with feedback; keep nothing that is done there."""
     task = read_task(task_name)
     of_task = task_of(task)
     if of_task.example is None:

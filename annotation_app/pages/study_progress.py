@@ -1,4 +1,4 @@
-"""How far somebody is with a study."""
+"""A person's progress in a study."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ class TaskProgress:
     task: TaskName
     words: TaskWords
     done: int
-    """How many items the person has answered."""
+    """Number of items that the person has answered."""
     items: int
-    """How many those are and what the person may still do; more may come as others answer."""
+    """Number of those and of items that the person may still do; more may come as others answer."""
     is_begun: bool
-    """Whether there is a draft to go on with."""
+    """True if there is a draft to go on with."""
     wants_login: bool
     wants_practice: bool
-    """What must come first."""
+    """True if the practice example must come first."""
     has_practice: bool
-    """Whether there is a practice example."""
+    """True if there is a practice example."""
 
 
 def progress(session: Session, study: Study, person: Person) -> list[TaskProgress]:
-    """A study's tasks in their order."""
+    """Return the progress in a study's tasks, in their order."""
     config = restored(study.config)
     done = _answered(session, study, person)
     left = still_open(session, study.id, person.id, config.tasks)

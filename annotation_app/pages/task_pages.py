@@ -1,4 +1,4 @@
-"""One page for each task: it takes an item, or says why there is none."""
+"""One page for each task: it takes an item, or gives the reason why there is none."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ blueprint = Blueprint("tasks", __name__)
 
 @blueprint.get("/s/<study_name>/<task_name>")
 def task_page(study_name: str, task_name: str) -> ResponseReturnValue:
-    """An item to work on."""
+    """Show an item to work on."""
     task = read_task(task_name)
     of_task = task_of(task)
     # What only reads is done beside whoever writes; a suggestion may take seconds.

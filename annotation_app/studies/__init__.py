@@ -1,1 +1,1 @@
-"""A study's file: what is asked of whom."""
+"""A study's file: its tasks and its people."""

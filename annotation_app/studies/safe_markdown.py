@@ -13,7 +13,7 @@ _LINK = re.compile(r"(https?://|mailto:)", re.IGNORECASE)
 
 
 def to_html(text: str) -> Markup:
-    """A text as HTML that can be put into a page.
+    """Return a text as HTML that can be put into a page.
 
     CommonMark is understood, but for what would load something, run something or break the order
     of the page's headings: such text is shown as it was typed.

@@ -1,4 +1,4 @@
-"""A study's file: what is asked of whom (``docs/annotation.md`` describes it)."""
+"""A study's file: its tasks and its people (``docs/annotation.md`` describes it)."""
 
 from __future__ import annotations
 
@@ -205,17 +205,17 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
 
 
 def told(text: str, robot: str) -> str:
-    """A text with the robot's name in it."""
+    """Return a text with the robot's name in it."""
     return text.replace("{robot}", robot)
 
 
 def language_of(stored: dict[str, Any]) -> str:
-    """The language of a study, from what the database keeps."""
+    """Return the language of a study, from its record in the database."""
     return str(stored.get("locale", SOURCE))
 
 
 def in_its_language(config: StudyConfig) -> StudyConfig:
-    """A study in which what its file leaves out is said in the language that is spoken."""
+    """Return a study with the texts that its file leaves out in the page's language."""
     usual = StudyConfig(name=config.name, title=config.title, tasks={})
     return msgspec.structs.replace(
         config,
@@ -238,17 +238,17 @@ def _in_its_language(task: TaskConfig) -> TaskConfig:
 
 
 def _usual_texts(one: msgspec.Struct, usual: msgspec.Struct, *fields: str) -> dict[str, str]:
-    """The texts that are as they are in English if nobody has written others."""
+    """Return translations of the texts that still are the English defaults."""
     same = (name for name in fields if getattr(one, name) == getattr(usual, name))
     return {name: gettext(getattr(usual, name)) for name in same}
 
 
 def stored(config: StudyConfig) -> dict[str, Any]:
-    """A study as the database keeps it: its pairs are items, and would be read at each request."""
+    """Return a study as the database keeps it: without its pairs, which are items."""
     value: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(config, pairs=()))
     return value
 
 
 def restored(value: dict[str, Any]) -> StudyConfig:
-    """The study that the database has kept."""
+    """Return the study that the database has kept."""
     return msgspec.convert(value, StudyConfig)

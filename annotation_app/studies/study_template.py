@@ -89,5 +89,5 @@ consent: |
 
 
 def slug(text: str) -> str:
-    """A name for addresses, made of a title, or of what a file or a corpus is called."""
+    """Return a name for addresses, made of a title, or of the name of a file or a corpus."""
     return re.sub(r"[^a-z0-9]+", "-", text.casefold()).strip("-")[:60].strip("-") or "study"

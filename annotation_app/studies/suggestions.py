@@ -21,7 +21,7 @@ def warm_up() -> None:
 
 @functools.lru_cache(maxsize=1000)
 def suggest(text: str) -> list[Record] | None:
-    """A command's clauses as JSON; None if there is no extractor, or nothing was found."""
+    """Return a command's clauses as JSON; None without an extractor, or without clauses."""
     if importlib.util.find_spec("spacy") is None:
         return None
     from g3.language.parsing.extractor import default_extractor  # noqa: PLC0415 - slow, may be missing

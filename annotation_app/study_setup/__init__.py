@@ -1,1 +1,1 @@
-"""What a new study gets: from rendered videos, from a corpus, or for a look."""
+"""Contents of a new study: from rendered videos, from a corpus, or for a demo."""

@@ -1,4 +1,4 @@
-"""What is where in the pictures of one's own videos: boxes and outlines from a COCO JSON file."""
+"""Things in the pictures of the user's videos: boxes and outlines from a COCO JSON file."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from cv2.typing import MatLike
 
 MOST_THINGS = 200
-"""Things in a picture: more nobody can tell apart on a page."""
+"""Largest number of things in a picture: more are indistinguishable on a page."""
 FORM = 'COCO has "images", "annotations" and "categories"'
 
 MOST_NAMED = 10
-"""Of images in a note."""
+"""Largest number of images named in a note."""
 _PREFIX = re.compile(r"^[0-9a-f]{8}-")
-"""What Label Studio writes before the name of a file that is sent to it."""
+"""Prefix that Label Studio writes before the name of a file that is sent to it."""
 _NOT_STORED = re.compile(r"[^-\w.]")
 
 MANY = 100
@@ -190,7 +190,7 @@ class _Names:
 
 
 def _plain_names(name: str) -> set[str]:
-    """The names that an image of a tool may have had: without address, folders and prefix."""
+    """Return the possible names of a tool's image: without address, folders and prefix."""
     address = urlsplit(name) if "?" in name or "://" in name else None
     if address is not None:
         name = parse_qs(address.query).get("d", [address.path])[0]
@@ -199,7 +199,7 @@ def _plain_names(name: str) -> set[str]:
 
 
 def _plain(name: str) -> str:
-    """A name as Label Studio stores the file: of letters, digits and the like."""
+    """Return a name as Label Studio stores the file: of letters, digits and the like."""
     return _NOT_STORED.sub("", normal_name(name).strip().replace(" ", "_"))
 
 
@@ -209,7 +209,7 @@ def _first(names: Iterable[str]) -> str:
 
 
 def _annotation_problems(coco: _Coco) -> Iterator[tuple[str, str, str]]:
-    """Where something is wrong with an annotation, what, and what to do about it."""
+    """Yield the place of each fault in an annotation, the fault, and its fix."""
     images = {image.id for image in coco.images}
     categories = {category.id for category in coco.categories}
     for kind, records in (("image", coco.images), ("category", coco.categories)):
@@ -235,7 +235,7 @@ def _annotation_problems(coco: _Coco) -> Iterator[tuple[str, str, str]]:
 def _image_problems(
     coco: _Coco, shown: Sequence[tuple[str, _Image]]
 ) -> Iterator[tuple[str, str, str]]:
-    """The same of the images of videos, and of the boxes in them."""
+    """Yield place, fault and fix of the images of videos, and of the boxes in them."""
     seen: set[str] = set()
     for video, image in shown:
         at = f"image {image.id}"
@@ -259,7 +259,7 @@ def _image_problems(
 
 
 def _outside(one: _Annotation, image: _Image) -> str:
-    """What is wrong with a box; empty if nothing is."""
+    """Return the fault of a box; empty if there is none."""
     x, y, width, height = one.bbox
     if width <= 0 or height <= 0:
         return "its box has no size"
@@ -281,7 +281,7 @@ def _polygons(one: _Annotation) -> list[list[list[float]]]:
 
 
 def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
-    """A thing as ``segmentation.json`` has it; one without an outline is shown by its box."""
+    """Return a thing as in ``segmentation.json``; one without an outline is shown by its box."""
     x, y, width, height = one.bbox
     box = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
     polygons = _polygons(one) or [box]
@@ -289,7 +289,7 @@ def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
 
 
 def outlines(mask: Mask) -> list[list[list[float]]]:
-    """Around a mask: polygons of (x, y) in pixels, without holes; none around nothing.
+    """Return polygons of (x, y) in pixels around a mask, without holes; none around nothing.
 
     A ValueError says that the runs don't fill the picture, or that it is too large.
     """
@@ -315,7 +315,11 @@ def _smooth(outline: MatLike) -> MatLike:
 
 
 def _expanded(text: str) -> Sequence[int]:
-    """Six bits a letter, the lowest first; from the third on, differences to the last but one."""
+    """Return the numbers of a COCO run-length text.
+
+    Each letter has six bits, the lowest first; the numbers from the third on are differences to
+    the last but one.
+    """
     runs: list[int] = []
     value = shift = 0
     for letter in text:

@@ -54,12 +54,12 @@ def import_corpus(
     name: str,
     salt: bytes,
 ) -> Mapping[str, int]:
-    """Add a study that holds a corpus; how many of what there are.
+    """Add a study that holds a corpus, and return counts of its contents.
 
     Parameters
     ----------
     folder
-        Where the corpus is; the study goes on reading its contexts there.
+        Folder of the corpus; the study goes on reading its contexts there.
     videos
         Replays of its contexts.
 
@@ -182,7 +182,7 @@ class AnswerLoader:
         }
 
     def typed(self, command: Command, video: str, rank: int) -> GivenAnswer:
-        """A command as the answer of who typed it."""
+        """Return a command as the answer of the person who typed it."""
         body = {
             "text": command.text,
             "watched_s": 0.0,
@@ -195,7 +195,7 @@ class AnswerLoader:
         return GivenAnswer("describe", subject, {"video": video}, self.person(command), body, rank)
 
     def person(self, command: Command) -> Person:
-        """Whoever the command's subject stands for."""
+        """Return the person that the command's subject stands for."""
         subject = command.subject or command.id
         if subject not in self.people:
             digest = hashed(self.salt, PROVIDER, f"{self.corpus_hash} {subject}")
@@ -216,7 +216,7 @@ class AnswerLoader:
         return self.people[subject]
 
     def item(self, task: TaskName, subject: str, payload: Record, rank: int) -> Item:
-        """An item with one slot."""
+        """Return an item with one slot."""
         item = Item(
             id=new_id(),
             study_id=self.study.id,
@@ -280,7 +280,7 @@ class AnswerLoader:
 def put_commands(
     session: Session, study: Study, commands: Sequence[GivenCommand], salt: bytes
 ) -> int:
-    """Add the commands that aren't there yet; how many they are."""
+    """Add the missing commands, and return their number."""
     lock_set_up(session.connection())
     loader = AnswerLoader(session, study, f"study {study.name}", salt)
     subjects = select(Item.subject).where(Item.study_id == study.id, Item.subject.startswith(GIVEN))

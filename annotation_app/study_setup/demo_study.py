@@ -21,14 +21,14 @@ from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
 DATASET = "warehouse"
 CHECKS = 6
 FIRST = 2
-"""How many videos are made before the demo opens: negatives come from another one."""
+"""Number of videos made before the demo opens: negatives come from another video."""
 FPS = 15
 NICENESS = 10
 LOOK_S = 1.0
 
 
 def demo_study(videos: list[Rendered]) -> StudyConfig:
-    """The five tasks of commands, open to everybody, one answer being enough to go on."""
+    """Return a study with the five tasks of commands, open to everybody, one answer each."""
     known = tuple(_known_commands(videos))
     return StudyConfig(
         name="demo",
@@ -50,7 +50,7 @@ def demo_study(videos: list[Rendered]) -> StudyConfig:
 
 
 def _known_commands(videos: list[Rendered]) -> Iterator[KnownCommand]:
-    """The first command of a scenario, with the video of another layout's scenario."""
+    """Yield a scenario's first command, with the video of another layout's scenario."""
     scenarios = _documents()
     documents = {item.video: scenarios[item.video] for item in videos if item.video in scenarios}
     pairs = [
@@ -72,12 +72,12 @@ def _documents() -> Mapping[str, Any]:
 
 
 def demo_scenarios() -> tuple[str, ...]:
-    """Two scenarios in each layout: few enough to be rendered while somebody looks around."""
+    """Return two scenarios in each layout: few enough to be rendered while people look around."""
     return tuple(sorted(name for names in _by_layout() for name in names[:2]))
 
 
 def _by_layout() -> Collection[Sequence[str]]:
-    """The names of the scenarios in each layout, in order."""
+    """Return the names of the scenarios in each layout, in order."""
     by_layout: dict[str, list[str]] = {}
     for name, document in sorted(_documents().items()):
         by_layout.setdefault(str(document["layout"]), []).append(name)
@@ -85,7 +85,7 @@ def _by_layout() -> Collection[Sequence[str]]:
 
 
 def ready(folder: Path) -> list[Rendered]:
-    """The demo's videos that are there."""
+    """Return the demo's existing videos."""
     there = (name for name in demo_scenarios() if (folder / name / FILES["manifest"]).exists())
     return [Rendered(name, (folder / name).resolve()) for name in there]
 
@@ -123,7 +123,7 @@ def render_first(folder: Path) -> None:
 
 
 def render_rest(folder: Path, put: Callable[[list[Rendered]], None]) -> int:
-    """Make the other videos while the demo is open, in a process that gives way to it; how many.
+    """Make and count the other videos while the demo is open, in a process that gives way to it.
 
     `put` is given all the videos that are there, when there is a new one.
     """

@@ -14,7 +14,7 @@ from g3.errors import CorpusError, ManyError
 
 
 def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[Problem]:
-    """What is wrong with a value of a form, with its fields and its elements.
+    """Yield the faults of a value of a form, with its fields and its elements.
 
     `field` and `manual` are as :func:`~corpus_tools.world.scenarios.documents.convert` has them.
     """
@@ -35,13 +35,13 @@ def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[
 
 
 def together(errors: Iterable[CorpusError]) -> CorpusError:
-    """Several errors as one."""
+    """Return several errors as one."""
     every = [one for error in errors for one in apart(error)]
     return every[0] if len(every) == 1 else ManyError(every)
 
 
 def apart(error: CorpusError) -> Sequence[CorpusError]:
-    """The errors that one was made of, else only itself."""
+    """Return the errors that an error combines, else only itself."""
     return error.errors if isinstance(error, ManyError) else (error,)
 
 
@@ -55,7 +55,7 @@ def gathering(errors: list[CorpusError]) -> Iterator[None]:
 
 
 def _parts(value: Any, form: Any, field: Field) -> Iterator[tuple[Any, Any, Field]]:
-    """The fields or elements of a value that have a type."""
+    """Yield the fields or elements of a value that have a type."""
     form = _plain(form)
     if isinstance(value, dict) and (record := _record(form)) is not None:
         for known in msgspec.structs.fields(record):
@@ -71,7 +71,7 @@ def _parts(value: Any, form: Any, field: Field) -> Iterator[tuple[Any, Any, Fiel
 
 
 def _record(form: Any) -> type[msgspec.Struct] | None:
-    """The struct that a type is, or may be."""
+    """Return the struct that a type is, or may be."""
     plain = _plain(form)
     options = get_args(plain) if get_origin(plain) in (Union, UnionType) else (plain,)
     for one in options:

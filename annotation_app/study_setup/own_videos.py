@@ -33,7 +33,7 @@ START, END = "start_s", "end_s"
 """The columns of a part of a file."""
 LONGEST_ID = 200
 MOST_NAMED = 20
-"""Of files or videos in a message."""
+"""Largest number of files or videos named in a message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class OwnVideo:
     video: str
     """Its name in the study: the table's ``id``, else the file's name without its ending."""
     file: Path
-    """Where it is."""
+    """Path of the video."""
     metadata: Mapping[str, Any]
-    """What else the table says of it; exports have it too."""
+    """Other columns of the table; exports have them too."""
     things: PictureThings | None = None
-    """What is where in its picture, if that is known."""
+    """Things in the video's picture, if they are known."""
     part: tuple[float, float] | None = None
     """Its beginning and its end, in seconds from the file's first frame; None for a whole file."""
     where: str = field(default="", compare=False)
@@ -56,7 +56,7 @@ class OwnVideo:
 
 @dataclass(frozen=True, slots=True)
 class GivenCommand:
-    """What somebody said for one of the study's videos, and what else a table says of it."""
+    """A command given for one of the study's videos, with a table's other columns."""
 
     text: str
     video: str
@@ -64,7 +64,7 @@ class GivenCommand:
 
 
 def is_own(path: Path) -> bool:
-    """Whether a path is a table, or a folder with videos from elsewhere."""
+    """Check that a path is a table, or a folder with videos from elsewhere."""
     return path.suffix.lower() in TABLES or (path.is_dir() and bool(_files(path)))
 
 
@@ -179,7 +179,7 @@ def has_commands(table: Path) -> bool:
 
 
 def fitting_picture(item: OwnVideo, first_frame: bytes) -> bytes:
-    """The picture, as PNG, that a video's things are outlined in.
+    """Return the picture, as PNG, in which a video's things are outlined.
 
     A FormatError if it can't be read, or isn't as large as the file of things says.
     """
@@ -231,7 +231,7 @@ def _is_hidden(file: Path) -> bool:
 
 
 def _of_folder(folder: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:
-    """The videos of a folder, each with its place, and that no command is with it."""
+    """Yield the videos of a folder, each with its place, and False as none has a command."""
     used = _files(folder)
     others = sorted(set(folder.iterdir()) - set(used))
     hidden = [file for file in others if _is_hidden(file)]
@@ -255,7 +255,7 @@ def _of_folder(folder: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, b
 
 
 def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:
-    """The videos of a table, each with its row's place, and if a command is with it."""
+    """Yield the videos of a table, each with its row's place, and True if it has a command."""
     shadows = []
     for row in read_table(table, ("video",), on_note):
         where = row.where("video")
@@ -307,7 +307,7 @@ def _part(row: Row) -> tuple[float, float] | None:
 
 
 def _video_of(row: Row, names: Mapping[str, str], files: Mapping[Path, Sequence[str]]) -> str:
-    """The video that a row is about, by its name, its id or its file."""
+    """Return the video of a row, by its name, its id or its file."""
     named = row.text("video")
     for name in map(normal_name, (named, row.text("id"))):
         if name in names:

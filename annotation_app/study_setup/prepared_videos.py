@@ -150,8 +150,8 @@ def prepare(item: OwnVideo, base: Path, on_progress: OnProgress = no_progress) -
     Parameters
     ----------
     base
-        Where the folder is made. Another film under the same name has another folder, so that what
-        people were asked about stays as it was.
+        Parent of the folder. Another film under the same name has another folder, so that the
+        video of earlier items stays as it was.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What would stop people in a study: tasks that nobody may do, or that nothing ever comes to."""
+"""Obstacles in a study: tasks that nobody may do, or that never get any items."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from g3.errors import CorpusError
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """What would stop people, and what to do about it, as in errors.
+    """An obstacle to people's work, and its fix, as in errors.
 
     The study's name is empty for what is so in the whole installation.
     """
@@ -43,7 +43,7 @@ class Obstacle:
 def obstacles(
     session: Session, *, of_installation: bool = True, on_progress: OnProgress | None = None
 ) -> list[Obstacle]:
-    """What would stop people in an installation's open studies.
+    """Find the obstacles to people's work in an installation's open studies.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def obstacles(
 def _not_watchable(
     session: Session, study_id: str, on_progress: OnProgress
 ) -> Iterator[CorpusError]:
-    """The errors of a study's videos that can't be watched to their end."""
+    """Yield the errors of a study's videos that can't be watched to their end."""
     paths = session.scalars(
         select(Media.path).where(Media.study_id == study_id, Media.role == "video")
     )
@@ -89,7 +89,7 @@ def _not_watchable(
 
 
 def people_by_role(session: Session) -> Mapping[Role, int]:
-    """How many people can sign in and may do at least what each role may."""
+    """Count the people that can sign in and may do at least as much as each role."""
     roles = session.scalars(
         select(Person.role).where(
             Person.login.is_not(None),
@@ -105,7 +105,7 @@ def people_by_role(session: Session) -> Mapping[Role, int]:
 
 
 NOBODY: Mapping[Role, int] = dict.fromkeys(RANKS, 0)
-"""Who there is in an installation that isn't there yet."""
+"""People by role in an installation that doesn't exist yet."""
 
 
 def study_obstacles(
@@ -115,7 +115,7 @@ def study_obstacles(
     *,
     has_scenes: bool = True,
 ) -> Iterator[Obstacle]:
-    """What would stop people in a study.
+    """Find the obstacles to people's work in a study.
 
     `logins` are as :func:`people_by_role` counts them, `items` how many there are already, by task.
     It `has_scenes` if it is known what is where in the videos.
@@ -136,7 +136,7 @@ def study_obstacles(
 def _nobody_does(
     config: StudyConfig, task: Task, logins: Mapping[Role, int]
 ) -> Iterator[tuple[str, str]]:
-    """Why not enough people may do a task or decide about it, and what to do about that."""
+    """Yield the shortages of people who may do a task or decide about it, and their fixes."""
     of_task = config.tasks[task.name]
     invite = "ct annotate people invite --role"
     if of_task.role != "worker":

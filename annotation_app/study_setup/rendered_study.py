@@ -1,4 +1,4 @@
-"""From a study's file and a folder of rendered videos to what is in the database."""
+"""Setting up a study in the database from its file and a folder of rendered videos."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Rendered:
 
 
 def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
-    """The rendered folders in a folder; an error if there are none, or a wanted one is missing."""
+    """Return the rendered folders in a folder; raise if there are none, or one is missing."""
     manifests = sorted(folder.glob(f"*/{FILES['manifest']}"))
     found = [Rendered(_id(path), path.parent.resolve()) for path in manifests]
     known = {item.video for item in found}
@@ -80,9 +80,9 @@ def put_study(
 ) -> Study:
     """Add a study, or bring the one of the same name up to date.
 
-    What is in the database stays there: new videos are added, and slots where more answers
-    are asked for than before. The study's file stays the one that it was if it is left out. A
-    CorpusError comes from :func:`check_videos`.
+    The database keeps its content: new videos are added, and slots where the file specifies more
+    answers than before. The study's file stays the earlier one if it is left out. A CorpusError
+    comes from :func:`check_videos`.
     """
     # Several processes may start at once, each with the study's file.
     lock_set_up(session.connection())
@@ -146,7 +146,7 @@ def _with_names(config: StudyConfig, names: Mapping[str, str]) -> StudyConfig:
 
 
 def knows_things(item: Rendered | OwnVideo) -> bool:
-    """Whether it is known what is where in a video."""
+    """Check that the things in a video are known."""
     if isinstance(item, OwnVideo):
         return item.things is not None
     return item.file is None or read_film(item.folder).has_things
@@ -187,7 +187,7 @@ def _id(manifest: Path) -> str:
 def _first_items(
     session: Session, study: Study, config: StudyConfig, videos: list[Rendered]
 ) -> Iterator[NewItem]:
-    """What the study's tasks ask of videos and of the study's file."""
+    """Yield the items that the study's tasks make of videos and of the study's file."""
     rows = session.execute(
         select(Media.video, Media.sha256).where(Media.study_id == study.id, Media.role == "video")
     )
@@ -207,7 +207,7 @@ def _first_items(
 
 
 def _named_elsewhere(config: StudyConfig, videos: set[str]) -> Iterator[tuple[str, str]]:
-    """What names a video that isn't there, and what to do about it."""
+    """Yield mentions of videos that don't exist, and their fixes."""
     known = f"the videos are: {', '.join(sorted(videos)[:20])}"
     for one in config.known_commands:
         for video in (one.video, one.wrong_video):

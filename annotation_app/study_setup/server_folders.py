@@ -1,4 +1,4 @@
-"""What there is in the folder of studies to choose from in the browser, and adding to it."""
+"""Contents of the folder of studies, for choosing in the browser and for adding to it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from g3.errors import FormatError
 from g3.storage import regular_file
 
 DEEPEST = 3
-"""How many folders below one another are looked into."""
+"""Largest depth of nested folders that are searched."""
 MOST_FOLDERS = 2000
 HEAD_BYTES = 4096
 UPLOADED = (*SUFFIXES, *TABLES, ".json", ".jpg", ".jpeg", ".png")
@@ -40,7 +40,7 @@ class VideoChoice:
 
 
 def video_choices(root: Path) -> list[VideoChoice]:
-    """The folders and tables of videos in a folder of studies."""
+    """Return the folders and tables of videos in a folder of studies."""
     found = []
     for folder, files in _folders(root):
         path = folder.relative_to(root).as_posix()
@@ -58,7 +58,7 @@ def video_choices(root: Path) -> list[VideoChoice]:
 
 
 def command_tables(root: Path) -> list[str]:
-    """The tables of commands in a folder of studies."""
+    """Return the tables of commands in a folder of studies."""
     return [
         (folder / name).relative_to(root).as_posix()
         for folder, files in _folders(root)
@@ -67,7 +67,7 @@ def command_tables(root: Path) -> list[str]:
 
 
 def files_ending(root: Path, suffix: str) -> list[str]:
-    """The files in a folder of studies whose names end so."""
+    """Return the files in a folder of studies whose names have a suffix."""
     return [
         (folder / name).relative_to(root).as_posix()
         for folder, files in _folders(root)
@@ -77,7 +77,7 @@ def files_ending(root: Path, suffix: str) -> list[str]:
 
 
 def tables(folder: Path, files: list[str], column: str) -> Iterator[str]:
-    """The tables among a folder's files that seem to have a column."""
+    """Yield the tables among a folder's files that seem to have a column."""
     for name in files:
         if Path(name).suffix.lower() in TABLES:
             try:
@@ -90,7 +90,7 @@ def tables(folder: Path, files: list[str], column: str) -> Iterator[str]:
 
 
 def inside(root: Path, path: str | Path) -> Path:
-    """A path from the folder of studies, or in it; an error if it leads out of the folder."""
+    """Return a path in the folder of studies; raise if it leads out of the folder."""
     found = (root / path).resolve()
     if not found.is_relative_to(root.resolve()):
         raise FormatError(
@@ -102,10 +102,11 @@ def inside(root: Path, path: str | Path) -> Path:
 
 
 def add_part(folder: Path, name: str, offset: int, content: bytes, size: int) -> Path | None:
-    """Add the next part of a file that comes in parts; the file, once it is whole.
+    """Add the next part of a file that comes in parts; return the file once it is whole.
 
-    `offset` is how many bytes came before: at 0 the file begins anew. The whole file has `size`
-    bytes. A FormatError says why the file may not be added, or that this isn't its next part.
+    `offset` is the number of earlier bytes: at 0 the file begins again. The whole file has `size`
+    bytes. A FormatError gives the reason why the file may not be added, or reports a part out of
+    order.
     """
     _check_name(folder, name)
     if not 0 < size <= LARGEST_FILE or offset + len(content) > size:
@@ -157,7 +158,7 @@ def _check_room(folder: Path, name: str, size: int) -> None:
 
 
 def _folders(root: Path) -> Iterator[tuple[Path, list[str]]]:
-    """The folder, those in it and in them, without hidden ones; each with its files."""
+    """Yield the folder and those below it, down to `DEEPEST`, but no hidden ones, with files."""
     for number, (path, folders, files) in enumerate(os.walk(root)):
         if number >= MOST_FOLDERS:
             return

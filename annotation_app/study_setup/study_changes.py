@@ -1,4 +1,4 @@
-"""What a changed study file changes, and what of that alters what people were asked already."""
+"""Changes of a study's file, and those that alter items or texts that people have already had."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from annotation_app.tasks.task_registry import find_task
 from corpus_tools.world.scenarios.documents import Field, field_name
 
 SHOWN = ("title", "summary", "instructions", "practice_items", "suggestions", "practice")
-"""What of a task's part of the file people see or do before they answer."""
+"""Settings of a task that people see or meet before they answer."""
 AGREED = ("consent", "questions", "qualification", "payment")
 ROBOT = "{robot}"
 LOCALE = "locale"
@@ -26,7 +26,7 @@ LOCALE = "locale"
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """How many answers there are so far, by task, and how many people have agreed to take part."""
+    """Numbers of answers so far, by task, and of people who have agreed to take part."""
 
     answers: Mapping[TaskName, int]
     people: int
@@ -34,9 +34,9 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Something that the file says otherwise than before, as text; empty if nothing.
+    """A changed field of the file, with old and new values as text, empty where there is none.
 
-    `alters` is what of that which people were asked it alters.
+    `alters` names the agreements and answers that it affects.
     """
 
     field: str
@@ -46,7 +46,7 @@ class Change:
 
 
 def asked_so_far(session: Session, study: Study) -> Asked:
-    """What people were asked in a study."""
+    """Return the numbers of answers and of agreements in a study."""
     counts = session.execute(
         select(Item.task, func.count(Answer.id))
         .join(Answer, Answer.item_id == Item.id)
@@ -59,7 +59,7 @@ def asked_so_far(session: Session, study: Study) -> Asked:
 
 
 def changes(before: StudyConfig, after: StudyConfig, asked: Asked) -> list[Change]:
-    """What one study file says otherwise than another."""
+    """Return the differences between two study files."""
     old, new = (dict(_leaves(msgspec.to_builtins(config))) for config in (before, after))
     return [
         Change(
@@ -74,7 +74,7 @@ def changes(before: StudyConfig, after: StudyConfig, asked: Asked) -> list[Chang
 
 
 def _alters(field: Field, before: StudyConfig, after: StudyConfig, asked: Asked) -> str:
-    """What of that which people were asked a change of a field alters."""
+    """Return the agreements and answers that a change of a field alters, as text."""
     touched: set[str] = {str(field[0])}
     if touched == {"robot"}:
         uses = {"statement": before.statement, "consent": before.consent}
@@ -91,7 +91,7 @@ def _alters(field: Field, before: StudyConfig, after: StudyConfig, asked: Asked)
 
 
 def _is_of(task: TaskName, field: Field, touched: Iterable[str], after: StudyConfig) -> bool:
-    """Whether a field is about what people see who do a task."""
+    """Check that a field is about the view of people who do a task."""
     if field == (LOCALE,):
         return True
     if field[:2] == ("tasks", task):
@@ -101,7 +101,7 @@ def _is_of(task: TaskName, field: Field, touched: Iterable[str], after: StudyCon
 
 
 def _leaves(value: Any, field: Field = ()) -> Iterator[tuple[Field, Any]]:
-    """The values in a record; a list is one value."""
+    """Yield the values in a record; a list is one value."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _leaves(inner, (*field, key))

@@ -38,15 +38,15 @@ class StudyDraft:
     name: str
     """The study's."""
     file: Path
-    """Where its file is, or will be."""
+    """Path of the study's file, present or future."""
     value: dict[str, Any] = field(default_factory=dict)
-    """What that will say."""
+    """Future content of the file."""
     base: str = ""
     """SHA-256 of the file when the draft was begun; empty for a new study."""
 
     @property
     def is_new(self) -> bool:
-        """Whether there is no such study yet."""
+        """True if there is no such study yet."""
         return not self.base
 
 
@@ -57,7 +57,7 @@ class _Kept(msgspec.Struct, frozen=True):
 
 
 def is_name(name: str) -> bool:
-    """Whether a study may be called so."""
+    """Check that a study may have this name."""
     try:
         msgspec.convert(name, Name)
     except msgspec.ValidationError:
@@ -66,7 +66,7 @@ def is_name(name: str) -> bool:
 
 
 def begun(file: Path, name: str) -> StudyDraft:
-    """A draft of the study that a file describes; an error if that can't be read."""
+    """Return a draft of the study that a file describes; raise if that can't be read."""
     document = read_document(file)
     if not isinstance(document.value, dict):
         raise FormatError("this is no study", where=str(file), fix="correct the file")
@@ -74,7 +74,7 @@ def begun(file: Path, name: str) -> StudyDraft:
 
 
 def find_draft(folder: Path, name: str) -> StudyDraft | None:
-    """The draft of a study, if there is one."""
+    """Return the draft of a study, if there is one."""
     path = _path(folder, name)
     try:
         kept = msgspec.json.decode(path.read_bytes(), type=_Kept)
@@ -88,12 +88,12 @@ def find_draft(folder: Path, name: str) -> StudyDraft | None:
 
 
 def drafts(folder: Path) -> list[str]:
-    """The names of the studies with a draft."""
+    """Return the names of the studies with a draft."""
     return sorted(path.stem for path in (folder / FOLDER).glob("*.json"))
 
 
 def keep_draft(folder: Path, draft: StudyDraft, value: dict[str, Any]) -> StudyDraft:
-    """Keep what a draft says now; an error if it can't be written."""
+    """Keep a draft's present value; raise if it can't be written."""
     path = _path(folder, draft.name)
     kept = _Kept(str(draft.file), value, draft.base)
     try:
@@ -110,7 +110,7 @@ def drop_draft(folder: Path, name: str) -> None:
 
 
 def sha256_of(file: Path) -> str:
-    """The digest of a file's content; empty if it isn't there."""
+    """Return the digest of a file's content; empty if there is no file."""
     try:
         return hashlib.sha256(file.read_bytes()).hexdigest()
     except OSError:
@@ -123,7 +123,7 @@ def _path(folder: Path, name: str) -> Path:
 
 
 def to_yaml(value: Mapping[str, Any]) -> bytes:
-    """A study as a file that :func:`~annotation_app.study_setup.study_reading.read_study` reads."""
+    """Return a study's file, for :func:`~annotation_app.study_setup.study_reading.read_study`."""
     text = yaml.dump(
         dict(value),
         Dumper=_Dumper,
@@ -136,7 +136,7 @@ def to_yaml(value: Mapping[str, Any]) -> bytes:
 
 
 def in_order(value: Mapping[str, Any]) -> dict[str, Any]:
-    """A study with its fields in the order of the docs."""
+    """Return a study with its fields in the order of the docs."""
     names = [known.encode_name for known in msgspec.structs.fields(StudyConfig)]
     return {name: value[name] for name in (*names, *value) if name in value}
 
@@ -164,7 +164,7 @@ def _unwritable(what: str, path: Path, error: OSError) -> FormatError:
 
 
 def comments(content: bytes) -> list[str]:
-    """The comments in a study's file, without this program's; a FormatError if it is no YAML."""
+    """Return a study file's comments, but not this program's; FormatError if it is no YAML."""
     parse_document(content, "the study's file")
     text = content.decode()
     values = [

@@ -29,7 +29,7 @@ def read_study(path: Path) -> StudyConfig:
 
 
 def study_problems(value: Any) -> list[Problem]:
-    """All that is wrong with what a study's file says."""
+    """Return all faults in a study's file."""
     problems = [
         Problem(("tasks", name), "there is no such task", f"use {', '.join(task_names())}")
         for name in _tasks(value)

@@ -1,6 +1,6 @@
 """The JSON Schema of a study's file.
 
-``python -m annotation_app.study_setup.study_schema docs/schemas/study.schema.json`` writes it anew.
+``python -m annotation_app.study_setup.study_schema docs/schemas/study.schema.json`` writes it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from corpus_tools.cli.format_schemas import to_bytes
 
 
 def study_schema() -> bytes:
-    """The content of the schema's file."""
+    """Return the content of the schema's file."""
     content = msgspec.json.schema(StudyConfig)
     tasks = content["$defs"]["StudyConfig"]["properties"]["tasks"]
     tasks["propertyNames"] = {"enum": list(task_names())}  # msgspec describes values, not keys

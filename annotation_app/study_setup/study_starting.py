@@ -48,7 +48,7 @@ from g3.errors import CorpusError, FormatError
 
 @dataclass(frozen=True, slots=True)
 class StudyParts:
-    """What a study is made of, and its file, if it has one."""
+    """The videos and commands that make up a study, and its file, if it has one."""
 
     config: StudyConfig
     videos: Sequence[Rendered | OwnVideo]
@@ -59,12 +59,12 @@ class StudyParts:
 
     @property
     def has_scenes(self) -> bool:
-        """Whether it is known what is where in the videos."""
+        """True if the things in the videos are known."""
         return all(knows_things(video) for video in self.videos)
 
 
 def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
-    """Read a study's file, and find its commands and its `videos`, if they aren't where it says.
+    """Read a study's file, and find its commands and its `videos`, if they were moved.
 
     A CorpusError lists all that is wrong.
     """
@@ -83,7 +83,7 @@ def find_parts(
     are_played: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> tuple[StudyParts, list[CorpusError]]:
-    """A study's videos and commands, and all that is wrong with them.
+    """Return a study's videos and commands, and all of their faults.
 
     `file` is where the study's file is, or will be. If videos `are_played`, they are decoded: they
     must be whole, and browsers must be able to play them.
@@ -121,7 +121,7 @@ def study_videos(
     things: Path | None = None,
     on_note: OnNote = no_note,
 ) -> Sequence[Rendered | OwnVideo]:
-    """The videos of a folder or a table; an error if there are none, or a wanted one is missing.
+    """Return the videos of a folder or a table; raise if there are none, or one is missing.
 
     `things` is a COCO file of what is where in their pictures, if they come from elsewhere.
     """
@@ -159,7 +159,7 @@ def study_videos(
 
 
 def changed_since_asked(session: Session, parts: StudyParts) -> list[FormatError]:
-    """Find the videos of a study whose files were replaced since people were asked about them."""
+    """Find the videos of a study whose files were replaced since people had items about them."""
     study = session.scalars(select(Study).where(Study.name == parts.config.name)).first()
     if study is None:
         return []
@@ -178,7 +178,7 @@ def changed_since_asked(session: Session, parts: StudyParts) -> list[FormatError
 def prepare_parts(
     parts: StudyParts, setup: Config, on_progress: OnProgress = no_progress
 ) -> list[Rendered]:
-    """A study's videos, with pictures of them in the installation's folder."""
+    """Prepare a study's videos, with pictures of them in the installation's folder."""
     base = setup.instance / "own-videos" / parts.config.name
     return [
         _prepared(item, base, on_progress) if isinstance(item, OwnVideo) else item

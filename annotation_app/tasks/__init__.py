@@ -1,1 +1,1 @@
-"""What people do: items leased, shown, answered, checked, and made into the next task."""
+"""The tasks that people do: items leased, shown, answered, checked, and made into the next task."""

@@ -1,4 +1,4 @@
-"""How much people agree: F scores of clauses, α and κ of what is chosen, and what they dispute."""
+"""Agreement between people: F scores of clauses, α and κ of choices, and disputed parts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place
 
 
 class Part(NamedTuple):
-    """Something that people decided, and whether they decided differently."""
+    """A part of an answer that people decided, and whether they decided differently."""
 
     kind: str
     """`CLAUSE_TYPE`, `WORDS`, `THING` or `PLACE`."""
@@ -30,7 +30,7 @@ class Part(NamedTuple):
     """A type, words in small letters, the name of a thing, the number of a place."""
     differs: bool
     video: str = ""
-    """Where the thing or place is; empty for what is in no video."""
+    """Video with the thing or place; empty for parts that are in no video."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,23 +39,24 @@ class Measured:
 
     measure: str
     value: float | None
-    """None where there is none; the reason says why."""
+    """Measured value, or None with a reason."""
     units: int
-    """What was answered by two people or more: commands, clauses, pairs."""
+    """Units that two people or more answered: commands, clauses, pairs."""
     task: TaskName = ""
     answers: str = "all"
-    """Of which task, and of which of its answers: `annotation_app.dashboard.consensus` says."""
+    """Task and kind of the answers measured; `annotation_app.dashboard.consensus` sets it."""
     reason: Reason = ""
-    """Why there is no value, by its name in `corpus_tools.corpus.estimate`; empty if there is."""
+    """Reason for the lack of a value, by its name in `corpus_tools.corpus.estimate`; empty if there
+    is a value."""
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
-    """F score of the clauses of two annotations of a command: same type and same words."""
+    """Return the F score of two annotations' clauses for a command: same type and same words."""
     return _f_score(_spans(one), _spans(other))
 
 
 def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
-    """F score of the clauses with what their fields hold and where they hang in the tree.
+    """Return the F score of the clauses with their fields' content and their place in the tree.
 
     Two clauses are the same if these are equal: their type, the words of their figures and
     relations, the fields of their parents that they are in, and all words of these parents.
@@ -66,7 +67,7 @@ def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
 def mean_pairwise(
     items: Iterable[Sequence[Sequence[SDC]]], measure: Measure
 ) -> tuple[float, int] | None:
-    """Mean F score over all pairs of annotations of the same command, and how many pairs."""
+    """Return the mean F score over all pairs of a command's annotations, and the pairs' number."""
     score = span_f if measure == "span" else tree_f
     scores = [score(a, b) for trees in items for a, b in combinations(trees, 2)]
     return (float(np.mean(scores)), len(scores)) if scores else None
@@ -75,7 +76,7 @@ def mean_pairwise(
 def measured(
     units: Iterable[Sequence[Any]], levels: Sequence[Level] = ("nominal",)
 ) -> Iterator[Measured]:
-    """Krippendorff's α and Fleiss' κ of what people chose for each unit."""
+    """Yield Krippendorff's α and Fleiss' κ of people's choices for each unit."""
     rated = [unit for unit in units if len(unit) > 1]
     for level in levels:
         yield _figure(f"Krippendorff's α, {level}", krippendorff_alpha(rated, level), len(rated))
@@ -90,7 +91,7 @@ def _figure(measure: str, found: Estimate, units: int) -> Measured:
 def by_clause(
     items: Iterable[Sequence[Record]], part: str, value: Callable[[Any], Hashable]
 ) -> Iterator[list[Hashable]]:
-    """What people chose for each clause, from the part of their answers that has it by node."""
+    """Yield people's choices for each clause, from the part of answers that has it by node."""
     for bodies in items:
         for node in dict.fromkeys(node for body in bodies for node in body[part]):
             yield [value(body[part][node]) for body in bodies if node in body[part]]
@@ -114,7 +115,7 @@ def _nodes(sdcs: Sequence[SDC]) -> Counter[Hashable]:
 
 
 def _walk(sdcs: Sequence[SDC]) -> Iterator[tuple[SDC, str, SDC | None]]:
-    """Each clause, the field it is in, and its parent."""
+    """Yield each clause, the field it is in, and its parent."""
     pending: list[tuple[SDC, str, SDC | None]] = [(sdc, "", None) for sdc in sdcs]
     while pending:
         sdc, field, parent = pending.pop()

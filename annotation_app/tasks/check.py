@@ -1,4 +1,4 @@
-"""Check: people say whether clauses match what was drawn at random for them.
+"""Check: people judge the match of clauses and groundings drawn at random for them.
 
 An item's payload is ``{"video", "text", "command", "sdcs", "grounding": id of the answer, "shown":
 {node: {"video", "objects": [ids], "places": [indices]}}}``. Where nobody knows what is where in
@@ -62,7 +62,7 @@ COLUMNS = (
 
 
 class Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Whether clauses match what was shown with them."""
+    """Verdicts on the match of clauses and the groundings shown with them."""
 
     verdicts: dict[str, bool | Literal["cant_tell"]]
     watched_s: Seconds | None = None
@@ -71,7 +71,7 @@ class Checked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class CheckCounts:
-    """How many clauses were checked."""
+    """The number of clauses checked."""
 
     checks: int
 
@@ -131,7 +131,7 @@ def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) ->
 def random_groundings(
     session: Session, item: Item, body: Record, rng: np.random.Generator
 ) -> Mapping[str, Record]:
-    """As many random groundings for each clause as it has right ones (section 4.1).
+    """Draw as many random groundings for each clause as it has right ones (section 4.1).
 
     They come from all videos; what happens comes from another video than the command's.
     """
@@ -190,7 +190,7 @@ def _export(parts: CorpusParts) -> None:
 def _without_scenes(
     session: Session, config: StudyConfig, item: Item, answer: Answer
 ) -> Iterable[NewItem]:
-    """An item that asks of a command's EVENTs and PATHs whether another video shows them.
+    """Yield an item that asks if another video shows a command's EVENTs and PATHs.
 
     It is drawn from the study's videos, but not from those for which somebody has given the very
     same command. There is none where it is known what is where: then things are drawn, too.
@@ -218,7 +218,7 @@ def _table(session: Session, study: Study, file: IO[bytes]) -> None:
 
 
 def _rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
-    """For each clause that was checked: what was shown with it, and how often it matched."""
+    """Yield each clause that was checked with the things shown, and its counts of verdicts."""
     found: dict[str, tuple[Item, list[Record]]] = {}
     for answer, item in answers_of(session, study, "check", adopted=True):
         found.setdefault(item.id, (item, []))[1].append(answer.body["verdicts"])

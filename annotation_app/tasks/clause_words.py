@@ -1,4 +1,4 @@
-"""Words and clauses of commands, as pages get them, and in which order people are asked of them."""
+"""Words and clauses of commands in the form of pages, and the order of questions about them."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ HAPPENING = ("EVENT", "PATH")
 
 
 def words_of(text: str) -> Iterator[dict[str, Any]]:
-    """The words of a command and where each starts."""
+    """Yield the words of a command and their starts."""
     return ({"start": m.start(), "text": m[0]} for m in WORD.finditer(text))
 
 
 def phrase_of(sdc: SDC) -> str:
-    """All words of a clause."""
+    """Return all words of a clause."""
     return " ".join(word.text for word in all_words(sdc))
 
 
 def clauses_of(sdcs: tuple[SDC, ...]) -> list[Record]:
-    """The clauses that words name: ``node`` (breadth first), ``type`` and ``phrase``."""
+    """Return the clauses that words name: ``node`` (breadth first), ``type`` and ``phrase``."""
     return [
         {"node": node, "type": sdc.type, "phrase": phrase_of(sdc)}
         for node, sdc in enumerate(breadth_first(sdcs))
@@ -36,13 +36,13 @@ def clauses_of(sdcs: tuple[SDC, ...]) -> list[Record]:
 
 
 def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
-    """The clauses that words name, in the order in which people are asked about them.
+    """Return the clauses that words name, in the order of the questions about them.
 
     Things and places come first, as the command names them: the parts of a clause before the
-    clause, and what a pronoun may stand for before the pronoun. Then comes what happens, each
-    EVENT before what is said of its way.
+    clause, and a pronoun's possible referents before the pronoun. EVENTs and PATHs follow, each
+    EVENT before its PATHs.
 
-    Of each it has what :func:`clauses_of` tells, ``several``: whether its words speak of several
+    Each record has the fields of :func:`clauses_of`, ``several``: true if its words name several
     things, and ``during``: the EVENT that a PATH is within, or None.
     """
     nodes = list(breadth_first(sdcs))
@@ -61,7 +61,7 @@ def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
 def _things(
     sdcs: tuple[SDC, ...], nodes: Sequence[SDC], known: Mapping[int, Record]
 ) -> Iterator[int]:
-    """Things and places, by where their words end; each after what it needs."""
+    """Yield things and places, by their words' ends; each after the clauses that it needs."""
     parts = [[c for group in of.values() for c in group] for of in child_indices(sdcs)]
     needed = {a.index: [one.index for one in a.antecedents] for a in anaphors(sdcs)}
     order = sorted(
@@ -84,21 +84,21 @@ def _things(
 
 
 def _happenings(nodes: Sequence[SDC], known: Mapping[int, Record]) -> list[int]:
-    """What happens, by where its words begin; the longer of two that begin at the same word."""
+    """Return the nodes of EVENTs and PATHs by their words' starts, the longer first if equal."""
     found = [node for node in known if nodes[node].type in HAPPENING]
     extents = {node: _extent(nodes[node]) for node in found}
     return sorted(found, key=lambda node: (extents[node][0], -extents[node][2]))
 
 
 def _extent(sdc: SDC) -> tuple[int, int, int]:
-    """Where a clause's words begin and end, and how many there are."""
+    """Return the beginning and end of a clause's words, and their number."""
     words = all_words(sdc)
     starts, ends = [word.start for word in words], [word.end for word in words]
     return min(starts, default=0), max(ends, default=0), len(words)
 
 
 def _events(sdcs: tuple[SDC, ...], nodes: Sequence[SDC]) -> Mapping[int, int]:
-    """The EVENT that each PATH is within."""
+    """Return the EVENT that each PATH is within."""
     inside: dict[int, int] = {}
     for node, of in enumerate(child_indices(sdcs)):
         event = node if nodes[node].type == "EVENT" else inside.get(node)

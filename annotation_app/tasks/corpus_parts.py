@@ -1,4 +1,4 @@
-"""What an exported corpus is gathered from, task by task."""
+"""Parts of an exported corpus, gathered task by task."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class World:
 @short_repr
 @dataclass(slots=True)
 class CorpusParts:
-    """What tasks add to: those whose answers are commands first, then the others in their order."""
+    """Parts that tasks add to: first those whose answers are commands, then the others in order."""
 
     session: Session
     study: Study
@@ -50,7 +50,7 @@ class CorpusParts:
     worlds: Mapping[str, World]
     """By video."""
     people: Mapping[str, str]
-    """What exports call people, by their ids."""
+    """Names of people in exports, by their ids."""
     commands: dict[int, Command] = field(default_factory=dict)
     """By the id of the answer that the command is."""
     annotations: list[Annotation] = field(default_factory=list)
@@ -58,7 +58,7 @@ class CorpusParts:
 
 
 def gather(session: Session, study: Study) -> CorpusParts:
-    """The parts that no answer makes: worlds, people, and what the study's corpus held."""
+    """Return the parts that no answer makes: worlds, people, and the study's corpus."""
     return CorpusParts(
         session, study, _imported(session, study), _worlds(session, study), people_of(session)
     )
@@ -67,7 +67,7 @@ def gather(session: Session, study: Study) -> CorpusParts:
 def answers_of(
     session: Session, study: Study, task: TaskName, *, adopted: bool | None = None
 ) -> Iterator[tuple[Answer, Item]]:
-    """The answers to a task that belong into a corpus, in the order in which they came."""
+    """Yield the answers to a task that belong into a corpus, in the order of their arrival."""
     rows = session.execute(
         select(Answer, Item)
         .join(Item, Item.id == Answer.item_id)
@@ -96,7 +96,7 @@ def add_commands(parts: CorpusParts, task: TaskName) -> None:
 
 
 def people_of(session: Session) -> dict[str, str]:
-    """What exports call people, by their ids."""
+    """Return the names of people in exports, by their ids."""
     return {person.id: subject_of(person) for person in session.scalars(select(Person))}
 
 
@@ -109,7 +109,7 @@ def _imported(session: Session, study: Study) -> Corpus | None:
 
 
 def _worlds(session: Session, study: Study) -> dict[str, World]:
-    """Logs of videos get a clock of their own each; a corpus's have theirs.
+    """Return worlds by video; logs of videos get a clock of their own each, a corpus's have theirs.
 
     Videos without a scene have no world.
     """
@@ -127,6 +127,6 @@ def _worlds(session: Session, study: Study) -> dict[str, World]:
 
 
 def _shifted(item: PhysicalObject, seconds: float) -> PhysicalObject:
-    """The same on another clock."""
+    """Return the object on a clock shifted by some seconds."""
     path = item.trajectory
     return replace(item, trajectory=Trajectory(path.t + seconds, path.xyz, path.yaw))

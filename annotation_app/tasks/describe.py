@@ -33,7 +33,7 @@ from annotation_app.tasks.watched_videos import (
 LONGEST_TEXT = 2000
 LONGEST_COMMAND_WORDS = 200
 SAME_TEXTS = 3
-"""How often somebody may type the same."""
+"""Number of equal texts by one person that is odd."""
 
 
 class Described(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -47,7 +47,7 @@ class Described(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class CommandCounts:
-    """What there is of commands."""
+    """Counts of commands."""
 
     commands: int
     words: int
@@ -55,7 +55,7 @@ class CommandCounts:
 
 
 def text_problems(text: str) -> Iterator[FieldProblem]:
-    """What is wrong with a command that somebody has typed."""
+    """Yield the faults of a command that a person has typed."""
     if not any(character.isalnum() for character in text):
         yield FieldProblem("text", gettext("Type what you would tell the operator to do."))
     elif len(text) > LONGEST_TEXT:
@@ -69,7 +69,7 @@ def text_problems(text: str) -> Iterator[FieldProblem]:
 
 
 def typed_often(bodies: Sequence[Record]) -> Iterator[str]:
-    """Whether somebody has typed the same command again and again."""
+    """Yield a remark if a person has typed the same command again and again."""
     texts = Counter(body["text"].casefold() for body in bodies)
     same = max(texts.values(), default=0)
     if same >= SAME_TEXTS:

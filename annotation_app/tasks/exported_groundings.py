@@ -1,4 +1,4 @@
-"""Between answers and groundings: what people showed, what was drawn, what a model suggests.
+"""Conversion of answers and groundings: shown by people, drawn at random, suggested by a model.
 
 The model that suggests is the installation's own (``--model`` of ``ct annotate serve``); without
 one there are no suggestions, for training the bundled model takes minutes. It is never asked when
@@ -42,7 +42,7 @@ _ONE_AT_A_TIME = threading.Lock()
 def positive(
     answer: Answer, item: Item, command: Command, worlds: Mapping[str, World]
 ) -> Annotation:
-    """What somebody showed, as the annotation of a command."""
+    """Return a person's groundings as the annotation of a command."""
     world = worlds[item.payload["video"]]
     sdcs = from_json(item.payload["sdcs"])
     trims = _trims(sdcs, answer.body["trims"])
@@ -74,7 +74,7 @@ def positive(
 def checked_negative(
     item: Item, command: Command, worlds: Mapping[str, World], verdicts: Sequence[Record]
 ) -> Annotation:
-    """What was drawn at random for a command, with the labels that most people gave."""
+    """Return a command's random groundings, labelled by the majority of verdicts."""
     sdcs = from_json(item.payload["sdcs"])
     groundings: list[tuple[Grounding, ...]] = []
     correct: list[bool | None] = []
@@ -108,7 +108,7 @@ def checked_negative(
 
 
 def shown_groundings(annotation: Annotation) -> Record:
-    """OBJECT and PLACE groundings as answers have them, for an editor to start from."""
+    """Return OBJECT and PLACE groundings as in answers, for an editor to start from."""
     found: Record = {}
     pairs = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
     for node, (sdc, groundings) in enumerate(pairs):
@@ -118,7 +118,7 @@ def shown_groundings(annotation: Annotation) -> Record:
 
 
 def as_answered(groundings: Iterable[Grounding], context: Context) -> Record:
-    """What a clause is grounded in as answers have it: a thing or place of the map, or corners."""
+    """Return a clause's groundings as in answers: things or places of the map, or corners."""
     places = {id(place): i for i, place in enumerate(context.places)}
     known = {item.id for item in context.objects}
     found = tuple(groundings)
@@ -135,7 +135,7 @@ def as_answered(groundings: Iterable[Grounding], context: Context) -> Record:
 
 
 def suggested(session: Session, item: Item) -> Record | None:
-    """``{"groundings": {node: grounding}}``; None without a model, or if it finds nothing to do.
+    """Return ``{"groundings": {node: grounding}}``; None without a model or without anything to do.
 
     An item may come with a suggestion of its own.
     """
@@ -175,7 +175,7 @@ def _grounder(model: Path) -> Grounder:
 def _trims(
     sdcs: tuple[SDC, ...], trims: Mapping[str, Sequence[float]]
 ) -> dict[int, Sequence[float] | None]:
-    """For each clause the part of the video it refers to: its own, else that of what it is in."""
+    """Return the part of the video for each clause: its own, else that of the clause above it."""
     found: dict[int, Sequence[float] | None] = {}
     for node, children in enumerate(child_indices(sdcs)):
         found[node] = trims.get(str(node), found.get(node))
@@ -185,7 +185,7 @@ def _trims(
 
 
 def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Grounding:
-    """What the robot does: all of the log, or a part."""
+    """Return the robot's motion as a grounding: all of the log, or a part."""
     agent = world.context.agent
     if trim is not None:
         start, end = (world.start_s + world.scene.since_start(moment) for moment in trim)
@@ -194,7 +194,7 @@ def _happening(world: World, sdc: SDC, trim: Sequence[float] | None) -> Groundin
 
 
 def _trimmed(item: PhysicalObject, start: float, end: float) -> PhysicalObject:
-    """What an object does between two times of its clock; its shape is that at the first."""
+    """Return an object's motion between two times of its clock, with its shape at the first."""
     path = item.trajectory
     first, last = np.clip([start, end], path.t[0], path.t[-1])
     inner = path.t[(path.t > first) & (path.t < last)]
@@ -209,7 +209,7 @@ def _trimmed(item: PhysicalObject, start: float, end: float) -> PhysicalObject:
 
 
 def _place(place: Record, context: Context) -> Place:
-    """One of the context's places, or what was marked, on top of what is there."""
+    """Return one of the context's places, or a marked one, on top of the things there."""
     if "place" in place:
         return context.places[place["place"]]
     xy = np.array(place["xy"], dtype=np.float64)

@@ -2,8 +2,8 @@
 
 An item's payload is ``{"video", "text", "command", "sdcs"}``. The page sends ``{"groundings":
 {node: {"objects": [ids], "places": [{"xy"} or {"place": index}], "cant_tell", "time_s"}}, "trims":
-{node: [start_s, end_s]}, "whole": [nodes]}`` with the ids that it was told; real ones are
-kept, and the parts of the video as `annotation_app.tasks.video_parts` says. It is adopted as a
+{node: [start_s, end_s]}, "whole": [nodes]}`` with the ids that it was given; real ones are
+kept, and the parts of the video as in `annotation_app.tasks.video_parts`. It is adopted as a
 segmentation is.
 """
 
@@ -58,7 +58,7 @@ from g3.sdc.sdc_notation import from_json
 MOST_THINGS = 50
 SMALLEST_PLACE_M2 = 0.01
 FAR_M = 200.0
-"""How far from the map's things a place may be marked."""
+"""Largest distance of a marked place from the map's things, in metres."""
 COLUMNS = (
     "answer", "command", "video", "clause", "type", "phrase", "things", "labels", "boxes", "places",
     "cant_tell", "from_s", "to_s",
@@ -76,7 +76,7 @@ class MarkedPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class ClauseGrounding(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a clause refers to."""
+    """The referents of a clause."""
 
     objects: Annotated[list[str], msgspec.Meta(max_length=MOST_THINGS)] = []
     places: Annotated[list[MarkedPlace], msgspec.Meta(max_length=MOST_THINGS)] = []
@@ -96,7 +96,7 @@ class Grounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class GroundingCounts:
-    """How many clauses are grounded in adopted answers."""
+    """The number of clauses grounded in adopted answers."""
 
     groundings: int
 
@@ -242,9 +242,9 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
 
 
 def _opened(data: Record, answer: Record) -> Record:
-    """The page's first state has the parts of an answer, and nodes as numbers.
+    """Return a page's data whose first state has an answer's parts, and nodes as numbers.
 
-    Who decides between answers has seen the video on the page before, and needn't watch it again.
+    Adjudicators have seen the video on the page before, and needn't watch it again.
     """
     return {
         **data,
@@ -257,7 +257,7 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
 
 
 def _table(session: Session, study: Study, file: IO[bytes]) -> None:
-    """A row for each clause that an adopted answer grounds.
+    """Write a row for each clause that an adopted answer grounds.
 
     ``things`` are ids: of annotations, if the things come from a COCO file. ``boxes`` are x, y,
     width and height in pixels of the picture.

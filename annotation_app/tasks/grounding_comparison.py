@@ -1,4 +1,4 @@
-"""Answers to a grounding beside each other: what they share, in words and drawn, and what not."""
+"""Comparison of answers to a grounding: their common and differing parts, in words and drawn."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ MARGIN_M = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Something that an answer says of a clause."""
+    """An answer's choice for a clause."""
 
     text: str
     """In words."""
     shown: str
-    """What the worker's page calls the thing or place; empty for all else."""
+    """Name of the thing or place on the worker's page; empty for all else."""
     differs: bool
-    """Whether another answer doesn't say so."""
+    """True if another answer lacks this choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class ComparedClause:
-    """A clause: what each answer says of it, in the order of the answers."""
+    """A clause and each answer's choices for it, in the order of the answers."""
 
     node: int
     phrase: str
@@ -46,7 +46,7 @@ class ComparedClause:
 
     @property
     def differs(self) -> bool:
-        """Whether the answers don't all say the same."""
+        """True if the answers disagree."""
         return any(choice.differs for choices in self.choices for choice in choices)
 
 
@@ -57,9 +57,9 @@ class Outline:
     kind: str
     """``thing``, ``place`` or ``area``: one that an answer has drawn."""
     shown: str
-    """What the worker's page calls it; empty for what no answer speaks of."""
+    """Name on the worker's page; empty for things in no answer."""
     differs: bool
-    """Whether the answers don't agree on it."""
+    """True if the answers disagree on the thing."""
     polygons: tuple[str, ...]
     """Corners of each, as the attribute ``points``."""
 
@@ -71,7 +71,7 @@ class Picture:
     video: str | None
     """Its public name; None without pictures."""
     size: tuple[int, int]
-    """Of the video, in pixels."""
+    """Width and height of the video, in pixels."""
     seen: tuple[Outline, ...]
     """Outlines on the first frame, in pixels."""
     view: str
@@ -82,19 +82,19 @@ class Picture:
 
 
 def grounding_key(grounding: Record) -> bytes:
-    """What two groundings of a clause must share to be the same."""
+    """Return the part of a grounding that equal groundings of a clause share."""
     return msgspec.json.encode(
         (sorted(grounding["objects"]), grounding["places"], grounding["cant_tell"])
     )
 
 
 def essence(body: Record) -> Any:
-    """What two answers must share to agree: all but how long people took."""
+    """Return the part that agreeing answers share: all but the time people took."""
     return body["trims"], {node: grounding_key(g) for node, g in body["groundings"].items()}
 
 
 def shared_part(one: Record, other: Record) -> float:
-    """The part of the clauses that two answers ground alike."""
+    """Return the share of the clauses that two answers ground alike."""
     first, second = one["groundings"], other["groundings"]
     nodes = first.keys() | second.keys()
     alike = sum(
@@ -107,7 +107,7 @@ def shared_part(one: Record, other: Record) -> float:
 
 
 def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes) -> Compared:
-    """What each clause was grounded to, and a picture of all of it, with what differs marked."""
+    """Return each clause's choices, and a picture of all of them, with differences marked."""
     video = item.payload["video"]
     scene, names = aliases_of(session, item, video, salt)
     shown: Mapping[Key, str] = {
@@ -122,7 +122,7 @@ def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes)
 
 
 def disputed_parts(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
-    """The clauses of a command, their words, and the things and places that people chose."""
+    """Yield the clauses of a command, their words, and the things and places that people chose."""
     for clause, _, said in _said_of(item, bodies):
         differs = len(set(said)) > 1
         yield Part(CLAUSE_TYPE, clause["type"], differs)
@@ -136,7 +136,7 @@ def disputed_parts(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
 def _said_of(
     item: Item, bodies: Sequence[Record]
 ) -> Iterator[tuple[Record, SDC, list[tuple[Key, ...]]]]:
-    """The clauses of a command, and what each answer says of them."""
+    """Yield the clauses of a command, and each answer's choices for them."""
     sdcs = from_json(item.payload["sdcs"])
     nodes = list(breadth_first(sdcs))
     for clause in clauses_of(sdcs):
@@ -167,7 +167,7 @@ def _clauses(
 
 
 def _said(body: Record, node: str, sdc: SDC) -> tuple[Key, ...]:
-    """What an answer says of a clause."""
+    """Return an answer's choices for a clause."""
     if sdc.type in HAPPENING:
         part = body["trims"].get(node)
         return (("time", None if part is None else tuple(part)),)
@@ -203,7 +203,7 @@ def _words(key: Key) -> str:
 
 
 def _disputed_keys(bodies: Sequence[Record]) -> set[Key]:
-    """The things, places and areas that not all answers choose for the same clauses."""
+    """Return the things, places and areas that not all answers choose for the same clauses."""
     chosen = [
         {
             (node, key)
@@ -217,7 +217,7 @@ def _disputed_keys(bodies: Sequence[Record]) -> set[Key]:
 
 
 def _all_keys(bodies: Iterable[Record]) -> list[Key]:
-    """What answers choose for any clause, each once, in the order of the answers."""
+    """Return answers' choices for any clause, each once, in the order of the answers."""
     groundings = (grounding for body in bodies for grounding in body["groundings"].values())
     return list(dict.fromkeys(key for grounding in groundings for key in _chosen(grounding)))
 
@@ -229,7 +229,7 @@ def _drawn(
     shown: Mapping[Key, str],
     disputed: Collection[Key],
 ) -> Picture:
-    """A scene with what answers speak of; on what is `disputed` of it they don't agree."""
+    """Return a scene with answers' choices; on those in `disputed` the answers differ."""
     size = scene.segmentation.get("width", 0), scene.segmentation.get("height", 0)
 
     def outline(key: Key, polygons: Sequence[Sequence[Sequence[float]]]) -> Outline:

@@ -1,4 +1,4 @@
-"""What practice examples are about: a made-up scene at sea, which puts no words into mouths."""
+"""The app's practice examples: a made-up scene at sea, which suggests no words for commands."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ COMMAND = N_("Sail to the buoy by the lighthouse.")
 
 
 class PracticeExample(msgspec.Struct, frozen=True):
-    """What there is to make a task's practice example of."""
+    """Material for a task's practice example."""
 
     command: str
-    """What somebody has typed for the video."""
+    """Command typed for the video."""
     words: list[dict[str, Any]]
     """Its words, and where each starts."""
     sdcs: list[Record]
@@ -29,25 +29,25 @@ class PracticeExample(msgspec.Struct, frozen=True):
     clauses: list[Record]
     """Node, type and phrase of each clause that words name."""
     watched: Record
-    """What a page needs to show the video."""
+    """Page's data of the video."""
     scene: Record
-    """The same, with outlines and a map."""
+    """Page's data of the video, with outlines and a map."""
 
 
 def practice_example() -> PracticeExample:
-    """The example with its command in the language that is spoken."""
+    """Return the example with its command in the language of the page."""
     return _reworded(_written(), gettext(COMMAND))
 
 
 @functools.cache
 def _written() -> PracticeExample:
-    """The scene that ``python docs/make_practice.py`` has written."""
+    """Return the scene that ``python docs/make_practice.py`` has written."""
     file = resources.files("annotation_app.tasks") / "practice.json"
     return msgspec.json.decode(file.read_bytes(), type=PracticeExample)
 
 
 def _reworded(example: PracticeExample, command: str) -> PracticeExample:
-    """The example with another command, word for word; as it is if the numbers of words differ."""
+    """Return the example with another command, word for word; unchanged if word counts differ."""
     words = list(words_of(command))
     if len(words) != len(example.words):
         return example

@@ -39,11 +39,11 @@ from g3.annotation import RATINGS, Judgment
 AGREES, DISAGREES = 4, 2
 """From and up to which rating an attention check was understood."""
 FEWEST_RATINGS = 8
-"""How many ratings must be the same to be odd."""
+"""Smallest number of ratings, all equal, that is odd."""
 
 
 class Rated(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How much somebody agrees: 1 strongly disagrees, 5 strongly agrees."""
+    """A person's agreement: 1 strongly disagrees, 5 strongly agrees."""
 
     rating: Annotated[int, msgspec.Meta(ge=1, le=5)]
     watched_s: Seconds | None = None
@@ -52,13 +52,13 @@ class Rated(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class RatingCounts:
-    """How often each rating was given."""
+    """The number of answers with each rating."""
 
     ratings: dict[int, int]
 
 
 def judgments(session: Session, study: Study) -> list[Judgment]:
-    """The ratings that people have given in a study."""
+    """Return the ratings that people have given in a study."""
     people = people_of(session)
     return [
         Judgment(
@@ -75,7 +75,7 @@ def judgments(session: Session, study: Study) -> list[Judgment]:
 
 
 def passes(payload: Record, body: Record) -> bool:
-    """Whether an attention check was answered as it should be."""
+    """Check that an attention check has its right answer."""
     rating: int = body["rating"]
     return rating >= AGREES if payload["right"] else rating <= DISAGREES
 
@@ -91,7 +91,7 @@ def _check(
 
 
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
-    """A command with its own video, and with another one."""
+    """Yield a command with its own video, and with another one."""
     own, subject = item.payload["video"], f"command {answer.id}"
     others = other_videos(session, item.study_id, own)
     shown = [own]
@@ -103,7 +103,7 @@ def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) ->
 
 
 def _of_study(config: StudyConfig) -> Iterator[NewItem]:
-    """Attention checks, and pairs to be rated."""
+    """Yield attention checks, and pairs to be rated."""
     for known in config.known_commands if config.attention_checks else ():
         for video in (known.video, known.wrong_video):
             about = _about(known.text, video, known.video, right=video == known.video)

@@ -56,7 +56,7 @@ class Segmented(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class TreeCounts:
-    """What there is of adopted trees, and how many clauses of each type they have."""
+    """Counts of adopted trees, and of their clauses of each type."""
 
     trees: int
     clauses: dict[str, int]
@@ -72,7 +72,7 @@ class ShownTrees:
 
 
 def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> Iterator[FieldProblem]:
-    """What is wrong with the SDC trees of a command, beyond their form."""
+    """Yield the faults of a command's SDC trees, beyond their form."""
     if all(sdc.is_implicit for sdc in breadth_first(sdcs)):
         yield FieldProblem("sdcs", gettext("Mark at least one clause."))
     for i, tree in enumerate(sdcs):
@@ -145,7 +145,7 @@ def _compare(_session: Session, _item: Item, bodies: Sequence[Record], _salt: by
 
 
 def _opened(data: Record, answer: Record) -> Record:
-    """The page shows a suggestion as its first state: here it is an answer."""
+    """Return a page's data with an answer in place of the suggestion, as its first state."""
     return {**data, "payload": {**data["payload"], "suggestion": answer["sdcs"]}}
 
 
@@ -168,7 +168,7 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterator[Measured]:
 
 
 def _became_of(provenance: Record | None) -> str:
-    """A suggestion's state, and what its likeness to the answer is, for a comment."""
+    """Return a suggestion's state and its likeness to the answer, for a comment."""
     if provenance is None:
         return "unknown"
     likeness = f", likeness {provenance['likeness']:.3f}" if "likeness" in provenance else ""
@@ -176,7 +176,7 @@ def _became_of(provenance: Record | None) -> str:
 
 
 def to_conllu(session: Session, study: Study, file: IO[bytes]) -> None:
-    """The adopted clauses with their words; a FormatError if the English parser isn't installed."""
+    """Write the adopted clauses with their words; FormatError without the English parser."""
     from g3.language.parsing.conllu import to_conllu as sentence  # noqa: PLC0415 - slow to import
     from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
 

@@ -37,13 +37,13 @@ from annotation_app.tasks.watched_videos import (
 LONGEST_TEXT = 300
 MOST_SUBTASKS = 200
 CLOSE_S = 0.5
-"""How far beginnings may be apart that are taken for the same."""
+"""Largest difference of beginnings that are taken for the same, in seconds."""
 SLACK_S = 0.5
-"""How far beyond a video's end a subtask may begin: players round."""
+"""Largest time beyond a video's end at which a subtask may begin, as players round, in seconds."""
 
 
 class Subtask(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is done from a time on."""
+    """An activity that begins at a time."""
 
     start_s: Seconds
     text: str
@@ -60,14 +60,14 @@ class CutUp(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class SubtaskCounts:
-    """What there is of subtasks."""
+    """Counts of subtasks."""
 
     subtasks: int
     episodes_cut: int
 
 
 def boundary_f(one: Record, other: Record) -> float:
-    """F score of where subtasks begin, the first left out, which begins with the video.
+    """Return the F score of the subtasks' beginnings, without the first, which is the video's.
 
     Two beginnings are the same if they are at most `CLOSE_S` apart; each is matched once.
     """
@@ -84,12 +84,12 @@ def boundary_f(one: Record, other: Record) -> float:
 
 
 def steps_of(body: Record) -> list[tuple[float, str]]:
-    """When each subtask of an answer begins, in seconds, and what it is."""
+    """Return the beginning of each subtask of an answer, in seconds, and its description."""
     return [(float(step["start_s"]), step["text"]) for step in body["subtasks"]]
 
 
 def most_agreed(bodies: Sequence[Record]) -> int:
-    """Which of several answers agrees best with the others; the first of those that do."""
+    """Return the index of the answer that agrees best with the others; the first if several do."""
     scores = [
         sum(boundary_f(body, other) for other in bodies if other is not body) for body in bodies
     ]

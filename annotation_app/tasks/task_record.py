@@ -1,4 +1,4 @@
-"""What a task of the app is: the form of its answers, its page, and what is made of answers.
+"""Record of a task: the form of its answers, its page, and the items made of its answers.
 
 A task is one record. All else, from leases to exports, uses the record and knows no task by its
 name. ``docs/how-to/new-task.md`` shows how to add one.
@@ -29,7 +29,7 @@ from corpus_tools.world.scenarios.documents import Problem
 from g3.short_repr import short_repr
 
 COMMAND, CLAUSES, GROUNDINGS = "command", "clauses", "groundings"
-"""What answers give, and items are made of."""
+"""Kinds of content that answers give, and items are made of."""
 LONGEST_NAME = 20
 """Characters that the database has for a task's name."""
 
@@ -42,11 +42,11 @@ class TaskWords:
     title: str
     """One word, usually a verb."""
     summary: str
-    """What people do, in one sentence."""
+    """Summary of the work, in one sentence."""
     offer: str
-    """The same for people at a crowd platform, who do it several times."""
+    """Summary for people at a crowd platform, who do it several times."""
     instructions: tuple[str, ...]
-    """What to know before, a sentence or two each."""
+    """Preparatory instructions, a sentence or two each."""
     keys: tuple[tuple[str, str], ...] = ((N_("Ctrl Enter"), N_("send")),)
     """Each key of the page, and what it does."""
 
@@ -54,17 +54,16 @@ class TaskWords:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a task's items come from, if they are made of adopted answers."""
+    """The origin of a task's items that are made of adopted answers."""
 
     made_of: str
-    """What answers must give: `COMMAND`, `CLAUSES`, or what another task's ``gives`` says."""
+    """Content that answers must give: `COMMAND`, `CLAUSES`, or another task's ``gives``."""
     items: Callable[[Session, StudyConfig, Item, Answer], Iterable[NewItem]]
-    """The items that are made of an adopted answer to an item
-    (:mod:`annotation_app.items.new_items` tells how their subjects begin)."""
+    """Items that are made of an adopted answer to an item (:mod:`annotation_app.items.new_items`
+    defines the prefixes of their subjects)."""
     shows: Callable[[Record, Answer], bool] = lambda _payload, _answer: False
-    """Whether an item of such a payload shows what an answer holds. It says whether an item may
-    stay when the data of another answer's author are erased. It isn't needed for items that are
-    made of commands."""
+    """True if an item of such a payload shows this answer's content. Such an item may stay when the
+    data of another answer's author are erased. Not needed for items that are made of commands."""
 
 
 @short_repr
@@ -73,34 +72,34 @@ class Compared:
     """Several answers to an item, as the page shows them that decides between them."""
 
     sides: tuple[Any, ...]
-    """What the task's template shows of each answer."""
+    """Data that the task's template shows of each answer."""
     about: Mapping[str, Any] = field(default_factory=dict)
-    """What it shows of all of them."""
+    """Data that the template shows of all answers."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Adjudication:
-    """How people decide between answers to an item that differ."""
+    """The way in which people decide between differing answers to an item."""
 
     essence: Callable[[Record], Any]
-    """What two answers must share to agree."""
+    """Part that agreeing answers share."""
     agreement: Callable[[Record, Record], float]
-    """How much two answers agree, from 0 to 1."""
+    """Agreement of two answers, from 0 to 1."""
     compare: Callable[[Session, Item, Sequence[Record], bytes], Compared]
-    """What the page shows of an item's answers. The last argument hides the names of things."""
+    """Data that the page shows of an item's answers. The last argument hides names of things."""
     opened: Callable[[Record, Record], Record]
-    """What the task's page gets so that its editor begins with an answer: made of what it gets
-    anyway and the answer in the form in which the page sends it. The page's first state is
-    ``data.start`` if that is given."""
+    """Data with which the task's page begins with an answer: made of its usual data and the answer
+    in the form in which the page sends it. The page's first state is ``data.start`` if that is
+    given."""
     template: str
-    """Of the page that compares; it extends ``dashboard/compare.html``."""
+    """Template of the page that compares; it extends ``dashboard/compare.html``."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What the dashboard counts of a task's answers.
+    """The dashboard's counts of a task's answers.
 
     Parameters
     ----------
@@ -109,9 +108,9 @@ class Counts:
     of
         The counts of answers: for each its body, and whether it was adopted.
     labels
-        What the fields are called that have a tile on the dashboard.
+        Names of the fields that have a tile on the dashboard.
     template
-        Of what the dashboard shows besides, if it shows more.
+        Template of the dashboard's further content, if there is more.
     """
 
     type: type[Any]
@@ -123,7 +122,7 @@ class Counts:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class AnswerTable:
-    """A file that can be made of answers: what its button says, its type, what writes it.
+    """A file made of answers: its button's text, its type, and the function that writes it.
 
     It writes to a file as it reads answers, so that those of a large study take little memory.
     """
@@ -166,84 +165,84 @@ class Task:
     name: str
     """In study files, addresses and the database: lower-case letters, at most 20."""
     words: TaskWords
-    """What people read."""
+    """Words that people read."""
     template: str
-    """Of the page; it extends ``task.html``."""
+    """Template of the page; it extends ``task.html``."""
     answer: type[msgspec.Struct]
     """The form in which the page sends an answer."""
     payload: Callable[[Session, Item, bytes], Record]
-    """What the page gets of an item, and nothing beyond it."""
+    """Data of an item that the page gets, and nothing beyond them."""
     check: Callable[[Session, AnyItem, Any, bytes], tuple[Record, Sequence[FieldProblem]]]
-    """An answer as it is kept, and what is wrong with it. What is kept has real names, what the
-    page sends has those that the page was told."""
+    """Answer in its kept form, and its faults. A kept answer has real names, a sent one has the
+    names that the page got."""
     sent_form: Callable[[Session, Item, Record, bytes], Record] = _as_kept
     """A kept answer in the form in which the page sends it."""
     blueprint: Blueprint | None = None
     """Serves the files of a task that comes from another distribution."""
     example: Callable[[PracticeExample], Record] | None = None
-    """What the page gets for practice; without it there is no practice."""
+    """Data of the practice page; without them there is no practice."""
     hides_title: bool = False
-    """Whether the page leaves out the study's title, which may name what is in the videos."""
+    """True if the page leaves out the study's title, which may name the videos' contents."""
     suggestion: Callable[[Session, Item], Any] | None = None
-    """What a program suggests for an item, None if nothing. The page gets it, or None where the
+    """Program's suggestion for an item, None if there is none. The page gets it, or None where the
     study or the draw withholds it, as ``"suggestion"`` of its payload."""
     shown_suggestion: Callable[[Session, Item, Any, bytes], Any] = _as_kept
-    """A suggestion as the page gets it, if that differs: with the names that people are told."""
+    """Suggestion in the page's form, if that differs: with the names that people read."""
     likeness: Callable[[Any, Record], float] | None = None
-    """How much a kept answer is like a suggestion, from 0 to 1. A task with suggestions has it."""
+    """Likeness of a kept answer to a suggestion, from 0 to 1. A task with suggestions has it."""
     reads: tuple[str, ...] = ()
-    """The fields of a study's file that its page shows, besides those of the task itself."""
+    """Fields of a study's file that the page shows, in addition to those of the task itself."""
     needs_scenes: bool = False
-    """Whether it must be known what is where in the videos."""
+    """True if the things in the videos and their places must be known."""
     practises: tuple[str, ...] = ()
-    """What a study's own practice items must have; empty if the task has none."""
+    """Content that a study's own practice items must have; empty if the task has none."""
     warm_up: Callable[[], None] | None = None
     """Called before the app serves a study with the task."""
 
     gives: str = ""
-    """What its adopted answers give to other tasks' items. The answers of a task that gives
+    """Content that adopted answers give to other tasks' items. The answers of a task that gives
     `COMMAND` have a ``"text"``."""
     source: Source | None = None
-    """Where items come from that are made of answers."""
+    """Origin of items that are made of answers."""
     without_scenes: Source | None = None
-    """Where items come from instead for videos of which nobody knows what is where. It makes none
-    for others."""
+    """Origin of items for videos whose things are unknown, instead of `source`. It makes none for
+    others."""
     of_video: Callable[[str, str], NewItem] | None = None
     """The item about a video, from its name and its SHA-256, for tasks that begin with videos."""
     of_study: Callable[[StudyConfig], Iterable[NewItem]] = _none
-    """The items that a study's file asks for."""
+    """Items that a study's file asks for."""
     study_problem: Callable[[StudyConfig], Problem | None] = lambda _study: None
-    """What is wrong with what a study's file says for this task; the study may not have it."""
+    """Fault in a study file's settings for this task; with one the study may not have it."""
     in_random_order: bool = False
-    """Whether people get the items in a random order of their own."""
+    """True if each person gets the items in a random order of their own."""
     passes: Callable[[Record, Record], bool] | None = None
-    """Whether an attention check was answered well, from its payload and the answer. A task with it
+    """True if an attention check was answered well, from its payload and the answer. A task with it
     has attention checks."""
     adjudication: Adjudication | None = None
-    """How people decide between answers; without it each answer is adopted at once."""
+    """Way in which people decide between answers; without it each answer is adopted at once."""
 
     export: Callable[[CorpusParts], None] = lambda _parts: None
     """Adds to an exported corpus what the answers make."""
     counts: Counts | None = None
-    """What the dashboard counts."""
+    """The dashboard's counts."""
     agreement: Callable[[Sequence[Sequence[Record]]], Iterable[Measured]] = _none
-    """How much people agree, from the answers to each item."""
+    """Agreement between people, from the answers to each item."""
     gist: Callable[[Record], Record] | None = None
     """The part of a kept answer that `counts`, `agreement`, `oddities` and `passes` read. With it
     the dashboard of a large study is faster: equal gists are read once."""
     disputed: Callable[[Item, Sequence[Record]], Iterable[Part]] = _none
     """The parts of an item's answers, two or more, on which people may disagree."""
     oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
-    """What is odd about the answers of one person, in plain words."""
+    """Oddities of the answers of one person, in plain words."""
     tables: Mapping[str, AnswerTable] = field(default_factory=dict)
     """The files that can be made of its answers, by the names of their formats."""
 
     @property
     def has_disputes(self) -> bool:
-        """Whether it shows on which parts of its answers people disagree."""
+        """True if the task shows the parts of its answers on which people disagree."""
         return self.disputed is not _none
 
     @property
     def sources(self) -> tuple[Source, ...]:
-        """Where items come from that are made of answers."""
+        """The origins of items that are made of answers."""
         return tuple(s for s in (self.source, self.without_scenes) if s is not None)

@@ -36,17 +36,17 @@ def register(task: Task) -> None:
 
 
 def tasks() -> tuple[Task, ...]:
-    """All tasks: a study's people see them in this order."""
+    """Return all tasks: a study's people see them in this order."""
     return tuple(TASKS.values())
 
 
 def task_names() -> tuple[TaskName, ...]:
-    """The names of all tasks, in their order."""
+    """Return the names of all tasks, in their order."""
     return tuple(TASKS)
 
 
 def task_of(name: TaskName) -> Task:
-    """The task of a name; refused if there is none."""
+    """Return the task of a name; raise Refusal if there is none."""
     task = TASKS.get(name)
     if task is None:
         raise Refusal(404, gettext("There is no such task here any more."))
@@ -54,7 +54,7 @@ def task_of(name: TaskName) -> Task:
 
 
 def makers(gives: str) -> tuple[Task, ...]:
-    """The tasks whose items are made of answers that give something."""
+    """Return the tasks whose items are made of answers with some content."""
     return tuple(
         task
         for task in TASKS.values()

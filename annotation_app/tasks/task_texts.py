@@ -1,4 +1,4 @@
-"""What people read on a task's page: the study's words, else the task's own."""
+"""Texts of a task's page: the study's words, else the task's own."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from annotation_app.studies.study_file import (
 from annotation_app.tasks.task_record import Task, TaskWords
 
 BOAT, THE_BOAT = N_("boat"), N_("the boat")
-"""What the app's own practice examples are about."""
+"""Subject of the app's own practice examples."""
 
 
 @dataclass(frozen=True, slots=True)
 class PageTexts:
-    """What a task's page says besides the task's words."""
+    """The texts of a task's page that aren't the task's words."""
 
     instructions: Markup
     """The study's own as HTML; empty if the task's words are to be shown."""
     statement: str
     scale: tuple[str, ...]
-    """What is rated, and the five levels."""
+    """Subject of the rating, and the five levels."""
     labels: Labels
-    """What things are called."""
+    """Names of things."""
 
 
 def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
-    """A task's words in the language that is spoken, with the study's own if it has some."""
+    """Return a task's words in the language of the page, with the study's own if it has some."""
     own, words = _own(config, task), task.words
     return TaskWords(
         title=own.title or gettext(words.title),
@@ -48,7 +48,7 @@ def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
 
 
 def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = False) -> PageTexts:
-    """The texts of a task's page in a study, if it is in one.
+    """Return the texts of a task's page in a study, if it is in one.
 
     A page that is about the app's own practice example is `with_boat`.
     """

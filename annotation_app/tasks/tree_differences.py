@@ -21,15 +21,15 @@ class MarkedClause:
     """0 for one that stands alone."""
     type: str
     place: str
-    """Which field of the clause above it is in; empty if it stands alone."""
+    """Field of the clause above that holds this clause; empty if it stands alone."""
     words: tuple[tuple[str, bool], ...]
     """Its own words, and whether another tree has each in no or another sort of clause."""
     notes: tuple[str, ...]
-    """What other trees have instead, in plain words."""
+    """Other trees' versions, in plain words."""
 
     @property
     def differs(self) -> bool:
-        """Whether any other tree lacks this clause as it is."""
+        """True if any other tree lacks this clause as it is."""
         return bool(self.notes)
 
 
@@ -47,7 +47,7 @@ class _Clause:
 
 
 def marked(trees: Sequence[Sequence[SDC]]) -> list[tuple[MarkedClause, ...]]:
-    """The clauses of each tree that have words, depth first, with what differs marked."""
+    """Return the clauses of each tree that have words, depth first, with differences marked."""
     flat = [list(_flattened(tree)) for tree in trees]
     holders = [_holders(clauses) for clauses in flat]
     return [
@@ -75,7 +75,7 @@ def marked(trees: Sequence[Sequence[SDC]]) -> list[tuple[MarkedClause, ...]]:
 
 
 def disputed_parts(trees: Sequence[Sequence[SDC]]) -> Iterator[Part]:
-    """The types of the clauses of all trees, and their words, with whether people differ."""
+    """Yield the types and words of all trees' clauses, marked where people differ."""
     for clauses in marked(trees):
         for clause in clauses:
             yield Part(CLAUSE_TYPE, clause.type, clause.differs)
@@ -84,7 +84,7 @@ def disputed_parts(trees: Sequence[Sequence[SDC]]) -> Iterator[Part]:
 
 
 def _flattened(tree: Sequence[SDC]) -> Iterator[_Clause]:
-    """All clauses that have words, depth first; the numbers count those that have none, too."""
+    """Yield all clauses that have words, depth first; the numbers count those without, too."""
     number = 0
 
     def below(sdc: SDC, depth: int, field: str, parent: _Clause | None) -> Iterator[_Clause]:
@@ -102,7 +102,7 @@ def _flattened(tree: Sequence[SDC]) -> Iterator[_Clause]:
 
 
 def _holders(clauses: Iterable[_Clause]) -> dict[Span, tuple[str, str]]:
-    """In what sort of clause each word is, and in which of its fields."""
+    """Return the type of clause that holds each word, and the field it is in."""
     return {
         word: (clause.sdc.type, field)
         for clause in clauses
@@ -112,7 +112,7 @@ def _holders(clauses: Iterable[_Clause]) -> dict[Span, tuple[str, str]]:
 
 
 def _notes(clause: _Clause, others: Sequence[_Clause]) -> Iterator[str]:
-    """How another tree has a clause, where it has it otherwise."""
+    """Yield descriptions of another tree's version of a clause, where it differs."""
     other = _counterpart(clause, others)
     if other is None:
         yield "nothing like it"
@@ -132,7 +132,7 @@ def _notes(clause: _Clause, others: Sequence[_Clause]) -> Iterator[str]:
 
 
 def _counterpart(clause: _Clause, others: Sequence[_Clause]) -> _Clause | None:
-    """The clause of another tree with most words in common; the same type comes first."""
+    """Return another tree's clause with most words in common; the same type comes first."""
     likeness = {
         other: (_overlap(clause, other), other.sdc.type == clause.sdc.type) for other in others
     }

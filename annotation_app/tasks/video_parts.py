@@ -1,6 +1,6 @@
-"""Which part of a video shows what an EVENT or a PATH says.
+"""The part of a video that shows an EVENT or a PATH.
 
-Of a command of one step it is the whole video, unless somebody says otherwise. With several EVENTs
+For a command of one step it is the whole video, unless somebody chooses a part. With several EVENTs
 nothing is preset, or each of them would get the whole video by default. An answer keeps
 ``"trims"``: {node: [start_s, end_s]}, and ``"whole"``: {node: "chosen" or "preset"}, which says
 whether somebody chose the whole video or left it so.
@@ -17,11 +17,11 @@ from annotation_app.tasks.clause_words import HAPPENING, phrase_of
 from g3.sdc.clauses import SDC, breadth_first
 
 SLACK_S = 0.5
-"""How far beyond a video's end a part may go: players round."""
+"""Largest time by which a part may exceed a video's end, as players round, in seconds."""
 
 
 def must_be_chosen(sdcs: tuple[SDC, ...]) -> Mapping[str, str]:
-    """The nodes for which nothing is preset, and their words."""
+    """Return the nodes for which nothing is preset, and their words."""
     named = [(str(n), sdc) for n, sdc in enumerate(breadth_first(sdcs)) if not sdc.is_implicit]
     if sum(sdc.type == "EVENT" for _, sdc in named) < 2:
         return {}
@@ -34,7 +34,7 @@ def read_parts(
     whole: Collection[str],
     duration_s: float,
 ) -> tuple[Record, list[FieldProblem]]:
-    """The parts that somebody chose as they are kept, and what is wrong with them.
+    """Return a person's chosen parts in their kept form, and the faults of them.
 
     `whole` has the nodes for which the whole video was chosen, which has this duration.
     """
@@ -67,7 +67,7 @@ def read_parts(
 
 
 def sent_parts(sdcs: tuple[SDC, ...], body: Record) -> Record:
-    """The parts of a kept answer in the form in which a page sends them.
+    """Return the parts of a kept answer in the form in which a page sends them.
 
     Answers from before nodes could be chosen have no ``"whole"``: they mean the whole video.
     """

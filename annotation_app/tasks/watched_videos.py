@@ -1,4 +1,4 @@
-"""What tasks share in which people watch videos."""
+"""Shared functions of the tasks in which people watch videos."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from annotation_app.store.models import Item, Record, TaskName
 
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=1e6)]
 Speed: TypeAlias = Annotated[float, msgspec.Meta(gt=0, le=4)]
-"""How fast a video may be played: the player offers up to 4 times."""
+"""Playing speed of a video: the player offers up to 4 times."""
 
 
 def with_watching(body: Record, answer: Any) -> Record:
-    """A kept answer with what the page has reported of watching.
+    """Return an answer in its kept form with the page's reports of watching.
 
     That is ``watched_s``, seconds of videos that were played, at any speed, and ``speed``, the
     fastest that they were played at.
@@ -30,15 +30,15 @@ def with_watching(body: Record, answer: Any) -> Record:
 
 
 def not_watched() -> FieldProblem:
-    """The problem of an answer that was sent before the video's end."""
+    """Return the fault of an answer that was sent before the video's end."""
     return FieldProblem("played_to_end", gettext("Watch the video to its end first."))
 
 
 def video_payload(session: Session, item: Item, _salt: bytes) -> Record:
-    """The payload of an item that is about a video and nothing else."""
+    """Return the payload of an item that is about a video and nothing else."""
     return watched(session, item)
 
 
 def item_of_video(task: TaskName) -> Callable[[str, str], NewItem]:
-    """What makes a task's item of a video and its file's digest."""
+    """Return a function that makes a task's item of a video and its file's digest."""
     return lambda video, sha256: NewItem(task, about_video(video, sha256), {"video": video})

@@ -1,4 +1,4 @@
-"""What is done with one command, in a process of its own that gives way to the server's.
+"""Following one command, in a process of its own that gives way to the server's.
 
 An attempt is a folder. ``state.json`` says what there is so far, as :class:`Shown` has it;
 ``tree.svg``, ``picture.png`` and ``video.mp4`` come one after the other.
@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 
 STATE, TREE, PICTURE, VIDEO = "state.json", "tree.svg", "picture.png", "video.mp4"
 PLANS = 10
-"""How many plans are compared for what else a clause may mean."""
+"""Number of plans that are compared for a clause's other meanings."""
 FPS, SIZE = 10, (640, 480)
 """Small, as somebody waits for it."""
 TELL_S = 0.3
@@ -42,10 +42,10 @@ Phase = Literal["waiting", "learning", "reading", "moving", "drawing", "done"]
 
 
 class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is tried.
+    """A command to try.
 
     `answers` are ids of the objects that clauses mean, by node: answers to questions. If people
-    `insist`, it is done with what there is where something isn't there.
+    `insist`, the command is followed with the things that exist where others are missing.
     """
 
     scenario: str
@@ -55,7 +55,7 @@ class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Candidate(msgspec.Struct, frozen=True):
-    """What a clause may mean; `things` are keys of :attr:`Picture.outlines`."""
+    """A clause's possible meaning; `things` are keys of :attr:`Picture.outlines`."""
 
     things: list[str]
     words: str
@@ -63,7 +63,7 @@ class Candidate(msgspec.Struct, frozen=True):
 
 
 class Clause(msgspec.Struct, frozen=True):
-    """A clause, and what it may mean, the likeliest first."""
+    """A clause and its possible meanings, the likeliest first."""
 
     node: int
     type: str
@@ -72,9 +72,9 @@ class Clause(msgspec.Struct, frozen=True):
 
 
 class Plan(msgspec.Struct, frozen=True):
-    """What was found; without steps if there is nothing to do, and then `note` says why.
+    """The result; without steps if there is nothing to do, and then `note` gives the reason.
 
-    `missing` are nouns that name nothing that there is.
+    `missing` are nouns without a matching thing.
     """
 
     note: str
@@ -96,7 +96,7 @@ class Picture(msgspec.Struct, frozen=True):
 
 
 class Shown(msgspec.Struct, frozen=True):
-    """How far an attempt is, and how far its phase; it ends where there is a problem."""
+    """Progress of an attempt, and of its phase; it ends where there is a problem."""
 
     asked: Asked
     phase: Phase = "waiting"
@@ -108,7 +108,7 @@ class Shown(msgspec.Struct, frozen=True):
 
 
 def read_state(folder: Path) -> Shown | None:
-    """How far an attempt is; None if there is no such attempt."""
+    """Return the progress of an attempt; None if there is no such attempt."""
     try:
         return msgspec.json.decode((folder / STATE).read_bytes(), type=Shown)
     except (FileNotFoundError, NotADirectoryError):
@@ -116,7 +116,7 @@ def read_state(folder: Path) -> Shown | None:
 
 
 def write_state(folder: Path, shown: Shown) -> None:
-    """Write how far an attempt is."""
+    """Write an attempt's progress."""
     write_bytes(folder / STATE, msgspec.json.encode(shown))
 
 
@@ -182,7 +182,7 @@ _grounders: dict[Path | None, Grounder] = {}
 
 
 def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
-    """A model's grounder, which is kept; without a model, of the bundled one."""
+    """Return a model's grounder, which is kept; without a model, the bundled one's."""
     from corpus_tools.following.bundled_grounder import default_model  # noqa: PLC0415 - as above
     from g3.inference.grounder import Grounder  # noqa: PLC0415
     from g3.learning.grounding_model import GroundingModel  # noqa: PLC0415
@@ -194,7 +194,7 @@ def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
 
 
 def scenarios() -> dict[str, Path]:
-    """The files of the scenarios that can be chosen, by name."""
+    """Return the files of the scenarios that can be chosen, by name."""
     from corpus_tools.world.scenarios.library import (  # noqa: PLC0415 - as above
         dataset_folder,
         scenario_files,
@@ -211,7 +211,7 @@ def _start(scenario: str) -> State:
 
 
 def _plan(result: Result, places: list[Place]) -> Plan:
-    """What is shown of a result; places that are named are added to `places`."""
+    """Return the shown part of a result; add the places that it names to `places`."""
     from g3.actions.action_words import described  # noqa: PLC0415 - as above
 
     question = result.question
@@ -230,7 +230,7 @@ def _plan(result: Result, places: list[Place]) -> Plan:
 
 
 def _clauses(result: Result, places: list[Place]) -> Iterator[Clause]:
-    """What OBJECTs and PLACEs mean in the best plans, each with its highest probability."""
+    """Yield the meanings of OBJECTs and PLACEs in the best plans, each with its top probability."""
     found: dict[int, dict[tuple[str, ...], Candidate]] = {}
     clauses = {}
     for plan in result.plans:
@@ -286,7 +286,7 @@ def _carry_out(start: State, result: Result) -> Execution:
 def _filmed(
     folder: Path, shown: Shown, recording: Recording, places: Sequence[Place], site: str
 ) -> Iterator[Shown]:
-    """The first picture with its outlines, and then the video."""
+    """Yield the first picture with its outlines, and then the video."""
     import cv2  # noqa: PLC0415 - as above
 
     from corpus_tools.video.drawing.drawn_moments import sampled  # noqa: PLC0415

@@ -24,13 +24,13 @@ FOLDER = "tries"
 _NAME = "attempts"
 LONGEST_QUEUE = 4
 KEPT_S = 24 * 3600.0
-"""How long an attempt can be looked at."""
+"""Time for which an attempt can be looked at, in seconds."""
 NICENESS = 10
 _ID = re.compile("[0-9a-f]{24}")
 
 
 def attempts() -> Attempts:
-    """The attempts of the app that handles this request."""
+    """Return the attempts of the app that handles this request."""
     return cast("Attempts", current_app.extensions[_NAME])
 
 
@@ -76,7 +76,7 @@ class Attempts:
             return name
 
     def state(self, name: str) -> Shown | None:
-        """How far an attempt is; None if there is no such attempt."""
+        """Return the progress of an attempt; None if there is no such attempt."""
         return read_state(self.folder / name) if _ID.fullmatch(name) else None
 
     def close(self) -> None:
@@ -87,7 +87,7 @@ class Attempts:
             pool.shutdown(cancel_futures=True)
 
     def stop(self) -> None:
-        """End the process at once; whoever looks at what it was doing is told."""
+        """End the process at once; viewers of its attempt get a message."""
         if self._stop is not None:
             self._stop.close()
         self.close()

@@ -34,7 +34,7 @@ Node: TypeAlias = Annotated[str, msgspec.Meta(pattern="^[0-9]{1,3}$")]
 
 
 class TryRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A command, the scenario to follow it in, and what its clauses mean if that was asked.
+    """A command, the scenario to follow it in, and its clauses' meanings after a question.
 
     With `insist` it is done with what there is, where something isn't there.
     """
@@ -47,7 +47,7 @@ class TryRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @blueprint.get("/try")
 def page() -> ResponseReturnValue:
-    """Where a command is typed."""
+    """Show the page for typing a command."""
     person = _visitor()
     if not may_try(person):
         return sign_in_page()
@@ -74,13 +74,13 @@ def try_() -> ResponseReturnValue:
 
 @blueprint.get("/api/try/<name>")
 def tried(name: str) -> Response:
-    """How far an attempt is."""
+    """Return the progress of an attempt."""
     return json_reply(_found(name))
 
 
 @blueprint.get("/try/scenes/<scenario>")
 def scene(scenario: str) -> Response:
-    """What is where in a scenario, from above: people see it before they type."""
+    """Return a scenario's world from above, which people see before they type."""
     from corpus_tools.following.start_states import scenario_start  # noqa: PLC0415 - only if asked
 
     _require()
@@ -93,7 +93,7 @@ def scene(scenario: str) -> Response:
 
 @blueprint.get("/try/<name>/<file>")
 def file(name: str, file: str) -> Response:
-    """A file that an attempt has made."""
+    """Return a file that an attempt has made."""
     _found(name)
     path = attempts().folder / name / file
     if file not in FILES or not path.is_file():

@@ -1,1 +1,1 @@
-"""What pages and programs share: the interface in JSON and its limits."""
+"""Shared parts of pages and programs: the interface in JSON and its limits."""

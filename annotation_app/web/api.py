@@ -42,7 +42,7 @@ UUID: TypeAlias = Annotated[
 
 
 class DraftRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What somebody has done so far."""
+    """A person's work so far."""
 
     revision: Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
     body: dict[str, Any]
@@ -56,7 +56,7 @@ class AnswerRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class AdjudicationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """An adjudicator's own answer, and what they say about it."""
+    """An adjudicator's own answer, and their comment on it."""
 
     uuid: UUID
     body: dict[str, Any]
@@ -64,7 +64,7 @@ class AdjudicationRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
 
 
 class NoteRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Why somebody skips or flags an item."""
+    """A person's reason for skipping or flagging an item."""
 
     uuid: UUID
     reason: Annotated[str, msgspec.Meta(max_length=2000)] = ""
@@ -82,7 +82,7 @@ T = TypeVar("T", bound=msgspec.Struct)
 
 @blueprint.get("/session")
 def session_() -> Response:
-    """Who this is, and the token that each request that changes something must send."""
+    """Return the person's role, and the token that each changing request must send."""
     with reading(installation().engine) as session:
         person = current_person(session)
     role = None if person is None else person.role
@@ -109,7 +109,7 @@ def lease(study_name: str, task_name: str) -> Response:
 
 @blueprint.get("/items/<item_id>")
 def item(item_id: str) -> Response:
-    """An item that is or was this person's, with their draft."""
+    """Return an item that is or was this person's, with their draft."""
     who = _own_item(item_id).who
     return json_reply(opened_page(installation().engine, item_id, who, installation().salt))
 
@@ -181,7 +181,7 @@ def skip_(item_id: str) -> Response:
 @blueprint.post("/items/<item_id>/flag")
 @limited(submissions)
 def flag(item_id: str) -> Response:
-    """Tell the people who run the study that something is wrong with an item."""
+    """Report an item's fault to the people who run the study."""
     request = read_request(NoteRequest)
     with transaction(installation().engine) as session:
         found = item_of(session, item_id)
@@ -191,7 +191,7 @@ def flag(item_id: str) -> Response:
 
 @blueprint.get("/items/<item_id>/answers")
 def answers(item_id: str) -> Response:
-    """An item with all its answers, for those who decide between them."""
+    """Return an item with all its answers, for those who decide between them."""
     salt = installation().salt
     with reading(installation().engine) as session:
         person = required_person(session, "adjudicator")
@@ -244,14 +244,14 @@ def practice(task_name: str) -> Response:
 
 
 def read_task(name: str) -> TaskName:
-    """A task by its name; refused if there is none."""
+    """Return a task by its name; refuse if there is none."""
     if find_task(name) is None:
         raise Refusal(404, gettext("There is no such task."))
     return name
 
 
 def read_request(record_type: type[T]) -> T:
-    """The JSON that was sent; refused if it has another form."""
+    """Return the JSON that was sent; refuse it if it has another form."""
     try:
         request = msgspec.json.decode(flask.request.get_data(), type=record_type)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -261,7 +261,7 @@ def read_request(record_type: type[T]) -> T:
 
 
 def any_item(session: Session, item_id: str) -> Item:
-    """An item, whoever has it; refused if there is none."""
+    """Return an item, regardless of its holder; refuse if there is none."""
     found = session.get(Item, item_id)
     if found is None:
         raise Refusal(404, gettext("There is no such item."))
@@ -269,13 +269,13 @@ def any_item(session: Session, item_id: str) -> Item:
 
 
 def _own_item(item_id: str) -> Work:
-    """An item of theirs whose request this is, read beside whoever writes."""
+    """Return an item of the requesting person, read without waiting for writers."""
     with reading(installation().engine) as session:
         return item_of(session, item_id)
 
 
 def _extended(session: Session, item: Work) -> bool:
-    """Lease an item on to the person who has it; whether they still have it."""
+    """Lease an item on to its holder; return True if they still had it."""
     until = lease_s(restored(item.config), item.task)
     return extend(session, item.id, item.who, now=now(), lease_s=until)
 
@@ -287,5 +287,5 @@ def _note(session: Session, item: Work, name: Any, request: NoteRequest) -> None
 
 
 def json_reply(value: object, status: int = 200) -> Response:
-    """An answer in JSON, of records too."""
+    """Return an answer in JSON, of records too."""
     return Response(msgspec.json.encode(value), status, mimetype="application/json")

@@ -1,4 +1,4 @@
-"""How often people may do things, counted by person, else by address."""
+"""Limits on the frequency of actions, counted by person, else by address."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ R = TypeVar("R")
 
 submissions = "240/minute"
 reads = "600/minute"
-"""What programs and the dashboard's own scripts read."""
+"""Limit on reads by programs and the dashboard's own scripts."""
 arrivals = "120/minute"
 """New people who come by an open link, by address: a class may sit behind one."""
 tries = "10/minute"
@@ -37,12 +37,12 @@ After wrong ones people wait longer (:mod:`annotation_app.people.failed_sign_ins
 
 
 def limiter(storage: str) -> MovingWindowRateLimiter:
-    """What counts requests at a URL, as the package ``limits`` takes it."""
+    """Return the counter of requests, kept at a URL in the form of the package ``limits``."""
     return MovingWindowRateLimiter(storage_from_string(storage, wrap_exceptions=True))
 
 
 def limited(often: str, *, by_address: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Refuse what somebody does more often, telling when to come again.
+    """Refuse a person's more frequent requests, with the time to wait.
 
     `by_address` counts by address also for people who are known. Cookies of new people are to be
     had for nothing.
@@ -73,7 +73,7 @@ _limits = functools.cache(parse_many)
 
 
 def bearer() -> str | None:
-    """The token that a program has sent; None if the request is a person's."""
+    """Return the token that a program has sent; None if the request is a person's."""
     sent = flask.request.headers.get("Authorization", "")
     scheme, _, token = sent.partition(" ")
     return token.strip() if scheme.lower() == "bearer" else None

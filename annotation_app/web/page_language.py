@@ -1,4 +1,4 @@
-"""The language of a page: its study's, else what the browser asks for."""
+"""The language of a page: its study's, else the browser's preference."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from annotation_app.store.models import Role
 
 SCRIPTS = ".js"
 AMOUNT = "#,##0.00 ¤¤"
-"""With the currency's code, which says what a sign may not."""
+"""Format with the currency's code, which is unambiguous where a sign may not be."""
 
 
 def install(app: Flask, in_english: Collection[str]) -> None:
-    """Have an app's pages speak.
+    """Install the choice of language in an app.
 
-    The pages of some blueprints, researchers', are English, whatever the browser asks for.
+    The pages of some blueprints, researchers', are English, regardless of the browser's language.
     """
 
     @app.before_request
@@ -67,7 +67,7 @@ def _about_language() -> dict[str, Any]:
 
 
 def _texts_of_scripts() -> dict[str, Any]:
-    """What the pages' scripts say: each text, or the forms of a plural as browsers name them."""
+    """Return the texts of the pages' scripts: each text, or its plural forms."""
     return {} if spoken().language == SOURCE else _texts(spoken(), translations())
 
 

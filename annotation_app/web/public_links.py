@@ -20,12 +20,12 @@ _PREFIX = re.compile(r"(/[\w.~-]+)*")
 
 
 def here(path: str) -> str:
-    """A path of the app, such as ``/login``, as browsers know it."""
+    """Return a path of the app, such as ``/login``, as browsers know it."""
     return f"{flask.request.script_root}{path}"
 
 
 def public(endpoint: str, **values: Any) -> str:
-    """The whole address of a page, to be sent to people.
+    """Return the whole address of a page, to be sent to people.
 
     It begins with the address that the app was started with (``--url``). Without one it begins as
     the request did.
@@ -37,7 +37,7 @@ def public(endpoint: str, **values: Any) -> str:
 
 
 def only_paths(app: WSGIApplication) -> WSGIApplication:
-    """An app that ignores a proxy's path that is none, such as one that leads to another site."""
+    """Return an app that ignores a proxy's path that is none, such as one to another site."""
 
     def called(environ: WSGIEnvironment, start_response: StartResponse) -> Iterable[bytes]:
         if not _PREFIX.fullmatch(str(environ.get("SCRIPT_NAME", "")).rstrip("/")):

@@ -24,7 +24,7 @@ def render_task(
     with_boat: bool = False,
     **shown: Any,
 ) -> str:
-    """A task's page.
+    """Render a task's page.
 
     Its script gets `data` and labels, its template all else that is shown. If it is `with_boat`, it
     is about the app's own practice example.
@@ -51,7 +51,7 @@ def render_practice(
     /,
     **shown: Any,
 ) -> str:
-    """The same to practise with: a study's own item, or the app's example."""
+    """Render a task's practice page: a study's own item, or the app's example."""
     kept = None if own is None else msgspec.to_builtins(own)
     data = {"task": task.name, "draft": None, "payload": payload, "own": kept, **data}
     data["practice"] = True

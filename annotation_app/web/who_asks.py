@@ -1,7 +1,7 @@
-"""Who asks: a person with a role, or a program with a token.
+"""Requesting people and programs: a person with a role, or a program with a token.
 
-A request with ``Authorization: Bearer`` is a program's, whatever cookies come with it. It may
-read, and nothing else: what changes something asks for a person.
+A request with ``Authorization: Bearer`` is a program's, even if it has cookies. It may only read:
+changes need a person.
 """
 
 from __future__ import annotations
@@ -47,17 +47,17 @@ def changed_by(role: Role) -> Asked:
 
 
 def sign_in_page() -> Reply:
-    """Off to sign in, and back here."""
+    """Redirect to the page to sign in, and from there back here."""
     return flask.redirect(flask.url_for("account.login", next=flask.request.path))
 
 
 def cannot_be_done(error: CorpusError) -> Reply:
-    """What is wrong with a file that can't be read or written."""
+    """Return a reply with the fault of a file that can't be read or written."""
     return refused(Refusal(422, f"This can't be done: {error}."))
 
 
 def refused(refusal: Refusal) -> Reply:
-    """Off to sign in and back, or the reason why not."""
+    """Redirect to sign in and back, or render the reason for the refusal."""
     if refusal.status == 401 and flask.request.method == "GET":
         return sign_in_page()
     page = flask.render_template(
@@ -94,7 +94,7 @@ def refused_on(
 
 
 def required_reader(session: Session, role: Role) -> str:
-    """Who reads, as the audit trail calls them. A program reads what adjudicators may.
+    """Return the reader's name in the audit trail. A program reads as adjudicators do.
 
     It is refused if nobody is known, a person hasn't the role, or the token isn't one any more.
     """

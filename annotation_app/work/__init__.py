@@ -1,1 +1,1 @@
-"""What is the same for all tasks: handing items out, reading answers, and going on with them."""
+"""Work on items, common to all tasks: handing them out, reading answers, and acting on these."""

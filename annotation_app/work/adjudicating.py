@@ -1,4 +1,4 @@
-"""Deciding between answers that differ: one of them, another one, or one more person is asked.
+"""Deciding between differing answers: one of them, another one, or a request for one more person.
 
 A comment on an answer that was adopted is a remark about it. That one more person was asked,
 and why, is an event of the item.
@@ -110,7 +110,7 @@ def ask_one_more(
 
 
 def asked(session: Session, item: Item) -> list[tuple[str, str, float]]:
-    """Who asked for one more answer to an item, why and when."""
+    """Return the requests for one more answer to an item: person, comment and time."""
     rows = session.execute(
         select(Event, Person)
         .join(Person, Person.id == Event.person_id)

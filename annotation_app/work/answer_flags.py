@@ -1,4 +1,4 @@
-"""What is odd about a single answer, as far as the answer itself shows it.
+"""Oddities of a single answer, as far as the answer itself shows them.
 
 A flag is a reason to look, not a verdict: exports and the dashboard's page of people show it.
 """
@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from annotation_app.store.models import Record
 
 QUICK_S, QUICK_WORD_S = 2.0, 0.5
-"""Who sends sooner can't have read a command and its suggestion: people read some four words a
-second."""
+"""Seconds, in all and per word, below which nobody can have read a command and its suggestion:
+people read some four words a second."""
 SLACK_S = 2.0
 """Players round, and a page's clock doesn't begin with the server's."""
 MARGIN = 1e-3
@@ -22,7 +22,7 @@ WATCHED_LONGER = "watched longer than the item was there"
 
 
 def is_untouched(provenance: Record | None) -> bool:
-    """Whether an answer is a suggestion that was shown and sent unchanged."""
+    """Check that an answer is a suggestion that was shown and sent unchanged."""
     return (
         provenance is not None
         and provenance["suggestion"] == "shown"
@@ -31,7 +31,7 @@ def is_untouched(provenance: Record | None) -> bool:
 
 
 def odd_below(payload: Record, body: Record, provenance: Record | None) -> float | None:
-    """How long an answer must take so that :func:`answer_flags` surely finds nothing odd.
+    """Return the seconds from which on :func:`answer_flags` surely finds nothing odd.
 
     It is a little longer than need be, so that rounding doesn't matter. Parameters are as there.
 
@@ -47,7 +47,7 @@ def odd_below(payload: Record, body: Record, provenance: Record | None) -> float
 def answer_flags(
     payload: Record, body: Record, provenance: Record | None, seconds: float | None
 ) -> Iterator[str]:
-    """What is odd about an answer to an item that somebody had for so long, if that is known."""
+    """Yield oddities of an answer to an item that took a person some seconds, None if unknown."""
     if seconds is None:
         return
     words = len(payload.get("text", "").split())

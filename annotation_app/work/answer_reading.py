@@ -1,4 +1,4 @@
-"""Reading what people answer, telling them what can't be kept, and what is counted of the rest."""
+"""Reading people's answers: the kept form, the faults, and the part that is counted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from annotation_app.tasks.task_registry import find_task, task_of
 
 
 def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> Record:
-    """An answer as it is kept; refused with all that is wrong with it, in plain words."""
+    """Return an answer in its kept form; refuse it with all of its faults, in plain words."""
     task = task_of(item.task)
     try:
         answer = msgspec.convert(body, task.answer)
@@ -33,7 +33,7 @@ def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> R
 
 
 def gist_of(task_name: TaskName, body: Record) -> str | None:
-    """What :attr:`~annotation_app.tasks.task_record.Task.gist` says of an answer.
+    """Return the :attr:`~annotation_app.tasks.task_record.Task.gist` of an answer.
 
     It is JSON; None where the task has none, or it is too long for an index.
     """

@@ -1,4 +1,4 @@
-"""Giving people work: who may do which task of a study, and the next item."""
+"""Giving people work: permission for a study's tasks, and the next item."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ EXPLANATIONS: dict[Reason, str] = {
     "no practice": N_("Please do the practice example first."),
     "role": N_("This task is for annotators, who have a login."),
 }
-"""What people read when they get no item."""
+"""Texts for people who get no item, by reason."""
 HOLD_S = 120.0
-"""How long somebody has an item who has opened its page and done nothing."""
+"""Duration of a lease whose holder has opened the page and done nothing, in seconds."""
 
 
 _STUDY = select(Study).where(Study.name == bindparam("study"))
@@ -52,7 +52,7 @@ _VISIT = _STUDY.add_columns(Person).join(
 
 
 def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
-    """Whose request this is, and the study that it is about; refused if there is no such study."""
+    """Return the request's person and study; refuse if there is no such study."""
     whose = {"who": current_id(), "number": current_number()}
     row = session.execute(_VISIT, {**whose, "study": study_name}).first()
     person, study = (None, find_study(session, study_name)) if row is None else (row[1], row[0])
@@ -61,7 +61,7 @@ def visit(session: Session, study_name: str) -> tuple[Person | None, Study]:
 
 
 def find_study(session: Session, name: str) -> Study:
-    """A study by its name; refused if there is none."""
+    """Return a study by its name; refuse if there is none."""
     study = session.scalars(_STUDY, {"study": name}).first()
     if study is None:
         raise Refusal(404, gettext("There is no such study."))
@@ -69,12 +69,12 @@ def find_study(session: Session, name: str) -> Study:
 
 
 def task_config(config: StudyConfig, task: TaskName) -> TaskConfig:
-    """How a task is done in a study, also one that has been taken out of it."""
+    """Return a task's settings in a study, defaults for one that has been taken out of it."""
     return config.tasks.get(task, TaskConfig())
 
 
 def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) -> Reason | None:
-    """Why somebody may not do a task of a study, no matter which items there are."""
+    """Return the reason that bars a person from a study's task, regardless of its items."""
     asked = config.tasks.get(task)
     is_staff = RANKS[person.role] > RANKS["worker"]
     checks: tuple[tuple[bool, Reason], ...] = (
@@ -90,7 +90,7 @@ def obstacle(study: Study, config: StudyConfig, task: TaskName, person: Person) 
 
 
 def must_practise(config: StudyConfig, task: TaskName, person: Person) -> bool:
-    """Whether somebody has to do a task's practice example first."""
+    """Check that a person has to do a task's practice example first."""
     asked = config.tasks.get(task)
     has_example = task_of(task).example is not None
     return asked is not None and asked.practice and has_example and not has_practised(person, task)
@@ -128,12 +128,12 @@ def take_work(
 
 
 def lease_s(config: StudyConfig, task: TaskName) -> float:
-    """How long an item of a task is somebody's."""
+    """Return the duration of a lease of a task's item, in seconds."""
     return 60 * task_config(config, task).lease_minutes
 
 
 def item_of(session: Session, item_id: str) -> Work:
-    """An item that is or was theirs whose request this is; refused if it never was."""
+    """Return an item that is or was the requesting person's; refuse if it never was."""
     found = assignment.handed_out(session, item_id, current_id() or "", current_number())
     if found is None:
         required_person(session)

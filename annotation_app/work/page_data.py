@@ -1,7 +1,7 @@
-"""What a page gets to know of an item, what a program suggests there, and what becomes of it.
+"""Data of an item's page, the program's suggestion there, and the suggestion's provenance.
 
 An offer is ``{"state", "suggestion"}``, kept with the handout when somebody first opens an item's
-page. So it stays what they saw, whatever the program or the study's file says by then. States:
+page. So it stays as they saw it, even if the program or the study's file changes. States:
 
 - ``shown``: the person saw the suggestion;
 - ``withheld``: there is one, and the draw of a study with ``half`` has left it out;
@@ -36,7 +36,7 @@ _ITEM = (
 
 
 def page_data(session: Session, item_id: str, who: str, salt: bytes) -> Record:
-    """What an item's page gets: ``item``, ``task``, ``draft``, and its task's ``payload``."""
+    """Return the data of an item's page: ``item``, ``task``, ``draft``, and the ``payload``."""
     item, draft = session.execute(_ITEM, {"item": item_id, "who": who}).one()
     payload = task_of(item.task).payload(session, item, salt)
     if task_of(item.task).suggestion is not None:
@@ -50,7 +50,7 @@ def page_data(session: Session, item_id: str, who: str, salt: bytes) -> Record:
 
 
 def opened_page(engine: Engine, item_id: str, who: str, salt: bytes) -> Record:
-    """The same for somebody who has the item; what is suggested to them is kept."""
+    """Return the page's data for an item's holder, and keep the suggestion offered to them."""
     with reading(engine) as session:
         data = page_data(session, item_id, who, salt)
         if "suggestion" not in data["payload"] or offered(session, item_id, who) is not None:
@@ -69,7 +69,7 @@ def opened_page(engine: Engine, item_id: str, who: str, salt: bytes) -> Record:
 
 
 def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | None:
-    """What to offer for an item; None if its task has no suggestions."""
+    """Return the offer for an item; None if its task has no suggestions."""
     suggestion = task_of(item.task).suggestion
     if suggestion is None:
         return None
@@ -86,14 +86,14 @@ def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | Non
 
 
 def seen(session: Session, item: Item, offer: Record | None, salt: bytes) -> Any:
-    """What somebody sees of an offer."""
+    """Return the part of an offer that a person sees; None if it is withheld."""
     if offer is None or offer["state"] != "shown":
         return None
     return task_of(item.task).shown_suggestion(session, item, offer["suggestion"], salt)
 
 
 def offered(session: Session, item_id: str, who: str) -> Record | None:
-    """What was offered to somebody."""
+    """Return the offer made to a person."""
     return session.scalar(
         select(Handout.offer).where(Handout.item_id == item_id, Handout.person_id == who)
     )
@@ -109,7 +109,7 @@ def keep_offer(session: Session, item_id: str, who: str, offer: Record) -> None:
 
 
 def provenance(session: Session, item: AnyItem, who: str, body: Record) -> Record | None:
-    """What a suggestion had to do with somebody's answer; None if they were offered nothing."""
+    """Return a suggestion's relation to a person's answer; None if they were offered nothing."""
     task = task_of(item.task)
     if task.likeness is None:
         return None

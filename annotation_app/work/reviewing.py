@@ -86,16 +86,16 @@ def take_back(
 def comment(
     session: Session, study: Study, answer: Answer, person: Person, text: str, *, now: float
 ) -> None:
-    """Keep what a reviewer says about an answer; refused if it is empty or too long."""
+    """Keep a reviewer's comment on an answer; refuse it if it is empty or too long."""
     words = read_comment(text, "Type a comment.")
     remark(session, study, answer, person, kind="commented", text=words, now=now)
 
 
 def read_comment(text: str, if_empty: str = "") -> str:
-    """A comment as it is kept.
+    """Return a comment in its kept form.
 
-    It is refused if it is too long. Whose comment is empty is told `if_empty`, if that says
-    anything.
+    It is refused if it is too long. An empty one is refused with the text `if_empty`, if that is
+    given.
     """
     words = clean_text(text)
     if if_empty and not words:
@@ -106,7 +106,7 @@ def read_comment(text: str, if_empty: str = "") -> str:
 
 
 def _locked(session: Session, answer: Answer) -> Item:
-    """The answer's item; of two who review its answers at the same moment one waits."""
+    """Lock and return the answer's item; of two simultaneous reviewers one waits."""
     found = session.scalars(
         select(Item).where(Item.id == answer.item_id).with_for_update(key_share=True)
     ).one()
@@ -172,7 +172,7 @@ def _free_slot(session: Session, answer: Answer) -> None:
 
 
 def _take_slot(session: Session, answer: Answer) -> bool:
-    """Whether there was still a place for an answer."""
+    """Take a free place for an answer; return True if there was one."""
     free = session.scalars(
         select(Slot)
         .where(Slot.item_id == answer.item_id, Slot.answered.is_(False), Slot.person_id.is_(None))
@@ -199,7 +199,7 @@ def remark(
     before: Record | None = None,
     now: float,
 ) -> None:
-    """Keep what was done with an answer and said about it, here and in the audit trail."""
+    """Keep a review step and its comment on an answer, here and in the audit trail."""
     session.add(
         Remark(
             answer_id=answer.id,
