@@ -23,7 +23,7 @@ from g3.storage.cache_folder import cache_folder
 
 
 def demo_instance() -> Path:
-    """The folder of the demo's installation."""
+    """Return the folder of the demo's installation."""
     return cache_folder() / "annotate-demo"
 
 

@@ -14,7 +14,7 @@ from collections import defaultdict
 from limits.storage import MovingWindowSupport, Storage
 
 FORGET_S = 60.0
-"""How often what is old is forgotten."""
+"""Interval between the removals of old entries, in seconds."""
 
 
 class ProcessStorage(Storage, MovingWindowSupport):
@@ -30,7 +30,7 @@ class ProcessStorage(Storage, MovingWindowSupport):
 
     @property
     def base_exceptions(self) -> type[Exception]:
-        """What can go wrong in it."""
+        """Exceptions that the storage may raise."""
         return ValueError
 
     def acquire_entry(self, key: str, limit: float, expiry: float, amount: int = 1) -> bool:
@@ -55,7 +55,7 @@ class ProcessStorage(Storage, MovingWindowSupport):
             return self.get(key)
 
     def get(self, key: str) -> int:
-        """How many there are."""
+        """Return the count of a key."""
         with self._lock:
             return len(self._counting(key))
 
@@ -65,7 +65,7 @@ class ProcessStorage(Storage, MovingWindowSupport):
             return _by_clock(next(iter(self._counting(key)), time.monotonic()))
 
     def check(self) -> bool:
-        """Whether it works."""
+        """Check that the storage works."""
         return True
 
     def reset(self) -> int:

@@ -1,4 +1,4 @@
-"""What people read when something can't be done."""
+"""Messages for people about refused requests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TO_OPEN_AGAIN = N_(
 
 @dataclass(frozen=True, slots=True)
 class FieldProblem:
-    """What is wrong with a part of an answer, in plain words."""
+    """A problem with a part of an answer, in plain words."""
 
     field: str
     message: str
@@ -46,6 +46,6 @@ class Refusal(Exception):  # noqa: N818 - it is no error, it is an answer
         super().__init__(message)
 
     def as_error(self, where: str) -> FormatError:
-        """The same as an error of the command line: what is wrong, and what to do about it."""
+        """Return the refusal as a command-line error: the problem and its remedy."""
         what, _, fix = self.message.rstrip(".").partition(". ")
         return FormatError(what[:1].lower() + what[1:], where=where, fix=fix[:1].lower() + fix[1:])

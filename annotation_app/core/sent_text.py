@@ -1,4 +1,4 @@
-"""What people send: text that a database can keep, in one form."""
+"""Text that people send, in one form that a database can keep."""
 
 from __future__ import annotations
 

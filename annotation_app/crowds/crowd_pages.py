@@ -1,4 +1,4 @@
-"""Where workers come in from a platform, and where they leave."""
+"""Pages through which workers arrive from a platform, and leave."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def enter(provider_name: str, token: str) -> ResponseReturnValue:
 
 @blueprint.get("/finish")
 def finish() -> ResponseReturnValue:
-    """How far somebody is, and the way back to the platform when they have done all."""
+    """Show somebody's progress, and the way back to the platform when all is done."""
     with transaction(installation().engine) as session:
         person, participation = _current(session)
         if person is None or participation is None:

@@ -1,4 +1,4 @@
-"""What somebody decides about calls in doubt, and about what was found at the platform."""
+"""Decisions about calls in doubt, and about payments discovered at the platform."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CONFIRM, AGAIN = "--confirm-paid", "--pay-again"
 
 @dataclass(frozen=True, slots=True)
 class Decisions:
-    """What somebody says, by the ledger's ids of calls.
+    """Somebody's decisions, by the ledger's ids of calls.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ INVITATION = "invitation"
 
 
 def enter(arguments: Mapping[str, str], study_id: str) -> Arrival:
-    """Whom a link invites, or anybody."""
+    """Admit the invited person of a link, or anybody."""
     token = arguments.get(INVITATION)
     if token is None:
         return Arrival(OPEN, None, None)

@@ -128,7 +128,7 @@ class MechanicalTurk:
             yield Submission(entry["AssignmentId"], person, work.id, standing, work.reward)
 
     def standing(self, submission: Submission) -> Standing:
-        """What the platform says now of an assignment that was sent in."""
+        """Return the platform's current status of a submitted assignment."""
         reply = _ask(self._reading.get_assignment, AssignmentId=submission.assignment)
         return STANDINGS.get(reply.get("Assignment", {}).get("AssignmentStatus", ""), "working")
 
@@ -145,7 +145,7 @@ class MechanicalTurk:
         )
 
     def prepare(self, submission: Submission, bonus: Bonus) -> str:
-        """The token of a bonus, which is the same each time."""
+        """Return the token of a bonus, which is the same each time."""
         return sha256(f"{submission.assignment} {bonus.key}".encode()).hexdigest()
 
     def pay(self, submission: Submission, bonus: Bonus, reference: str) -> None:
@@ -160,7 +160,7 @@ class MechanicalTurk:
         )
 
     def paid(self, submission: Submission) -> Sequence[Decimal]:
-        """The amounts of all bonuses that were paid for an assignment."""
+        """Return the amounts of all bonuses that were paid for an assignment."""
         where = f"{NAME}, bonuses of {submission.assignment}"
         asked = {"AssignmentId": submission.assignment}
         bonuses = self._list("list_bonus_payments", "BonusPayments", "", **asked)
@@ -192,7 +192,7 @@ class MechanicalTurk:
         calls.make(key, f"{hit[left]} assignments again", do)
 
     def _make(self, posting: Posting, count: int, index: int, calls: Calls) -> list[Any]:
-        """The HIT that was made; none if the platform says that there is one already."""
+        """Return the HIT that was made; none if the platform already has one."""
         question = (
             f'<ExternalQuestion xmlns="{SCHEMA}"><ExternalURL>{escape(posting.url)}'
             "</ExternalURL><FrameHeight>0</FrameHeight></ExternalQuestion>"
@@ -232,7 +232,7 @@ class MechanicalTurk:
         return made
 
     def _list(self, operation: str, field: str, key: str, **arguments: Any) -> list[Record]:
-        """A list; bonuses have no `key`, and are told apart by all that is known of them."""
+        """Return a list; bonuses have no `key`, and are distinguished by all of their fields."""
 
         def read(token: str | None) -> Page:
             more = {} if token is None else {"NextToken": token}
@@ -305,7 +305,7 @@ def _label(hit: Record) -> str:
 
 
 def _money(value: Any) -> Decimal | None:
-    """An amount as the platform writes it; None if it isn't one."""
+    """Return an amount as the platform writes it; None if it isn't one."""
     try:
         amount = Decimal(value)
     except (InvalidOperation, TypeError, ValueError):

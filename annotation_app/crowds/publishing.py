@@ -32,12 +32,12 @@ class Offers:
     ledger: Ledger
 
     def reference(self, key: str) -> str | None:
-        """What an earlier call made, as the platform calls it."""
+        """Return the platform's reference of an earlier call's result."""
         entry = self.ledger.find("publish", key)
         return None if entry is None else entry.reference
 
     def in_doubt(self) -> list[str]:
-        """The calls of which nobody knows whether they were carried out."""
+        """Return the calls of unknown outcome."""
         doubts = self.ledger.entries(*OPEN)
         return [entry.call.key for entry in doubts if entry.call.what == "publish"]
 
@@ -168,7 +168,7 @@ def publish_posting(
 def publish_links(
     session: CrowdSession, *, url: str, task: TaskName | None, items: int, people: int
 ) -> Iterator[str]:
-    """The open link of a study, or new links for each person who is invited.
+    """Return the open link of a study, or new links for each invited person.
 
     An error if the study has no such task, or several links are wanted of one that is open.
     """

@@ -1,7 +1,7 @@
-"""What was received here, held against what the platform has.
+"""Comparison of the work received here with the platform's record.
 
-The two are separate: a worker may have done the work and never told the platform, or told
-the platform and done nothing. Each assignment is looked at by itself.
+The two are separate: a worker may have done the work and never reported it to the platform, or
+reported work that wasn't done. Each assignment is compared by itself.
 """
 
 from __future__ import annotations
@@ -60,26 +60,26 @@ LISTED_IN_S = 600.0
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """How an assignment stands on both sides."""
+    """State of an assignment on both sides."""
 
     assignment: str
     state: State
     submission: Submission | None
-    """What the platform has; None if it doesn't list the assignment."""
+    """Platform's record; None if it doesn't list the assignment."""
     participation_id: int | None
     """The assignment here, if somebody came with it."""
     person_id: str | None
     done: int = 0
     items: int = 0
-    """How many items were received, of how many."""
+    """Number of items of the assignment, of which `done` were received."""
     due: Decimal = Decimal(0)
-    """What the items are worth that no reward is paid for."""
+    """Value of the items that no reward is paid for."""
     is_over: bool = False
-    """Whether the worker can't send the assignment in any more."""
+    """True if the worker can't send the assignment in any more."""
     part: Literal["unpaid", "in doubt", "paid"] = "unpaid"
-    """Whether `due` has been paid as a bonus."""
+    """State of the payment of `due` as a bonus."""
     standing: str | None = None
-    """What the platform said of it last, ``unknown`` if it doesn't know it."""
+    """Platform's last status of it, ``unknown`` if it doesn't know it."""
 
 
 def reconcile(
@@ -179,7 +179,7 @@ def reconcile(
 def _is_bound(
     participation: Participation, submission: Submission | None, terms: Mapping[str, Terms]
 ) -> bool:
-    """Whether an assignment is one of the work that its worker was offered, for its reward."""
+    """Check that an assignment belongs to the work offered to its worker, for its reward."""
     one = None if submission is None else terms.get(submission.group)
     if one is None or submission is None:
         return False
@@ -188,7 +188,7 @@ def _is_bound(
 
 
 def unpaid_part(finding: Finding) -> Decimal:
-    """What is to be paid for a part of an assignment that was given up."""
+    """Return the payment for a part of an assignment that was given up."""
     return finding.due if finding.is_over and finding.part == "unpaid" else Decimal(0)
 
 

@@ -1,8 +1,8 @@
 """Approving, rejecting and paying: each assignment by itself, and each thing once.
 
 Each call is in the ledger before it is made, and the platform's record is compared with it before
-that. What is in doubt, and what was found there, is left alone until somebody has decided; see
-:mod:`annotation_app.crowds.decisions`. The database is never locked while the platform is asked.
+that. Calls in doubt, and payments discovered there, are left alone until somebody has decided; see
+:mod:`annotation_app.crowds.decisions`. The database is never locked during a platform's request.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ HOUR_S = 3600
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """What is to be done with what has been sent in."""
+    """Options for settling the submitted assignments."""
 
     approve: bool = True
     """Approve what is ready."""
@@ -117,7 +117,7 @@ def _rewards(
 
 
 def _held(finding: Finding, wishes: Wishes, *, was_to_be_rejected: bool) -> str | None:
-    """Why somebody is to look at an assignment before it is approved; None if it can be."""
+    """Return the reason for checking an assignment before its approval; None if there is none."""
     if finding.assignment in wishes.approve_also:
         return None
     if wishes.hold_flagged and finding.person_id in wishes.flagged:
