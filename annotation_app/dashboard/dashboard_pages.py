@@ -64,7 +64,7 @@ def studies() -> str:
 
 @blueprint.get("/<study_name>")
 def overview(study_name: str) -> str:
-    """How a study is going. Names of videos and people's work are for adjudicators."""
+    """Show a study's progress. Names of videos and people's work are for adjudicators."""
     with seen_by("annotator", one_state=True) as (session, person):
         study = find_study(session, study_name)
         by_video = progress_by_video(session, study.id, now=now())
@@ -130,7 +130,7 @@ def people(study_name: str) -> str:
 
 @blueprint.get("/<study_name>/people/<person_id>")
 def confirm_block(study_name: str, person_id: str) -> str:
-    """Whether somebody is really to get no more items."""
+    """Ask for confirmation that somebody gets no more items."""
     with seen_by("admin") as (session, admin):
         study = find_study(session, study_name)
         found = _person(session, person_id)
@@ -164,7 +164,7 @@ def export(study_name: str, form: str) -> Response:
 
 
 def export_response(study_name: str, form: str) -> Response:
-    """A file, for whoever may have it; the audit trail notes who had it.
+    """Return a file for an entitled reader; the audit trail notes the reader.
 
     Refused if they may not, there is no such study or form, or something for it isn't installed.
     """

@@ -60,7 +60,7 @@ def make() -> ResponseReturnValue:
 
 @blueprint.get("/tokens/revoke")
 def confirm_revocation() -> str:
-    """Whether a token is really to be revoked."""
+    """Ask for confirmation that a token is revoked."""
     with seen_by("admin") as (session, admin):
         name = flask.request.args.get("name", "")
         if name not in [token.name for token in api_tokens.tokens(session)]:

@@ -60,7 +60,7 @@ def begin(session: Session, login: str, address: str, *, now: float) -> float:
 
 
 def succeeded(session: Session, login: str, address: str) -> None:
-    """The attempt was right: forget the login's count, and of the address's only this one."""
+    """Forget the login's count after a correct attempt, and only this one of the address's."""
     forget(session, login)
     session.execute(
         update(FailedSignIn)
@@ -86,7 +86,7 @@ def _of_login(login: str) -> str:
 
 
 def _of_address(address: str) -> str:
-    """Of an IPv6 address its network: a customer has a whole one."""
+    """Return an address; of IPv6 the network, as a customer has a whole one."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
