@@ -103,7 +103,7 @@ def decide(study_name: str, item_id: str) -> ResponseReturnValue:
 
 @blueprint.get("/<study_name>/queue/<item_id>/edit")
 def edit(study_name: str, item_id: str) -> str:
-    """Show the worker's editor with one of the answers to begin with; the page sends a third one."""
+    """Show the worker's editor, filled with one of the answers; the page sends a third one."""
     number = flask.request.args.get("answer", 0, type=int)
     salt = installation().salt
     with seen_by("adjudicator") as (session, person):

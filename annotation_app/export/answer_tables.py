@@ -98,8 +98,7 @@ def _flat(row: Record) -> Record:
 
 
 def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[Record]:
-    """Yield the answers as they came, with fields `FIELDS`; on request also those that were left
-    out.
+    """Yield the answers as they came, with fields `FIELDS`; if wanted also excluded ones.
 
     A few are in memory at a time. PostgreSQL can do so within a transaction only:
     ``reading(engine, one_state=True)``.

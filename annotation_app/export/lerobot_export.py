@@ -58,8 +58,8 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
     Descriptions become other wordings of the task (``task_aug``), and the task of an episode that
     had none. Subtasks take the place of the dataset's own and of its plans. Ratings are verdicts.
 
-    A FormatError reports that the study's videos are no episodes; a CorpusError lists the files that
-    were replaced since they were shown to people.
+    A FormatError reports that the study's videos are no episodes. A CorpusError lists the files
+    that were replaced since they were shown to people.
     """
     films = films_of(session, study.id)
     told = {video: film.metadata for video, film in films.items() if "episode" in film.metadata}

@@ -1,4 +1,4 @@
-"""Which connections are closed so that nobody shuts others out.
+"""Limits on open connections, so that nobody shuts others out.
 
 A connection on which no whole request comes costs the client nothing, and there is room for so
 many only. One without the head of a request is closed after a while. An address may have half of
@@ -22,13 +22,14 @@ from waitress.channel import HTTPChannel
 log = logging.getLogger(__name__)
 
 CONNECTIONS = 1000
-"""How many there are at most."""
+"""Largest number of connections."""
 HEAD_S = 10.0
-"""How long the head of a request may take, from the connection on or from its first byte."""
+"""Longest time for the head of a request, from the connection on or from its first byte, in
+seconds."""
 IDLE_S = 120.0
-"""How long nothing may come or go."""
+"""Longest silence of a connection, in seconds."""
 TELL_S = 60.0
-"""How often the log says that there is no room."""
+"""Interval between entries in the log about a lack of room, in seconds."""
 
 
 class Room:
@@ -139,7 +140,7 @@ class Room:
         oldest.handle_close()
 
     def _waits(self, channel: HTTPChannel) -> bool:
-        """Whether nothing is being answered or sent, and nothing has come that isn't read yet."""
+        """Check that nothing is being answered or sent, and no unread data has come."""
         guest = self._guests.get(channel)
         if guest is None or channel.requests or (channel.total_outbufs_len and not guest.is_stuck):
             return False
@@ -157,11 +158,11 @@ class _Guest:
     heard_at: float
     unsent: int = 0
     is_stuck: bool = False
-    """Whether they haven't taken anything of an answer for a second."""
+    """True if the client hasn't taken anything of an answer for a second."""
 
 
 def network_of(host: str) -> str:
-    """An address; of IPv6 the network, of which each customer of a provider has one or more."""
+    """Return an address; of IPv6 the network, of which each customer has one or more."""
     if ":" not in host:
         return host
     return str(IPv6Network((host.partition("%")[0], 64), strict=False))

@@ -58,7 +58,7 @@ log = logging.getLogger(__name__)
 
 
 def create_app(config: Config, engine: Engine | None = None) -> Flask:
-    """The app, for any WSGI server.
+    """Return the app, for any WSGI server.
 
     The database may be open already; its tables must be there
     (:func:`annotation_app.store.schema.migrate`).
@@ -211,7 +211,7 @@ def _unavailable(outage: Outage) -> Response:
 def _failure(
     status: int, message: str, advice: str = "", problems: Sequence[dict[str, str]] = ()
 ) -> Response:
-    """What went wrong: as a page for people, as JSON for scripts and programs."""
+    """Return an error: as a page for people, as JSON for scripts and programs."""
     if wants_json():
         reply = {"error": f"{message} {advice}" if advice else message}
         return flask.make_response(reply | ({"problems": problems} if problems else {}), status)

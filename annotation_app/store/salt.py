@@ -28,7 +28,7 @@ CHECK = "salt check"
 
 
 def installation_salt(engine: Engine, config: Config) -> bytes:
-    """What people's ids are hashed with. It is moved to the key file if it isn't there yet.
+    """Return the salt of hashes of people's ids, which is moved to the key file if necessary.
 
     A FormatError says that the database hasn't been set up, or that the key file is another's.
     """

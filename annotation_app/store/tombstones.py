@@ -1,4 +1,4 @@
-"""Whose data were erased, beside the database: what backups that are restored must not bring back.
+"""Records of erased people, beside the database: restored backups must not bring their data back.
 
 ``erased.jsonl`` in the instance's folder has a line for each person, with their id, which is
 random and says nothing of them. It holds what the table ``erasure`` does, and is meant to be kept
