@@ -48,7 +48,7 @@ def put_file(config: Config, file: Path, videos: Path | None = None) -> None:
 
 
 def bring_up_to_date(config: Config, file: Path) -> None:
-    """Do so with a study of the folder of studies; a wrong file stops no other."""
+    """Bring a study of the folder of studies up to date; a wrong file stops no other."""
     try:
         put_file(config, file)
     except CorpusError as error:

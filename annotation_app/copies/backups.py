@@ -85,7 +85,7 @@ class Contents:
     salt: bytes | None
     """Version 1: the salt, which lay among the rows."""
     check: bytes | None
-    """By what the salt is known."""
+    """Check value of the salt."""
 
     @property
     def rows(self) -> int:
@@ -150,7 +150,7 @@ def check(file: BinaryIO, where: str) -> Contents:
 
 
 class Reader:
-    """Reads a backup once. The head is there at once, the digest after the last row."""
+    """A reader of a backup, once. The head is there at once, the digest after the last row."""
 
     def __init__(self, file: BinaryIO, where: str) -> None:
         self.where = where
@@ -166,9 +166,9 @@ class Reader:
         self.head = self._head(next(self._lines, b""), start)
 
     def rows(self) -> Iterator[Row]:
-        """Each row as the database has it, checked against its table.
+        """Yield each row as the database has it, checked against its table.
 
-        A FormatError says what is wrong, at the latest after the last row.
+        A FormatError reports a fault, at the latest after the last row.
         """
         tables = {str(table.name): table for table in tables_at(self.head.schema)}
         counts = dict.fromkeys(tables, 0)

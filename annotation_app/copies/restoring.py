@@ -79,11 +79,11 @@ def restore(
     ----------
     keys
         The key file of the installation that the backup is of, if the backup hasn't its keys or
-        nobody knows the passphrase any more.
+        the passphrase is lost.
     passphrase
-        What its keys were encrypted with.
+        Passphrase that encrypted its keys.
     erased
-        Whose data have been erased since.
+        People whose data have been erased since.
 
     Raises
     ------

@@ -100,8 +100,8 @@ def open_instance(folder: Path, database: str | None = None) -> Config:
 def existing_instance(folder: Path, database: str | None = None) -> Config:
     """Read an installation that is there, for what changes or reads it; nothing is made.
 
-    Where only the database is named, and the folder has no key, the key of this configuration is
-    nobody's.
+    If only the database is named, and the folder has no key, the key of this configuration is
+    a random one.
 
     Raises
     ------

@@ -37,7 +37,7 @@ class Keys:
 
 
 def new_keys() -> Keys:
-    """Keys that nobody else has."""
+    """Return new random keys."""
     return Keys(secrets.token_hex(KEY_BYTES).encode(), secrets.token_bytes(SALT_BYTES))
 
 
@@ -54,7 +54,7 @@ def read_keys(file: Path) -> Keys:
 
 
 def keys_from(content: bytes) -> Keys:
-    """Keys as :func:`written` has them; a ValueError if there are none."""
+    """Parse keys in the form of :func:`written`; a ValueError if there are none."""
     secret, *others = content.split() or [b""]
     if len(secret) < KEY_BYTES:
         raise ValueError("the secret key is too short")
@@ -80,7 +80,7 @@ def write_keys(file: Path, keys: Keys) -> None:
 def make_keys(file: Path) -> None:
     """Write a key file with new keys, unless there is one.
 
-    Of several processes that do so at once one wins, and none ever sees a part of the file.
+    If several processes do so at once, one wins, and none ever sees a part of the file.
     """
     if file.exists():
         return

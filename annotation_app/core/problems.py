@@ -15,7 +15,7 @@ TO_OPEN_AGAIN = N_(
     "Your browser isn't known here any more. Open the study's address again; "
     "what you typed is kept in this browser."
 )
-"""For people who came without a login: they can't sign in."""
+"""Advice for people who came without a login: they can't sign in."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +32,11 @@ class Refusal(Exception):  # noqa: N818 - it is no error, it is an answer
     Parameters
     ----------
     status
-        Of HTTP.
+        Status of HTTP.
     message
-        What the person reads.
+        Message for the person.
     problems
-        What is wrong with an answer, field by field.
+        Problems of an answer, field by field.
     """
 
     def __init__(self, status: int, message: str, problems: Sequence[FieldProblem] = ()) -> None:

@@ -39,7 +39,7 @@ from annotation_app.store.installation import now
 FOUND = "the platform has it, and this ledger did not make it"
 GONE = "the platform doesn't list it any more"
 LATE_S = 3600.0
-"""After this time a payment that was ordered should be listed. Prolific says "minutes"."""
+"""Time after which an ordered payment should be listed, in seconds. Prolific says "minutes"."""
 _TERMS = re.compile(r"(\S+) (\d+)(?: \d+)?(?: found \S+)?")
 """Suffix of the ledger's keys of offers, after the study's prefix."""
 _MAY_EXPLAIN: tuple[State, ...] = ("confirmed", "ordered", "in doubt", "refused")
@@ -48,10 +48,10 @@ _MAY_EXPLAIN: tuple[State, ...] = ("confirmed", "ordered", "in doubt", "refused"
 
 @dataclass(frozen=True, slots=True)
 class Deed:
-    """Something that was done, or found out, or could not be done.
+    """An action or discovery of a settlement, or an action that failed.
 
-    `problem` says why it wasn't, and `note` what else there is to say. Nobody knows whether it was
-    done if it is `in_doubt`.
+    `problem` is the reason of a failure, and `note` a further remark. It is unknown whether an
+    action that is `in_doubt` was carried out.
     """
 
     assignment: str
@@ -203,8 +203,8 @@ class Comparison:
     def _look_again(self, submission: Submission, entry: Entry) -> Iterator[Deed]:
         """Find out more about a payment in doubt that isn't listed.
 
-        What has no reference was never ordered, unless it was listed before. Where the platform
-        knows the payment by its token, it is sent again.
+        A payment without a reference was never ordered, unless it was listed before. Where the
+        platform recognises the payment by its token, it is sent again.
         """
         if entry.problem == GONE:
             return
@@ -230,7 +230,7 @@ _STANDINGS: Mapping[What, Standing] = {"approve": "approved", "reject": "rejecte
 
 
 def _free_keys(assignment: str, amount: Decimal, alike: Iterable[Entry]) -> Iterator[str]:
-    """Keys for payments of an amount that are found there, of which none is taken."""
+    """Return keys for payments of an amount that are discovered there, of which none is taken."""
     taken = {entry.call.key for entry in alike}
     keys = (found_key(assignment, amount, number) for number in count(1))
     return (key for key in keys if not {key, apart(key)} & taken)

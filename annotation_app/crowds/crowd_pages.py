@@ -42,7 +42,7 @@ blueprint = Blueprint("crowds", __name__, url_prefix="/crowd", template_folder="
 @blueprint.get("/<provider_name>/<token>")
 @limited(arrivals)
 def enter(provider_name: str, token: str) -> ResponseReturnValue:
-    """Somebody comes in."""
+    """Let a worker in."""
     provider = find_provider(provider_name)
     if provider is None:
         raise Refusal(404, gettext("There is no such page."))

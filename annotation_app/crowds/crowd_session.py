@@ -54,9 +54,9 @@ class CrowdSession:
     platform: Platform | None
 
     def submissions(self, *, take_in: bool) -> list[Submission]:
-        """All that the platform has of the study's work.
+        """Return the platform's assignments of the study's work.
 
-        `take_in` notes in the ledger what work it shows that wasn't offered from here.
+        `take_in` notes in the ledger the platform's work that wasn't offered from here.
         """
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         offered = self.platform.offered(self.study.id, terms_offered(self.ledger).keys())

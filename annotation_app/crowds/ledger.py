@@ -44,10 +44,10 @@ State: TypeAlias = Literal[
 T = TypeVar("T")
 
 OPEN: tuple[State, ...] = ("attempted", "in doubt")
-"""States in which nobody knows whether the call was carried out."""
+"""States in which it is unknown whether the call was carried out."""
 PAYMENTS: tuple[What, ...] = ("bonus", "partial payment")
 DOUBTED: tuple[State, ...] = ("in doubt", "found there")
-"""States of which somebody has to decide."""
+"""States that await somebody's decision."""
 CURRENT = "confirmed as complete"
 """The action in the audit trail after which a restored ledger is taken as complete."""
 STOPPED = "the program stopped before there was an answer"
@@ -64,7 +64,7 @@ class Call:
 
     what: What
     key: str
-    """Distinguishes calls of a kind: the same thing is done once."""
+    """Key that distinguishes calls of a kind: the same call is made once."""
     assignment: str = ""
     """The platform's id of the assignment that is approved or paid by."""
     participation_id: int | None = None
@@ -103,7 +103,7 @@ class Ledger:
     def entries(
         self, *states: State, assignment: str | None = None, everywhere: bool = False
     ) -> list[Entry]:
-        """All calls, the oldest first.
+        """Return all calls, the oldest first.
 
         Only those in some states, if any are given; only those by an assignment; also those of the
         platform's sandbox, or of the platform itself.
@@ -203,7 +203,7 @@ class Ledger:
             _note_decision(session, row, "paid apart from that")
 
     def restored_at(self) -> float | None:
-        """When the database was restored from a backup.
+        """Return the time when the database was restored from a backup.
 
         None if it never was, or somebody has confirmed since that this ledger is complete.
         """
@@ -390,7 +390,7 @@ def entry_records(entries: Sequence[Entry]) -> list[Record]:
 
 
 def doubt_lines(entries: Sequence[Entry]) -> Iterator[str]:
-    """Each call of which nobody knows whether it was carried out or who has made it, for people."""
+    """Yield a line for each call of unknown outcome or origin, for people."""
     for entry in entries:
         if entry.state not in (*OPEN, *DOUBTED):
             continue

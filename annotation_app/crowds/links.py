@@ -26,7 +26,7 @@ def enter(arguments: Mapping[str, str], study_id: str) -> Arrival:
 
 
 def leave(_participation: Participation, _code: str) -> Ending:
-    """There is nowhere to go: people are shown their code."""
+    """Return no exit: people are shown their code."""
     return Ending()
 
 

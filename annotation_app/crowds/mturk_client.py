@@ -54,13 +54,13 @@ SCHEMA = (
     "ExternalQuestion.xsd"
 )
 MOST_AT_LOWER_FEE = 9
-"""From ten assignments a HIT the platform's fee is twice as high."""
+"""Largest number of assignments of a HIT at the platform's lower fee; from ten on it doubles."""
 DAY_S = 86_400
 OPEN_DAYS, REVIEW_DAYS = 14, 14
 PERCENT_APPROVED, NUMBER_APPROVED = "000000000000000000L0", "00000000000000000040"
 """Qualifications that the platform itself keeps."""
 ALREADY = "AlreadyExists"
-"""In the code of errors about requests that had been done before."""
+"""Part of the error codes of requests that had been carried out before."""
 TOKEN_LASTS_S = 23 * 3600.0
 """Tokens are known for 24 hours; clocks may differ."""
 SERVER_ERROR = 500
@@ -111,7 +111,7 @@ class MechanicalTurk:
         return Posted(tuple(hit["HITId"] for hit in hits), people, people - before, address)
 
     def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
-        """All HITs that have a label of a study, or one of the ids."""
+        """Return all HITs that have a label of a study, or one of the ids."""
         prefix = label_prefix(study_id)
         return [
             Offered(hit["HITId"], _label(hit), _money(hit.get("Reward")))
@@ -120,7 +120,7 @@ class MechanicalTurk:
         ]
 
     def submissions(self, work: Offered) -> Iterator[Submission]:
-        """All assignments that workers have sent in; the others aren't listed."""
+        """Return all assignments that workers have sent in; the others aren't listed."""
         asked = {"HITId": work.id, "AssignmentStatuses": [*STANDINGS]}
         for entry in self._list("list_assignments_for_hit", "Assignments", "AssignmentId", **asked):
             standing = STANDINGS.get(entry.get("AssignmentStatus", ""), "working")

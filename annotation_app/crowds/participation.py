@@ -1,4 +1,4 @@
-"""People's assignments: what they ask for, and what has been received of it."""
+"""Assignments of people: their requirements, and the work received."""
 
 from __future__ import annotations
 

@@ -113,12 +113,12 @@ class Calls(Protocol):
         """Return the calls of unknown outcome."""
 
     def settle(self, key: str, reference: str | None) -> None:
-        """Say what the platform shows of a call in doubt.
+        """Settle a call in doubt by the platform's record.
 
         Parameters
         ----------
         reference
-            What was made; None if the platform shows that the call was not carried out.
+            Id of the result; None if the platform shows that the call was not carried out.
         """
 
     def make(
@@ -135,13 +135,13 @@ class Calls(Protocol):
         Parameters
         ----------
         about
-            What it offers, for people.
+            Description of the offer, for people.
         call
-            Gives the platform's id of what was made.
+            Returns the platform's id of the result.
         reward
-            For an assignment of what is made.
+            Reward for an assignment of the offer.
         token_lasts_s
-            How long the platform knows a repeated call by its token.
+            Time for which the platform recognises a repeated call by its token, in seconds.
         """
 
 
@@ -149,12 +149,12 @@ class Platform(Protocol):
     """A platform that answers requests, with credentials.
 
     All methods raise :class:`PlatformError` if surely nothing was done, and
-    :class:`LostReplyError` if nobody knows. They never repeat a call by themselves that offers,
-    approves, rejects or pays.
+    :class:`LostReplyError` if the outcome is unknown. They never repeat a call by themselves that
+    offers, approves, rejects or pays.
     """
 
     realm: str
-    """Distinguishes what has the same name: ``sandbox`` where that is a platform by itself."""
+    """Realm of names: ``sandbox`` where that is a platform by itself."""
     token_lasts_s: float
     """Time in seconds within which a bonus sent again by the same reference is paid only once.
 
@@ -167,10 +167,10 @@ class Platform(Protocol):
         """Offer work, as far as it isn't offered already."""
 
     def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
-        """All work that has a label of a study, or one of the ids."""
+        """Return all work that has a label of a study, or one of the ids."""
 
     def submissions(self, work: Offered) -> Iterator[Submission]:
-        """All assignments of some work."""
+        """Return all assignments of some work."""
 
     def standing(self, submission: Submission) -> Standing:
         """Return the platform's current status of one assignment."""
@@ -196,7 +196,7 @@ class Platform(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """Somebody who comes in from a platform."""
+    """A worker who arrives from a platform."""
 
     provider: str
     """Provider of the id."""
@@ -217,11 +217,11 @@ class Ending:
     address: str = ""
     """Address to open, or to send `fields` to; empty if the code is all."""
     fields: Mapping[str, str] | None = None
-    """Sent as a form. None for a plain link."""
+    """Fields to send as a form; None for a plain link."""
 
 
 Entrance: TypeAlias = Callable[[Mapping[str, str], str], Arrival]
-"""Reads who comes in, from an address's arguments and the study's id. Raises
+"""Reader of a worker's arrival, from an address's arguments and the study's id. Raises
 :class:`annotation_app.core.problems.Refusal`."""
 
 Exit: TypeAlias = Callable[[Participation, str], Ending]
@@ -229,7 +229,7 @@ Exit: TypeAlias = Callable[[Participation, str], Ending]
 
 
 class Connect(Protocol):
-    """Opens a platform."""
+    """Connection to a platform."""
 
     def __call__(self, *, sandbox: bool, endpoint: str | None) -> Platform:
         """Sign in with credentials from the environment."""
@@ -237,12 +237,12 @@ class Connect(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Gateway:
-    """All that a provider does."""
+    """Functions of a provider."""
 
     enter: Entrance
     leave: Exit
     connect: Connect | None = None
-    """None where there is nothing to ask: links."""
+    """Connection to the provider; None for links, which have none."""
     query: str = field(default="")
     """Query added to the address where workers arrive."""
 

@@ -113,7 +113,7 @@ class Prolific:
         return Posted((study_id,), places, added, address)
 
     def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
-        """All studies that have a label of a study here, or one of the ids.
+        """Return all studies that have a label of a study here, or one of the ids.
 
         Studies that the list doesn't show are looked up by their ids.
         """
@@ -126,7 +126,7 @@ class Prolific:
         return [Offered(s["id"], _text(s, LABEL), _reward(s)) for s in studies]
 
     def submissions(self, work: Offered) -> Iterator[Submission]:
-        """All submissions."""
+        """Return all submissions."""
         for entry in self._list(f"studies/{work.id}/submissions/"):
             person = _text(entry, "participant_id")
             yield Submission(entry["id"], person, work.id, _standing(entry), work.reward)
@@ -159,7 +159,7 @@ class Prolific:
         return str(self._ask("POST", "submissions/bonus-payments/", body)["id"])
 
     def pay(self, _submission: Submission, _bonus: Bonus, reference: str) -> None:
-        """Order that a bonus is paid which was set up. Ordering it twice pays it twice.
+        """Order the payment of a prepared bonus. A second order pays it twice.
 
         Prolific pays in the minutes after it has answered.
         """

@@ -42,7 +42,7 @@ class Offers:
         return [entry.call.key for entry in doubts if entry.call.what == "publish"]
 
     def settle(self, key: str, reference: str | None) -> None:
-        """Say what the platform shows of a call in doubt."""
+        """Settle a call in doubt by the platform's record."""
         entry = self.ledger.find("publish", key)
         if entry is None or entry.state not in OPEN:
             return
@@ -124,14 +124,14 @@ def publish_posting(
     Parameters
     ----------
     publish_again
-        Entries of the ledger in doubt, of which somebody has seen that they aren't there.
+        Entries of the ledger in doubt that somebody has seen to be missing there.
 
     Raises
     ------
     FormatError
         If the study can't be offered so.
     PlatformError
-        If the platform refuses, or nobody knows whether it has offered the work.
+        If the platform refuses, or it is unknown whether it has offered the work.
     """
     assert session.platform is not None  # noqa: S101 - only commands of platforms offer work
     study = restored(session.study.config)

@@ -53,9 +53,9 @@ EXPLANATIONS: dict[State, str] = {
 }
 CENT = Decimal("0.01")
 LONGEST_S = 86_400.0
-"""After this time an assignment that the platform doesn't list is taken as given up."""
+"""Time after which an assignment that isn't listed is taken as given up, in seconds."""
 LISTED_IN_S = 600.0
-"""After this time a platform that lists all assignments should list one that was begun."""
+"""Time in which a platform that lists all assignments should list a new one, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,12 +98,11 @@ def reconcile(
     Parameters
     ----------
     there
-        All that the platform knows of the study's assignments. It is read before the database is
-        locked.
+        Platform's record of the study's assignments. It is read before the database is locked.
     terms
-        What was offered from here, by the platform's ids of the work.
+        Terms offered from here, by the platform's ids of the work.
     lists_all
-        Whether `there` has also assignments on which somebody is at work.
+        True if `there` has also assignments on which somebody is at work.
     """
     offered = {(one.task, one.items) for one in terms.values()}
     known = {submission.assignment: submission for submission in there}
@@ -193,7 +192,7 @@ def unpaid_part(finding: Finding) -> Decimal:
 
 
 def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str, Submission]:
-    """By the ids of people here, an assignment that they sent in: by it a platform can pay them."""
+    """Return a submitted assignment by person: by it a platform can pay them."""
     sent = {
         f.person_id: f.submission
         for f in findings
@@ -211,7 +210,7 @@ def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str,
 
 
 def _parts(session: Session, study: Study) -> dict[int | None, Literal["in doubt", "paid"]]:
-    """By participation, what is known of a payment for a part of it."""
+    """Return the state of the payment for a part of an assignment, by participation."""
     rows = session.execute(
         select(LedgerEntry.participation_id, LedgerEntry.state).where(
             LedgerEntry.study_id == study.id,

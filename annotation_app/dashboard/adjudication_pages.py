@@ -82,7 +82,7 @@ def dispute(study_name: str, item_id: str) -> str:
 @blueprint.post("/<study_name>/queue/<item_id>")
 @refused_on(_comparison, "adjudicator")
 def decide(study_name: str, item_id: str) -> ResponseReturnValue:
-    """Adopt one of the answers, or ask one more person."""
+    """Adopt one of the answers, or request one more person's."""
     form = flask.request.form
     with changed_by("adjudicator") as (session, person):
         study = find_study(session, study_name)

@@ -36,7 +36,7 @@ _REPORTS = ("flag", "skip")
 class Wanted:
     """A filter of answers; empty fields leave out nothing.
 
-    `person` is the beginning of what exports call them, `text` a part of the command, in small or
+    `person` is the beginning of the name in exports, `text` a part of the command, in small or
     capital letters. Answers have a lower id than `before`, and if `flagged` items of which somebody
     has reported a problem.
     """
@@ -50,7 +50,7 @@ class Wanted:
     before: int | None = None
 
     def parameters(self) -> dict[str, str]:
-        """For an address that shows the same answers from the first page."""
+        """Return parameters of an address that shows the same answers from the first page."""
         found = {name: getattr(self, name) for name in ("task", "person", "video", "state", "text")}
         found["flagged"] = "1" if self.flagged else ""
         return {name: text for name, text in found.items() if text}
@@ -121,7 +121,7 @@ def read_before(asked: Mapping[str, str]) -> int | None:
 def find_answers(
     session: Session, study_id: str, wanted: Wanted
 ) -> tuple[list[FoundAnswer], int | None]:
-    """Answers of a study, and the id to go on before, if there are more.
+    """Return answers of a study, and the next page's id, if there are more.
 
     Only ids are sorted; what people sent is read for one page.
     """
@@ -139,7 +139,7 @@ def find_answers(
 
 
 def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnswer]:
-    """Answers of a study by their ids, newest first."""
+    """Return answers of a study by their ids, newest first."""
     rows = session.execute(
         select(Answer, Item, Person, Event.name)
         .join(Event, Event.id == Answer.event_id)

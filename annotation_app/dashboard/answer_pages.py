@@ -94,7 +94,7 @@ def review(study_name: str, answer_id: int) -> ResponseReturnValue:
 
 @blueprint.get("/<study_name>/reports")
 def reports(study_name: str) -> str:
-    """Problems that people reported, and why they skipped items."""
+    """Show the problems that people reported, and their reasons for skipping items."""
     before = browsing.read_before(flask.request.args)
     with seen_by("adjudicator") as (session, person):
         study = find_study(session, study_name)

@@ -40,7 +40,7 @@ QUERIES = {
 @blueprint.get("/<study_name>/answers")
 @limited(reads)
 def read_answers(study_name: str) -> Response:
-    """Answers, newest first, a page at a time."""
+    """Return answers, newest first, a page at a time."""
     wanted = browsing.read_wanted(flask.request.args)
     with reading(installation().engine) as session:
         required_reader(session, "adjudicator")

@@ -19,7 +19,7 @@ ALL, TOUCHED, UNSEEN = "all", "without untouched suggestions", "no suggestion se
 """Groups of answers that are measured. Where a program makes suggestions: all, those that are no
 untouched suggestion, and those of people who saw none."""
 _BETWEEN = "\n"
-"""Between the gists of an item, which have no such character."""
+"""Separator of the gists of an item, which have no such character."""
 
 KINDS = (CLAUSE_TYPE, WORDS, THING, PLACE)
 MOST = 10
@@ -114,15 +114,15 @@ class Disagreement:
     kind
         ``task``, ``item``, ``clause type``, ``words``, ``thing`` or ``place``.
     what
-        Which: a name, words, an item's id.
+        Subject of the disagreement: a name, words, an item's id.
     task
-        In which task.
+        Task of the answers.
     video
-        Where a thing or place is, and an item's video.
+        Video of a thing, place or item.
     disputed, parts
-        On how many parts of answers people disagree, of how many that several people answered.
+        Number of parts of answers on which people disagree, and of parts with several answers.
     command
-        An item's.
+        Command of an item.
     """
 
     kind: str
@@ -135,7 +135,7 @@ class Disagreement:
 
     @property
     def percent(self) -> int:
-        """The part that is disputed."""
+        """Share of disputed parts, in percent."""
         return round(100 * self.disputed / self.parts) if self.parts else 0
 
 
@@ -174,7 +174,7 @@ def _count(
 
 
 def _answered(session: Session, study_id: str) -> Iterable[tuple[Item, list[Record]]]:
-    """Items with the answers of several people."""
+    """Return items with the answers of several people."""
     rows = session.execute(
         select(Item, Answer.body)
         .join(Answer, Answer.item_id == Item.id)

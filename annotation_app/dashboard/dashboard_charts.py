@@ -142,7 +142,7 @@ def time_chart(durations: Sequence[Duration]) -> BarChart | None:
 
 
 def agreement_chart(found: Sequence[Measured]) -> BarChart | None:
-    """Measures of agreement that could be computed."""
+    """Draw the measures of agreement that could be computed."""
     known = [(one, one.value) for one in found if one.value is not None]
     if not known:
         return None
@@ -192,7 +192,7 @@ def _axis(most: float) -> tuple[float, float]:
 
 
 def _apart(wanted: Sequence[float], top: float, bottom: float) -> list[float]:
-    """Heights as near to what is wanted as labels can be that don't cover each other."""
+    """Return heights of labels that don't cover each other, as near as possible to those wanted."""
     order = sorted(range(len(wanted)), key=lambda i: wanted[i])
     found = list(wanted)
     lowest = top

@@ -56,7 +56,7 @@ blueprint.register_error_handler(Refusal, refused)
 
 @blueprint.get("/")
 def studies() -> str:
-    """All studies."""
+    """Show all studies."""
     with seen_by("annotator") as (session, person):
         found = session.scalars(select(Study).order_by(Study.name)).all()
         return _page("studies.html", person, studies=found)
@@ -99,7 +99,7 @@ def overview(study_name: str) -> str:
 
 @blueprint.get("/<study_name>/disagreements", endpoint="disagreements")
 def disagreements_page(study_name: str) -> str:
-    """On what people disagree most, and where it can be looked at."""
+    """Show the most frequent disagreements, and where to look at them."""
     with seen_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
         found = disagreements(session, study.id)
@@ -122,7 +122,7 @@ def _link(study_name: str, one: Disagreement) -> str:
 
 @blueprint.get("/<study_name>/people")
 def people(study_name: str) -> str:
-    """Everybody who has answered."""
+    """Show everybody who has answered."""
     with seen_by("adjudicator", one_state=True) as (session, person):
         study = find_study(session, study_name)
         return _page("people.html", person, study=study, workers=workers(session, study.id))
@@ -159,7 +159,7 @@ def block(study_name: str, person_id: str) -> ResponseReturnValue:
 
 @blueprint.get("/<study_name>/export/<form>")
 def export(study_name: str, form: str) -> Response:
-    """All answers as they are, or the corpus that they make."""
+    """Export all answers as they are, or the corpus made of them."""
     return export_response(study_name, form)
 
 

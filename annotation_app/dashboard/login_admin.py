@@ -59,7 +59,7 @@ def _one_page(session: Session, admin: Person, person_id: str, problem: str = ""
 
 @blueprint.get("/logins")
 def logins() -> str:
-    """Everybody with a login, and forms to add others."""
+    """Show everybody with a login, and forms to add others."""
     with seen_by("admin") as (session, admin):
         return _list_page(session, admin)
 
@@ -96,7 +96,7 @@ def withdraw() -> ResponseReturnValue:
 
 @blueprint.get("/logins/<person_id>")
 def one(person_id: str) -> str:
-    """Somebody with a login, and what can be changed."""
+    """Show somebody with a login, and the possible changes."""
     with seen_by("admin") as (session, admin):
         return _one_page(session, admin, person_id)
 
@@ -202,7 +202,7 @@ def moment(at: float | None) -> str:
 
 
 def _another(session: Session, admin: Person, person_id: str) -> Person:
-    """Somebody with a login who isn't the admin."""
+    """Return somebody with a login who isn't the admin."""
     person = _find(session, person_id)
     if person.id == admin.id:
         raise Refusal(422, "This is your own login. Another admin can change it.")

@@ -34,7 +34,7 @@ def _tokens_page(session: Session, admin: Person, problem: str = "") -> str:
 
 @blueprint.get("/tokens")
 def tokens() -> str:
-    """All tokens, without what programs send."""
+    """Show all tokens, but not their secrets."""
     with seen_by("admin") as (session, admin):
         return _tokens_page(session, admin)
 

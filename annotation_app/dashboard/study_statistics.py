@@ -58,7 +58,7 @@ class Duration:
 
 
 def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Progress]:
-    """Progress of each task for each video, in the order of tasks."""
+    """Return the progress of each task for each video, in the order of tasks."""
     # By what an index has in this order, so that nothing is sorted.
     video = Item.video
     leased = and_(Slot.answered.is_(False), Slot.expires_at >= now)
@@ -81,7 +81,7 @@ def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Pr
 
 
 def progress_by_task(by_video: list[Progress]) -> list[Progress]:
-    """Progress of each task over all videos."""
+    """Return the progress of each task over all videos."""
     totals: list[Progress] = []
     for task in task_names():
         mine = [p for p in by_video if p.task == task]

@@ -37,13 +37,13 @@ class Worker:
     Parameters
     ----------
     subject
-        What exports call them.
+        Name of the person in exports.
     checks, failed
         Attention checks that they had, and that they failed.
     reasons
-        What is odd, in plain words; empty for most people.
+        Oddities, in plain words; empty for most people.
     platform
-        Whether the crowd platform knows them; None for others, and before anybody has compared.
+        Crowd platform's knowledge of the person; None for others, and before a comparison.
     """
 
     person_id: str
@@ -66,7 +66,7 @@ class _Median(NamedTuple):
 
 
 _Medians: TypeAlias = dict[str, dict[TaskName, _Median]]
-"""By person and task."""
+"""Medians by person and task."""
 _Numbers: TypeAlias = Sequence[Any]
 """Person, task, how many answers they have given to it, and of how many the time is known."""
 
@@ -80,7 +80,7 @@ class _Work:
 
 
 def workers(session: Session, study_id: str) -> list[Worker]:
-    """Everybody who has answered, those to look at first.
+    """Return everybody who has answered, those to look at first.
 
     The session must read one state: what is counted first must be there when the rest is read.
     """
@@ -120,7 +120,7 @@ def flagged_people(session: Session, study_id: str) -> Iterator[str]:
 
 
 def _checks(session: Session, study_id: str) -> Iterator[tuple[str, bool]]:
-    """For each attention check who had it, and whether they passed."""
+    """Yield the person of each attention check, and whether they passed."""
     passing = {task.name: task.passes for task in tasks() if task.passes is not None}
     unless_gist = case((Answer.gist.is_(None), Answer.body))
     rows = session.execute(
@@ -202,7 +202,7 @@ _IN_THE_MIDDLE = (
 
 
 def _by_task(medians: _Medians) -> dict[TaskName, list[float]]:
-    """All people's medians, in order."""
+    """Return all people's medians, in order, by task."""
     found: dict[TaskName, list[float]] = {}
     for mine in medians.values():
         for task_name, one in mine.items():

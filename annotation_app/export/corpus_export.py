@@ -1,4 +1,4 @@
-"""From the database to a corpus: each task adds what its answers make."""
+"""Export of the database as a corpus: each task adds the parts that its answers make."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ from g3.errors import FormatError
 VERDICTS = "meta/verdicts.jsonl"
 """The file of the copy with people's ratings of the dataset's own language."""
 AGREES = 4
-"""From which rating on somebody agrees."""
+"""Least rating that counts as agreement."""
 
 Record = dict[str, Any]
 
@@ -45,7 +45,7 @@ class PeoplesLanguage:
     dataset: Path
     """The dataset's folder, as the study's table names it."""
     language: Mapping[int, EpisodeLanguage]
-    """By the numbers of episodes."""
+    """Language by the numbers of episodes."""
     files: Mapping[str, bytes]
     """The verdicts, by their name in the copy."""
     counts: Mapping[str, int]

@@ -39,7 +39,7 @@ _NOBODY = f"{_METHOD}${'0' * 16}${'0' * 128}"
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """Somebody with a login; times are in seconds since 1970, None if they never have signed in."""
+    """A person with a login; times are in seconds since 1970, None before the first sign-in."""
 
     person_id: str
     login: str
@@ -204,7 +204,7 @@ def admin_from_environment(session: Session, environment: Mapping[str, str]) -> 
 
 
 def accounts(session: Session) -> list[Account]:
-    """Everybody with a login."""
+    """Return everybody with a login."""
     signed_in = (
         select(AuditEntry.actor, func.max(AuditEntry.at).label("at"))
         .where(AuditEntry.action == "signed in")

@@ -23,7 +23,7 @@ from annotation_app.store.program_models import ApiToken
 DAY_S = 86_400.0
 DAYS, MOST_DAYS = 365, 3650
 PREFIX = "ctread_"
-"""By which people, and programs that look for lost secrets, know a token."""
+"""Prefix by which people, and programs that look for lost secrets, recognise a token."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,59}")
 HOUR_S = 3600.0
 
@@ -57,7 +57,7 @@ def make_token(session: Session, name: str, days: float = DAYS, *, actor: str) -
 
 
 def tokens(session: Session) -> Sequence[ApiToken]:
-    """All tokens that haven't been revoked, by their names."""
+    """Return all tokens that haven't been revoked, by their names."""
     return session.scalars(select(ApiToken).order_by(ApiToken.name)).all()
 
 

@@ -26,7 +26,7 @@ PERSON, NUMBER, LOGIN = "person", "number", "login"
 FIRST = 1
 """The number of sessions that began before they were numbered."""
 LONGEST = datetime.timedelta(days=60)
-"""For workers: without their cookie nobody finds what they have begun."""
+"""Lifetime of workers' cookies, without which their work is lost to them."""
 REFRESH_S = 300.0
 """Interval between signatures of a cookie, so that work on one page doesn't seem idle."""
 _KEPT = ("csrf_token", LOGIN, "_permanent")

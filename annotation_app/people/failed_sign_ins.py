@@ -21,7 +21,7 @@ from annotation_app.store.models import FailedSignIn
 FREE_BY_LOGIN, FREE_BY_ADDRESS = 5, 20
 """A class may sit behind one address, and each of them mistype."""
 LONGEST_WAIT_S = 900.0
-"""Somebody else can keep a login waiting: this is for how long at most."""
+"""Longest time for which somebody else can keep a login waiting, in seconds."""
 FORGOTTEN_S = 86_400.0
 
 

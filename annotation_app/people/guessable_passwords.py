@@ -1,6 +1,6 @@
 """Passwords that are guessed first: a word that many use, a row of keys, one thing again and again.
 
-What anybody would guess is taken out of a password. What is left must still be something.
+Guessable parts are taken out of a password. Something must remain.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 FEWEST_CHARACTERS = 5
 """A password has so many different characters, and so many that aren't easy to guess."""
 _RUN = 3
-"""From so many on, characters in a known order count as one thing."""
+"""Least number of characters in a known order that count as one thing."""
 _ROWS = (
     "abcdefghijklmnopqrstuvwxyz",
     "01234567890",

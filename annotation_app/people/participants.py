@@ -1,4 +1,4 @@
-"""People: who they are, roles, invitations, consent. Ids from elsewhere are kept as hashes."""
+"""Participants: roles, invitations, consent. Ids from elsewhere are kept as hashes."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def accept_invitation(session: Session, token: str) -> tuple[str, Person]:
 
 
 def link_signer(secret_key: bytes, what: str) -> URLSafeSerializer:
-    """Signs what links of a kind say, so that nobody else can make them."""
+    """Return a signer of links of a kind, which nobody else can make."""
     return URLSafeSerializer(secret_key, salt=what, signer_kwargs={"digest_method": hashlib.sha256})
 
 

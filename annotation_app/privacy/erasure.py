@@ -209,7 +209,7 @@ def unlink(person: Person) -> None:
 def erase_again(session: Session, gone: Collection[Tombstone]) -> int:
     """Erase those whose data were erased after a backup was made, which has just been restored.
 
-    How many of them it had data of is given.
+    The number of them that it had data of is returned.
     """
     before = {row.person_id for row in session.scalars(select(Erasure))}
     wanted = joined(gone)
@@ -251,7 +251,7 @@ def _made_of(session: Session, answers: Iterable[Answer]) -> Iterator[str]:
 
 
 def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
-    """Items made of an answer before it was replaced: their subject doesn't show it any more.
+    """Yield items made of an answer before its replacement, which their subject no longer shows.
 
     They show its command, and clauses or groundings that nobody else's answer accounts for.
     """

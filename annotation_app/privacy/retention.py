@@ -45,9 +45,9 @@ class Expired:
 def expire(
     engine: Engine, *, now: float, study: str | None = None, dry_run: bool = False
 ) -> list[Expired]:
-    """Do what is due by now in all studies, or in one. Doing it again does nothing.
+    """Expire what is due by now in all studies, or in one. A second run does nothing.
 
-    What was done is given of the studies in which there was something to do.
+    Results are returned for the studies in which something was due.
     """
     with transaction(engine) as session:
         lock_set_up(session.connection())

@@ -1,10 +1,10 @@
 """Limits on open connections, so that nobody shuts others out.
 
-A connection on which no whole request comes costs the client nothing, and there is room for so
-many only. One without the head of a request is closed after a while. An address may have half of
-all that there is room for in that state, so that a class behind one address fits in. Then its
-oldest is closed. Where no room is left, the address with the most connections gives one back. Those
-on which a request is answered are never closed. Times go on evenly, even if the clock is set.
+A connection on which no whole request comes is free for the client, but the room is limited. One
+without the head of a request is closed after a while. An address may have half of the room in that
+state, so that a class behind one address fits in. Then its oldest is closed. Where no room is left,
+the address with the most connections gives one back. Connections with a request in progress are
+never closed. Times are monotonic, even if the clock is set.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TELL_S = 60.0
 
 
 class Room:
-    """Keeps account of connections; the one thread that reads from them all uses it.
+    """Account of connections; the one thread that reads from them all uses it.
 
     There are `most` at most, but for those that are being answered.
     """
@@ -71,7 +71,7 @@ class Room:
             self._make_room(channel)
 
     def heard(self, channel: HTTPChannel) -> None:
-        """Something has come from somebody, or was sent to them."""
+        """Note that something has come from a client, or was sent to it."""
         guest = self._guests.get(channel)
         if guest is None:
             return
@@ -83,7 +83,7 @@ class Room:
             self._headless.setdefault(guest.address, {}).setdefault(channel, guest.heard_at)
 
     def leave(self, channel: HTTPChannel) -> None:
-        """Somebody's connection is closed."""
+        """Note that a connection is closed."""
         guest = self._guests.pop(channel, None)
         if guest is not None:
             self._has_head(guest.address, channel)
@@ -152,7 +152,7 @@ class Room:
 
 @dataclass(slots=True)
 class _Guest:
-    """Somebody's connection: from where, and when something came or went last."""
+    """A connection: its address, and the time of its last traffic."""
 
     address: str
     heard_at: float

@@ -1,8 +1,8 @@
 """Waiting for many open connections at the cost of the active ones.
 
-Whenever one of them has something, waitress asks each connection what it waits for, and passes
-all to the kernel. Here the kernel gets each once, and only those are asked of which the
-answer may have changed.
+At each event, waitress queries all connections for the events that they wait for, and passes
+them to the kernel. Here the kernel gets each once, and only those are queried whose state may have
+changed.
 """
 
 from __future__ import annotations
@@ -127,14 +127,14 @@ class Connections(dict[int, Any]):
         return begun
 
     def _let_in_who_waits(self, listening: Any) -> None:
-        """Those who have connected, which the kernel hasn't reported yet."""
+        """Accept connections that the kernel hasn't reported yet."""
         before = -1
         while before < len(self):
             before = len(self)
             listening.handle_accept()
 
     def _ask(self) -> None:
-        """Ask those that may have changed what they wait for."""
+        """Query the events that changed connections wait for."""
         with self._lock:
             changed, self._changed = self._changed, set()
             if is_time := monotonic() >= self._ask_all_at:

@@ -133,7 +133,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
 
 
 def record_types() -> Iterable[type]:
-    """All types that requests may need."""
+    """Return all types that requests may need."""
     of_corpora = (AnnotationRecord, CommandRecord, ContextRecord, JudgmentRecord, Manifest)
     of_logs = (channel.message for channel in CHANNELS.values())
     answers = (task.answer for task in tasks())

@@ -66,5 +66,5 @@ def trail(
 
 
 def actions(session: Session) -> Sequence[str]:
-    """Every action that was noted, in alphabetical order."""
+    """Return every noted action, in alphabetical order."""
     return session.scalars(select(AuditEntry.action).distinct().order_by(AuditEntry.action)).all()

@@ -14,7 +14,7 @@ from annotation_app.store.database import compact, reading, transaction
 from annotation_app.store.models import Base, Secret
 
 DUE = "files hold what was deleted"
-"""Under which name it is noted."""
+"""Name under which the need to compact is noted."""
 
 
 def ask(session: Session) -> None:

@@ -40,7 +40,7 @@ class Participation(Base):
 class LedgerEntry(Base):
     """A call to a platform that offers work, approves, rejects or pays, noted before it is made.
 
-    What a platform shows and nobody has called for from here is noted when it is found.
+    A platform's offer or payment that wasn't made from here is noted when it is discovered.
 
     Rows are never deleted, also not when a person's data are erased: books must be kept.
     """
@@ -56,13 +56,13 @@ class LedgerEntry(Base):
         mapped_column(String(20))
     )
     key: Mapped[str] = mapped_column(String(500))
-    """Distinguishes calls of a kind: the same thing is done once."""
+    """Key that distinguishes calls of a kind: the same call is made once."""
     assignment: Mapped[str]
     """The platform's id of what is approved or paid by; empty for offers of work."""
     amount: Mapped[str]
     """A decimal number in the platform's currency: what is paid, or offered for an assignment.
 
-    Empty where the call pays nothing, or nobody knows what.
+    Empty where the call pays nothing, or an unknown amount.
     """
     reason: Mapped[str] = mapped_column(String(2000))
     reference: Mapped[str | None]

@@ -57,7 +57,7 @@ _PATIENCE = {
     "keepalives_interval": 5,
     "keepalives_count": 3,
 }
-"""After how long a server that doesn't answer is given up, as libpq takes it; URLs may differ."""
+"""Time after which a silent server is given up, as libpq takes it; URLs may differ."""
 SET_UP = 0x63742D616E6E
 """Names the lock of those who set a database up, in PostgreSQL."""
 

@@ -41,5 +41,5 @@ def installation() -> Installation:
 
 
 def now() -> float:
-    """Seconds since 1970."""
+    """Return the time in seconds since 1970."""
     return time.time()

@@ -65,7 +65,7 @@ def changing_tables(engine: Engine) -> Iterator[Connection]:
 def _enforce_references(connection: Connection, on: bool) -> None:
     """Set whether rows that others refer to may be removed, in SQLite.
 
-    A table is changed there by making it anew, which removes the old one.
+    A table is changed there by replacing it, which removes the old one.
     """
     if connection.dialect.name == "sqlite":
         raw = connection.connection.dbapi_connection

@@ -85,7 +85,7 @@ def _of_payload(key: str, length: int) -> Callable[[DefaultExecutionContext], st
 
 
 class Item(Base):
-    """Something to be done by some people: a video to describe, a command to segment.
+    """Work for some people: a video to describe, a command to segment.
 
     ``subject`` is what it is about: nobody answers a task about a subject twice.
     """
@@ -127,7 +127,7 @@ class Item(Base):
 
 
 class Person(Base):
-    """Somebody who works on items. Ids at a crowd platform are stored as salted hashes."""
+    """A person who works on items. Ids at a crowd platform are stored as salted hashes."""
 
     __tablename__ = "person"
     __table_args__ = (UniqueConstraint("provider", "external_hash"),)
@@ -187,7 +187,7 @@ class Slot(Base):
 
 
 class Handout(Base):
-    """That an item was given to somebody, who may answer it ever after."""
+    """An item handed to a person, who may answer it ever after."""
 
     __tablename__ = "handout"
     __table_args__ = (
@@ -211,7 +211,7 @@ class Handout(Base):
 
 
 class Event(Base):
-    """Something that somebody sent, as it came.
+    """A sent event, as it came.
 
     Rows are never changed, and deleted only when a person's data are erased.
 
@@ -380,7 +380,7 @@ class AuditEntry(Base):
 
 
 class Erasure(Base):
-    """That a person's data were erased, so that they can be erased from a restored backup too."""
+    """An erasure of a person's data, so that it can be repeated in a restored backup."""
 
     __tablename__ = "erasure"
 

@@ -27,7 +27,7 @@ ADVICE = N_(
     "when the study is back. Try again in a minute."
 )
 AGAIN_S = 10
-"""After how long browsers try again."""
+"""Time after which browsers try again, in seconds."""
 TELL_S = 60.0
 """Interval between entries in the log about an outage, in seconds."""
 QUIET_S = 5.0
@@ -51,7 +51,7 @@ class Outage:
     kind: str
     """Kind of the outage, for counting."""
     reason: str
-    """In the words of the system or the driver."""
+    """Message of the system or the driver."""
 
 
 def outage_of(error: BaseException) -> Outage | None:

@@ -10,7 +10,7 @@ from annotation_app.store.models import Base
 class ApiToken(Base):
     """A program's token to read what people with a login may read. It changes nothing.
 
-    Only its digest is kept. It belongs to the installation, not to whoever made it.
+    Only its digest is kept. It belongs to the installation, not to its maker.
     """
 
     __tablename__ = "api_token"
@@ -23,4 +23,4 @@ class ApiToken(Base):
     made_at: Mapped[float]
     expires_at: Mapped[float]
     used_at: Mapped[float | None]
-    """To the hour."""
+    """Time of the last use, to the hour."""

@@ -22,7 +22,7 @@ from annotation_app.store.schema import check_current
 from g3.errors import FormatError
 
 SALT = "salt"
-"""Under which name older programs kept it in the database."""
+"""Name under which older programs kept the salt in the database."""
 CHECK = "salt check"
 """Shows whether a key file has the salt that people's ids here were hashed with."""
 

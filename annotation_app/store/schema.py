@@ -42,7 +42,7 @@ def is_current(engine: Engine) -> bool:
 
 
 def check_current(engine: Engine) -> None:
-    """See that the tables are those that this program knows; a FormatError if they aren't."""
+    """Check that the tables are those that this program knows; a FormatError if they aren't."""
     if not is_current(engine):
         raise FormatError(
             "the database is not set up, or is an older program's",
