@@ -100,7 +100,7 @@ class Done:
 def preview(engine: Engine, config: Config, who: str, platform: str | None) -> Traces:
     """Return the data of a person; a FormatError unless exactly one person matches.
 
-    `who` is their code, what exports call them, or their login; with a platform, their id there.
+    `who` is their code, their name in exports, or their login; with a platform, their id there.
     """
     check_current(engine)
     wanted = _wanted(who)
