@@ -28,7 +28,7 @@ class _Annotate(click.Group):
 
 
 def _address(_ctx: click.Context, option: click.Parameter, value: str) -> str:
-    """An address that links can begin with; a usage error if it is none."""
+    """Check that links can begin with an address; a usage error otherwise."""
     from urllib.parse import urlsplit
 
     parts = urlsplit(value)

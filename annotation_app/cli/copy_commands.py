@@ -179,7 +179,7 @@ def _told(is_verified: bool) -> str:
 
 
 def _passphrase(file: Path | None, where: str, *, is_new: bool) -> str:
-    """A passphrase from a file, or from who sits at the terminal."""
+    """Read a passphrase from a file, or from the terminal."""
     import sys
 
     from g3.errors import FormatError

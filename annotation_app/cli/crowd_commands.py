@@ -344,7 +344,7 @@ def _deed_line(deed: Deed) -> str:
 
 
 def _records(findings: Sequence[Finding]) -> list[Mapping[str, object]]:
-    """The record for programs, without platforms' ids of workers."""
+    """Return the record for programs, without platforms' ids of workers."""
     return [
         {
             "assignment": finding.assignment,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def database() -> str:
-    """Whether the app's database can be used: the one that is named, or else a new SQLite file."""
+    """Check that the app's database can be used: the named one, or else a new SQLite file."""
     if find_spec("sqlalchemy") is None:
         raise CorpusError(
             "the annotation app needs packages that aren't installed",

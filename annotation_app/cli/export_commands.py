@@ -138,7 +138,7 @@ def export(
 
 
 def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
-    """What to say of a corpus with neither annotations nor judgments."""
+    """Return the message about a corpus with neither annotations nor judgments."""
     if not corpus.contexts:  # videos of which it isn't known what is where
         return (
             "note: a corpus of these videos has no annotations, as its things have places in a "
@@ -156,7 +156,7 @@ def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
 def _write_lerobot(
     session: Session, study: Study, out: Path, dataset: Path | None, *, force: bool
 ) -> dict[str, int]:
-    """Write a copy of the episodes' dataset with what people said; how much of what there is."""
+    """Write a copy of the episodes' dataset with people's language; return the counts."""
     from annotation_app.export.lerobot_export import peoples_language
     from corpus_tools.lerobot.episode_reading import open_dataset
     from corpus_tools.lerobot.language_writing import write_language

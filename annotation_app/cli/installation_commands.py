@@ -1,4 +1,4 @@
-"""What commands about an installation share."""
+"""Options and sessions shared by the commands about an installation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DATABASE_VARIABLE = "CT_ANNOTATE_DATABASE"
 
 
 class Place(NamedTuple):
-    """Where an installation is: its folder, and its database if that is no file there."""
+    """An installation's place: its folder, and its database if that is no file there."""
 
     instance: Path
     database: str | None
@@ -48,7 +48,7 @@ def INSTALLATION(command: Callable[..., Any]) -> Callable[..., Any]:  # noqa: N8
 
 @contextmanager
 def changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iterator[Session]:
-    """An installation's database, to be changed; refusals become errors of the command line."""
+    """Yield an installation's database for changes; refusals become command-line errors."""
     from annotation_app.core.config import existing_instance, open_instance
     from annotation_app.core.problems import Refusal
     from annotation_app.serving import server as serving
@@ -68,7 +68,7 @@ def changing(place: Place, login: str = "", *, is_new_fine: bool = True) -> Iter
 
 @contextmanager
 def existing(place: Place) -> Iterator[Session | None]:
-    """An installation's database, only read; None if there is none yet.
+    """Yield an installation's database, only read; None if there is none yet.
 
     Nothing is made: not the folder, nor the key. An error says if another program has made it.
     """

@@ -257,7 +257,7 @@ def remove(*, login: str, yes: bool, place: Place, form: str) -> None:
 
 
 def _change(form: str, place: Place, login: str, change: str, done: str, **more: Any) -> None:
-    """Change somebody's login, and tell what was done."""
+    """Change somebody's login, and report the change."""
     from annotation_app.people import accounts
     from annotation_app.store.audit import COMMAND_LINE
 

@@ -23,7 +23,7 @@ from g3.storage.cache_folder import cache_folder
 
 
 def demo_instance() -> Path:
-    """The folder of the demo's installation."""
+    """Return the folder of the demo's installation."""
     return cache_folder() / "annotate-demo"
 
 
@@ -48,7 +48,7 @@ def put_file(config: Config, file: Path, videos: Path | None = None) -> None:
 
 
 def bring_up_to_date(config: Config, file: Path) -> None:
-    """Do so with a study of the folder of studies; a wrong file stops no other."""
+    """Bring a study of the folder of studies up to date; a wrong file stops no other."""
     try:
         put_file(config, file)
     except CorpusError as error:

@@ -132,7 +132,7 @@ def show_notes(notes: Iterable[str]) -> None:
 
 
 def _own_study(name: str, videos: Path, folder: Path, notes: list[str]) -> tuple[str, int]:
-    """The file of a study of one's own videos, and how many these are."""
+    """Return the file of a study of the user's videos, and the number of videos."""
     import json
     import os
 

@@ -38,14 +38,14 @@ VERSION = 2
 OLDEST_SCHEMA = "0001"
 """The tables of all backups of version 1."""
 GZIP_HEAD = bytes.fromhex("1f8b08 00 00000000 00 ff")
-"""How this program's files begin: no name, no time."""
+"""First bytes of this program's files, with neither a name nor a time."""
 LEVEL = 6
-"""How much is compressed; another one changes `GZIP_HEAD`."""
+"""Compression level; another one changes `GZIP_HEAD`."""
 _OF_GZIP = 3
-"""What the program gzip on Unix writes for the system, where this program writes 255."""
+"""Operating system that gzip on Unix writes, where this program writes 255."""
 BATCH = 1000
 LONGEST_LINE = 1 << 27
-"""So many bytes of a line are held in memory; no row has as many."""
+"""Largest number of bytes of a line in memory; no row has as many."""
 TAKE_ANOTHER = "take another backup"
 
 Row: TypeAlias = tuple[str, Record]
@@ -55,9 +55,9 @@ class Head(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The first line."""
 
     version: int
-    """Of the file's form."""
+    """Version of the file's form."""
     schema: str = OLDEST_SCHEMA
-    """Which tables the rows are of."""
+    """Revision of the tables that the rows belong to."""
     made_at: float | None = None
     """Seconds since 1970."""
     keys: dict[str, str] | None = None
@@ -75,26 +75,25 @@ class End(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What is known of a backup after all of it was read."""
+    """Facts about a backup that was read to its end."""
 
     head: Head
     counts: Mapping[str, int]
     """Rows by table."""
     sha256: str
-    """Of all lines but the last; empty for version 1, of which nobody knows whether it is
-    complete."""
+    """Digest of all lines but the last; empty for version 1, which may be incomplete."""
     salt: bytes | None
     """Version 1: the salt, which lay among the rows."""
     check: bytes | None
-    """By what the salt is known."""
+    """Check value of the salt."""
 
     @property
     def rows(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return sum(self.counts.values())
 
     def fits(self, keys: Keys) -> bool:
-        """Whether keys are those of the installation that the backup is of, as far as it shows."""
+        """Check that keys belong to the backup's installation, as far as the backup shows it."""
         if keys.salt is None:
             return False
         return self.check is None or check_value(keys.salt) == self.check
@@ -151,7 +150,7 @@ def check(file: BinaryIO, where: str) -> Contents:
 
 
 class Reader:
-    """Reads a backup once. The head is there at once, the digest after the last row."""
+    """A reader of a backup, once. The head is there at once, the digest after the last row."""
 
     def __init__(self, file: BinaryIO, where: str) -> None:
         self.where = where
@@ -167,9 +166,9 @@ class Reader:
         self.head = self._head(next(self._lines, b""), start)
 
     def rows(self) -> Iterator[Row]:
-        """Each row as the database has it, checked against its table.
+        """Yield each row as the database has it, checked against its table.
 
-        A FormatError says what is wrong, at the latest after the last row.
+        A FormatError reports a fault, at the latest after the last row.
         """
         tables = {str(table.name): table for table in tables_at(self.head.schema)}
         counts = dict.fromkeys(tables, 0)
@@ -259,7 +258,7 @@ class Reader:
 
 
 def encoded_row(table: str, row: Mapping[Any, Any]) -> bytes:
-    """A row as it is written."""
+    """Return a row as it is written."""
     plain = {
         str(name): base64.b64encode(value).decode() if isinstance(value, bytes) else value
         for name, value in row.items()
@@ -268,12 +267,12 @@ def encoded_row(table: str, row: Mapping[Any, Any]) -> bytes:
 
 
 def encoded_end(counts: Mapping[str, int], sha256: str) -> bytes:
-    """The last line as it is written."""
+    """Return the last line as it is written."""
     return msgspec.json.encode(End(dict(sorted(counts.items())), sha256)) + b"\n"
 
 
 def _stored(column: Column[Any], value: Any) -> Any:
-    """A value as the database keeps it."""
+    """Return a value as the database keeps it."""
     if value is None:
         if not column.nullable:
             raise TypeError(f"{column.name} is missing")

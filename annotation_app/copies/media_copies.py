@@ -28,10 +28,10 @@ Put = Callable[[Path, str, str], bool]
 
 
 def copy_media(session: Session, target: str, on_progress: OnProgress = no_progress) -> int:
-    """Copy all videos and pictures that aren't there yet, under names that say nothing; how many.
+    """Copy all missing videos and pictures under meaningless names; return their number.
 
-    The target is a folder, or ``s3://bucket/prefix``. An error says that the object store refuses,
-    or that a video was replaced since people were asked about it.
+    The target is a folder, or ``s3://bucket/prefix``. An error reports that the object store
+    refuses, or that a video was replaced since it was shown to people.
     """
     put = _store(target) if urlsplit(target).scheme == STORE else _folder(Path(target))
     files = list(_files(session))

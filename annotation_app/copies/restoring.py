@@ -47,12 +47,12 @@ from g3.storage import regular_file
 from g3.storage.atomic_file import flush_folder, write_bytes
 
 _BESIDE = ("", "-wal", "-shm", "-journal", "-turn")
-"""What names SQLite's files have after the database's own, and this program's."""
+"""Suffixes of the files that SQLite and this program keep beside the database."""
 
 
 @dataclass(frozen=True, slots=True)
 class Restored:
-    """What was restored, and of how many people it still had data, which were erased again."""
+    """Result of a restoration, with the number of people whose data were erased again."""
 
     contents: Contents
     erased: int
@@ -79,11 +79,11 @@ def restore(
     ----------
     keys
         The key file of the installation that the backup is of, if the backup hasn't its keys or
-        nobody knows the passphrase any more.
+        the passphrase is lost.
     passphrase
-        What its keys were encrypted with.
+        Passphrase that encrypted its keys.
     erased
-        Whose data have been erased since.
+        People whose data have been erased since.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def restore(
 
 
 def _keys(contents: Contents, where: str, keys: Path | None, passphrase: str | None) -> Keys:
-    """The key and the salt that belong to a backup."""
+    """Return the key and the salt that belong to a backup."""
     head = contents.head
     if head.key is not None:
         found = Keys(head.key.encode(), contents.salt)
@@ -144,7 +144,7 @@ def _keys(contents: Contents, where: str, keys: Path | None, passphrase: str | N
 
 @contextmanager
 def _vacant(instance: Path, database: str | None) -> Iterator[None]:
-    """A folder that is marked as unfinished meanwhile, and as it was before if this fails."""
+    """Yield a folder that is marked as unfinished meanwhile, and restore it after an error."""
     mark = instance / UNFINISHED
     files = [KEY_FILE] if database is not None else [KEY_FILE, DATABASE_FILE]
     if not mark.exists() and any((instance / name).exists() for name in files):
@@ -206,7 +206,7 @@ def _check_empty(database: str, mark: Path) -> None:
 
 
 def _is_empty(connection: Connection) -> bool:
-    """Whether there are no tables, or this program's with nothing but what it keeps by name."""
+    """Check that there are no tables, or only this program's with nothing but its named secrets."""
     tables = set(inspect(connection).get_table_names()) - {"alembic_version"}
     own = Base.metadata.sorted_tables
     if tables - {table.name for table in own}:

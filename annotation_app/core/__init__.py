@@ -1,1 +1,1 @@
-"""What everything else needs: configuration, keys, ids, refusals."""
+"""Foundations of the app: configuration, keys, ids, refusals."""

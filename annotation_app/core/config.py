@@ -1,4 +1,4 @@
-"""What an installation of the app needs to know, and its folder with the secret key."""
+"""Configuration of an installation of the app, and its folder with the secret key."""
 
 from __future__ import annotations
 
@@ -17,44 +17,44 @@ MEGABYTE = 2**20
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """How the app is set up."""
+    """Settings of the app."""
 
     instance: Path
     """Folder with the secret key, the database if it is SQLite's, and what is rendered."""
     secret_key: bytes
-    """What cookies and invitations are signed with. Not shown when this is printed."""
+    """Key that signs cookies and invitations. Left out of the printed form."""
     database: str | Path
     """A SQLite file or a URL."""
     salt: bytes | None = None
-    """What people's ids are hashed with, from the key file; None as long as an older program's
-    database has it. :func:`annotation_app.store.salt.installation_salt` gives it in any case. Not
-    shown either."""
+    """Salt of the hashes of people's ids, from the key file; None as long as an older program's
+    database has it. :func:`annotation_app.store.salt.installation_salt` returns it in any case.
+    Left out of the printed form."""
     https: bool = False
-    """Whether people reach the app by HTTPS only, so that cookies can be kept to it."""
+    """True if people reach the app by HTTPS only, so that cookies can be kept to it."""
     proxies: int = 0
-    """How many reverse proxies stand before it, whose headers are believed."""
+    """Number of reverse proxies in front of the app whose headers are trusted."""
     url: str = ""
-    """Where people reach the app, such as ``https://lab.example.org``: links that people send to
-    others begin with it. If it is empty, they begin as the request did in which they are made."""
+    """Public address of the app, such as ``https://lab.example.org``, with which links to send to
+    others begin. If it is empty, they begin as the request did in which they are made."""
     frame_ancestors: tuple[str, ...] = ()
     """Sites that may show the app in a frame, such as a crowd platform."""
     form_targets: tuple[str, ...] = ()
     """Other sites that its forms may be sent to."""
     rate_limits: bool = True
-    """Whether requests are limited."""
+    """True if requests are limited."""
     limits_storage: str = "process://"
-    """Where limits are counted: a URL as the package ``limits`` takes it. By default each process
+    """Storage of the rate limits: a URL as the package ``limits`` takes it. By default each process
     counts its own."""
     media_url: str = ""
-    """Where copies of videos and pictures are, as ``ct annotate copy-media`` names them; empty if
-    the app gives them out itself."""
+    """Address of the copies of videos and pictures, as ``ct annotate copy-media`` names them; empty
+    if the app serves them itself."""
     open_trying: bool = False
-    """Whether anybody may try commands, not only people with a login."""
+    """True if anybody may try commands, not only people with a login."""
     model: Path | None = None
     """File of the model that follows commands which are tried, and suggests groundings. By default
     commands are tried with one trained on the bundled corpus, and nothing is suggested."""
     idle_hours: float = 12.0
-    """How long somebody with a login may do nothing before they must sign in again."""
+    """Longest idle time of somebody with a login before they must sign in again, in hours."""
     max_body_bytes: int = MEGABYTE
     """Largest request that is read."""
     studies: Path | None = None
@@ -100,8 +100,8 @@ def open_instance(folder: Path, database: str | None = None) -> Config:
 def existing_instance(folder: Path, database: str | None = None) -> Config:
     """Read an installation that is there, for what changes or reads it; nothing is made.
 
-    Where only the database is named, and the folder has no key, the key of this configuration is
-    nobody's.
+    If only the database is named, and the folder has no key, the key of this configuration is
+    a random one.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def existing_instance(folder: Path, database: str | None = None) -> Config:
 
 
 def is_there(folder: Path, database: str | None = None) -> bool:
-    """Whether there is an installation: its database, as far as that is a file."""
+    """Check that there is an installation: its database, as far as that is a file."""
     if database is None or "://" not in database:
         return Path(database or folder / DATABASE_FILE).is_file()
     from sqlalchemy.engine import make_url  # noqa: PLC0415 - slow to load
@@ -130,7 +130,7 @@ def is_there(folder: Path, database: str | None = None) -> bool:
 
 
 def no_installation(folder: Path) -> FormatError:
-    """The error where an installation is needed and there is none."""
+    """Return the error where an installation is needed and there is none."""
     fix = "name it with --instance, or start one with `ct annotate`"
     return FormatError("there is no installation here", where=str(folder), fix=fix)
 

@@ -14,7 +14,7 @@ from collections import defaultdict
 from limits.storage import MovingWindowSupport, Storage
 
 FORGET_S = 60.0
-"""How often what is old is forgotten."""
+"""Interval between the removals of old entries, in seconds."""
 
 
 class ProcessStorage(Storage, MovingWindowSupport):
@@ -30,7 +30,7 @@ class ProcessStorage(Storage, MovingWindowSupport):
 
     @property
     def base_exceptions(self) -> type[Exception]:
-        """What can go wrong in it."""
+        """Exceptions that the storage may raise."""
         return ValueError
 
     def acquire_entry(self, key: str, limit: float, expiry: float, amount: int = 1) -> bool:
@@ -43,33 +43,33 @@ class ProcessStorage(Storage, MovingWindowSupport):
             return True
 
     def get_moving_window(self, key: str, limit: int, expiry: int) -> tuple[float, int]:
-        """When the oldest thing was done that counts, and how many there are."""
+        """Return the time of the oldest hit that counts, and the number of hits."""
         with self._lock:
             ends = self._counting(key)
             return _by_clock(ends[0] - expiry if ends else time.monotonic()), len(ends)
 
     def incr(self, key: str, expiry: float, amount: int = 1) -> int:
-        """Count something; how many there are."""
+        """Count a hit, and return the number of hits."""
         with self._lock:
             self.acquire_entry(key, float("inf"), expiry, amount)
             return self.get(key)
 
     def get(self, key: str) -> int:
-        """How many there are."""
+        """Return the count of a key."""
         with self._lock:
             return len(self._counting(key))
 
     def get_expiry(self, key: str) -> float:
-        """When the oldest one stops to count."""
+        """Return the time when the oldest hit stops to count."""
         with self._lock:
             return _by_clock(next(iter(self._counting(key)), time.monotonic()))
 
     def check(self) -> bool:
-        """Whether it works."""
+        """Check that the storage works."""
         return True
 
     def reset(self) -> int:
-        """Forget everything; how much there was."""
+        """Forget everything, and return the number of keys."""
         with self._lock:
             count = len(self._ends)
             self._ends.clear()
@@ -81,7 +81,7 @@ class ProcessStorage(Storage, MovingWindowSupport):
             self._ends.pop(key, None)
 
     def _counting(self, key: str) -> list[float]:
-        """Until when each thing counts that still does, oldest first."""
+        """Return the ends of the hits that still count, oldest first."""
         now = time.monotonic()
         if now - self._forgot_at >= FORGET_S:
             self._forgot_at = now

@@ -25,24 +25,24 @@ SALT_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """What a key file holds. It isn't shown when this is printed."""
+    """Contents of a key file. The printed form leaves them out."""
 
     secret: bytes
-    """What cookies and links are signed with."""
+    """Key that signs cookies and links."""
     salt: bytes | None
-    """What people's ids are hashed with; None as long as it lies in the database."""
+    """Salt of the hashes of people's ids; None as long as it lies in the database."""
 
     def __repr__(self) -> str:
         return "Keys(...)"
 
 
 def new_keys() -> Keys:
-    """Keys that nobody else has."""
+    """Return new random keys."""
     return Keys(secrets.token_hex(KEY_BYTES).encode(), secrets.token_bytes(SALT_BYTES))
 
 
 def read_keys(file: Path) -> Keys:
-    """What a key file holds; a FormatError if it isn't one, or a part of one."""
+    """Return the contents of a key file; a FormatError if it isn't one, or a part of one."""
     try:
         return keys_from(regular_file.read_bytes(file))
     except (OSError, ValueError) as error:
@@ -54,7 +54,7 @@ def read_keys(file: Path) -> Keys:
 
 
 def keys_from(content: bytes) -> Keys:
-    """Keys as :func:`written` has them; a ValueError if there are none."""
+    """Parse keys in the form of :func:`written`; a ValueError if there are none."""
     secret, *others = content.split() or [b""]
     if len(secret) < KEY_BYTES:
         raise ValueError("the secret key is too short")
@@ -67,7 +67,7 @@ def keys_from(content: bytes) -> Keys:
 
 
 def written(keys: Keys) -> bytes:
-    """What a key file holds, as it is written."""
+    """Return the text of a key file."""
     lines = [keys.secret, *([] if keys.salt is None else [keys.salt.hex().encode()])]
     return b"".join(line + b"\n" for line in lines)
 
@@ -80,7 +80,7 @@ def write_keys(file: Path, keys: Keys) -> None:
 def make_keys(file: Path) -> None:
     """Write a key file with new keys, unless there is one.
 
-    Of several processes that do so at once one wins, and none ever sees a part of the file.
+    If several processes do so at once, one wins, and none ever sees a part of the file.
     """
     if file.exists():
         return
@@ -98,5 +98,5 @@ def make_keys(file: Path) -> None:
 
 
 def check_value(salt: bytes) -> bytes:
-    """What the database keeps to recognise its key file; the salt can't be learned from it."""
+    """Return the database's check value of its key file, which doesn't reveal the salt."""
     return hmac.new(salt, b"salt check", hashlib.sha256).digest()

@@ -1,4 +1,4 @@
-"""What people read in their language: gettext's catalogues, and the language that is spoken now.
+"""Texts in people's languages: gettext's catalogues, and the current language.
 
 A catalogue is ``translations/LANGUAGE/LC_MESSAGES/messages.po``. It is read as translators write
 it, when its language is first spoken: nothing has to be compiled, in a clone or in a wheel. Texts
@@ -29,18 +29,18 @@ _spoken: ContextVar[str] = ContextVar("spoken", default=SOURCE)
 
 
 def languages() -> tuple[str, ...]:
-    """The languages that there are texts in, as study files name them; English is the first."""
+    """Return the languages that have texts, as study files name them; English is the first."""
     return _languages_in(FOLDER)
 
 
 def language_name(language: str) -> str:
-    """A language's name in that language."""
+    """Return a language's name in that language."""
     locale = Locale.parse(language, sep="-")
     return str(locale.display_name)
 
 
 def spoken() -> Locale:
-    """The language that is spoken now."""
+    """Return the current language."""
     return Locale.parse(_spoken.get(), sep="-")
 
 
@@ -66,23 +66,23 @@ def N_(text: str) -> str:  # noqa: N802 - gettext's own name for it
 
 
 def gettext(text: str, **values: object) -> str:
-    """A text in the language that is spoken, with values for its ``%(name)s``."""
+    """Return a text in the current language, with values for its ``%(name)s``."""
     told = translations().gettext(text) if text else ""
     return told % values if values else told
 
 
 def ngettext(one: str, many: str, num: int, **values: object) -> str:
-    """A text about a number of things, which is its ``%(num)s``."""
+    """Return a text about a number of things, which is its ``%(num)s``."""
     return translations().ngettext(one, many, num) % {"num": num, **values}
 
 
 def translations() -> NullTranslations:
-    """The texts of the language that is spoken."""
+    """Return the texts of the current language."""
     return _translations(FOLDER, _spoken.get())
 
 
 def catalogue(language: str) -> Catalog:
-    """A language's catalogue as it is written."""
+    """Return a language's catalogue as it is written."""
     name = language.replace("-", "_")
     with (FOLDER / name / FILE).open("rb") as stream:
         return read_po(stream, locale=name)

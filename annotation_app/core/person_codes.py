@@ -6,19 +6,19 @@ import re
 import secrets
 
 ALPHABET = "23456789ABCDEFGHJKMNPQRSTVWXYZ"
-"""Without 0 and O, 1, I and L, and without U, so that no code is a rude word."""
+"""Characters of codes: no 0 or O, no 1, I or L, and no U, so that no code is a rude word."""
 GROUPS, LENGTH = 3, 4
 _CODE = re.compile(rf"[{ALPHABET}]{{{GROUPS * LENGTH}}}")
 
 
 def new_code() -> str:
-    """A code that can't be guessed, such as ``7KQM-2XWD-HN5R``: one of 5 × 10¹⁷."""
+    """Return a code that can't be guessed, such as ``7KQM-2XWD-HN5R``: one of 5 × 10¹⁷."""
     letters = "".join(secrets.choice(ALPHABET) for _ in range(GROUPS * LENGTH))
     return _grouped(letters)
 
 
 def read_code(given: str) -> str | None:
-    """A code as somebody has typed it, as it is kept; None if it can't be one."""
+    """Return a typed code as it is kept; None if it can't be one."""
     letters = re.sub(r"[\s-]", "", given).upper()
     return _grouped(letters) if _CODE.fullmatch(letters) else None
 

@@ -1,4 +1,4 @@
-"""What people read when something can't be done."""
+"""Messages for people about refused requests."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ TO_OPEN_AGAIN = N_(
     "Your browser isn't known here any more. Open the study's address again; "
     "what you typed is kept in this browser."
 )
-"""For people who came without a login: they can't sign in."""
+"""Advice for people who came without a login: they can't sign in."""
 
 
 @dataclass(frozen=True, slots=True)
 class FieldProblem:
-    """What is wrong with a part of an answer, in plain words."""
+    """A problem with a part of an answer, in plain words."""
 
     field: str
     message: str
@@ -32,11 +32,11 @@ class Refusal(Exception):  # noqa: N818 - it is no error, it is an answer
     Parameters
     ----------
     status
-        Of HTTP.
+        Status of HTTP.
     message
-        What the person reads.
+        Message for the person.
     problems
-        What is wrong with an answer, field by field.
+        Problems of an answer, field by field.
     """
 
     def __init__(self, status: int, message: str, problems: Sequence[FieldProblem] = ()) -> None:
@@ -46,6 +46,6 @@ class Refusal(Exception):  # noqa: N818 - it is no error, it is an answer
         super().__init__(message)
 
     def as_error(self, where: str) -> FormatError:
-        """The same as an error of the command line: what is wrong, and what to do about it."""
+        """Return the refusal as a command-line error: the problem and its remedy."""
         what, _, fix = self.message.rstrip(".").partition(". ")
         return FormatError(what[:1].lower() + what[1:], where=where, fix=fix[:1].lower() + fix[1:])

@@ -6,5 +6,5 @@ import secrets
 
 
 def new_id() -> str:
-    """An id that can't be guessed."""
+    """Return an id that can't be guessed."""
     return secrets.token_hex(12)

@@ -18,7 +18,7 @@ from annotation_app.core.key_file import Keys, keys_from, written
 from g3.errors import FormatError
 
 Sealed: TypeAlias = dict[str, str]
-"""What a backup holds of the keys; all of it is text."""
+"""Form of the keys in a backup; all of it is text."""
 
 METHOD = "scrypt:131072:8:1 aes-256-gcm"
 """The only one that there is so far."""

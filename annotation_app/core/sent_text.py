@@ -1,4 +1,4 @@
-"""What people send: text that a database can keep, in one form."""
+"""Text that people send, in one form that a database can keep."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def check_json(value: Any, depth: int = 0) -> None:
 
 
 def clean_text(text: str) -> str:
-    """Text in Unicode's normal form C, in one line, without control characters."""
+    """Return text in Unicode's normal form C, in one line, without control characters."""
     joined = " ".join(text.split())
     kept = (c for c in joined if unicodedata.category(c) != "Cc")
     return unicodedata.normalize("NFC", "".join(kept)).strip()

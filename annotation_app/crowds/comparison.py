@@ -39,19 +39,19 @@ from annotation_app.store.installation import now
 FOUND = "the platform has it, and this ledger did not make it"
 GONE = "the platform doesn't list it any more"
 LATE_S = 3600.0
-"""After this time a payment that was ordered should be listed. Prolific says "minutes"."""
+"""Time after which an ordered payment should be listed, in seconds. Prolific says "minutes"."""
 _TERMS = re.compile(r"(\S+) (\d+)(?: \d+)?(?: found \S+)?")
-"""How the ledger's keys of offers go on after the study's prefix."""
+"""Suffix of the ledger's keys of offers, after the study's prefix."""
 _MAY_EXPLAIN: tuple[State, ...] = ("confirmed", "ordered", "in doubt", "refused")
 """States of payments that may be one that the platform lists; the likeliest come first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Deed:
-    """Something that was done, or found out, or could not be done.
+    """An action or discovery of a settlement, or an action that failed.
 
-    `problem` says why it wasn't, and `note` what else there is to say. Nobody knows whether it was
-    done if it is `in_doubt`.
+    `problem` is the reason of a failure, and `note` a further remark. It is unknown whether an
+    action that is `in_doubt` was carried out.
     """
 
     assignment: str
@@ -63,7 +63,7 @@ class Deed:
 
 
 class Terms(NamedTuple):
-    """What was offered: so many items of a task, for a reward; None if nobody noted that."""
+    """Terms of an offer: the number of items of a task, and the reward; None if not noted."""
 
     task: str
     items: int
@@ -71,24 +71,24 @@ class Terms(NamedTuple):
 
 
 def deed_of(call: Call, problem: str = "", *, note: str = "", in_doubt: bool = False) -> Deed:
-    """What came of a call."""
+    """Return the outcome of a call."""
     amount = call.amount or Decimal(0)
     return Deed(call.assignment, call.what, problem, amount, note, in_doubt)
 
 
 def bonus_of(call: Call) -> Bonus:
-    """A payment as it is sent to a platform."""
+    """Return a payment as it is sent to a platform."""
     return Bonus(f"{call.what} {call.key}", amount_of(call), call.reason)
 
 
 def amount_of(call: Call) -> Decimal:
-    """What a payment pays."""
+    """Return the amount of a payment."""
     assert call.amount is not None  # noqa: S101 - it is a payment
     return call.amount
 
 
 def terms_offered(ledger: Ledger) -> Mapping[str, Terms]:
-    """What was offered here, by the platform's ids of the work."""
+    """Return the terms offered here, by the platform's ids of the work."""
     offers = ledger.entries("done", everywhere=True)
     terms = ((entry.reference, _terms(ledger, entry)) for entry in offers)
     return {reference: one for reference, one in terms if reference and one}
@@ -166,7 +166,7 @@ class Comparison:
             self.ledger.end(entry, "refused", problem)
 
     def payments(self, submission: Submission, participation_id: int | None) -> Iterator[Deed]:
-        """Compare what was paid by an assignment; a PlatformError if it can't be asked."""
+        """Compare the payments by an assignment; a PlatformError if they can't be read."""
         if submission.assignment in self.compared:
             return
         listed = list(self.platform.paid(submission))
@@ -203,8 +203,8 @@ class Comparison:
     def _look_again(self, submission: Submission, entry: Entry) -> Iterator[Deed]:
         """Find out more about a payment in doubt that isn't listed.
 
-        What has no reference was never ordered, unless it was listed before. Where the platform
-        knows the payment by its token, it is sent again.
+        A payment without a reference was never ordered, unless it was listed before. Where the
+        platform recognises the payment by its token, it is sent again.
         """
         if entry.problem == GONE:
             return
@@ -230,7 +230,7 @@ _STANDINGS: Mapping[What, Standing] = {"approve": "approved", "reject": "rejecte
 
 
 def _free_keys(assignment: str, amount: Decimal, alike: Iterable[Entry]) -> Iterator[str]:
-    """Keys for payments of an amount that are found there, of which none is taken."""
+    """Return keys for payments of an amount that are discovered there, of which none is taken."""
     taken = {entry.call.key for entry in alike}
     keys = (found_key(assignment, amount, number) for number in count(1))
     return (key for key in keys if not {key, apart(key)} & taken)
@@ -241,5 +241,5 @@ def _is_late(entry: Entry) -> bool:
 
 
 def is_open(entry: Entry) -> bool:
-    """Whether a payment waits for the platform's list or for somebody."""
+    """Check that a payment waits for the platform's list or for a decision."""
     return entry.call.what in PAYMENTS and entry.state in ("ordered", *OPEN)

@@ -1,4 +1,4 @@
-"""Where workers come in from a platform, and where they leave."""
+"""Pages through which workers arrive from a platform, and leave."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ blueprint = Blueprint("crowds", __name__, url_prefix="/crowd", template_folder="
 @blueprint.get("/<provider_name>/<token>")
 @limited(arrivals)
 def enter(provider_name: str, token: str) -> ResponseReturnValue:
-    """Somebody comes in."""
+    """Let a worker in."""
     provider = find_provider(provider_name)
     if provider is None:
         raise Refusal(404, gettext("There is no such page."))
@@ -83,7 +83,7 @@ def enter(provider_name: str, token: str) -> ResponseReturnValue:
 
 @blueprint.get("/finish")
 def finish() -> ResponseReturnValue:
-    """How far somebody is, and the way back to the platform when they have done all."""
+    """Show somebody's progress, and the way back to the platform when all is done."""
     with transaction(installation().engine) as session:
         person, participation = _current(session)
         if person is None or participation is None:

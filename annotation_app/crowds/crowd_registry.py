@@ -23,17 +23,17 @@ class Provider:
     Parameters
     ----------
     name
-        In commands and addresses.
+        Name in commands and addresses.
     title
-        What people call it.
+        Name for people.
     summary
-        What it is for, in one line.
+        Purpose, in one line.
     description
-        What else a user should know.
+        Further information for users.
     target
         ``package.module:name`` of an :class:`annotation_app.crowds.platform.Gateway`.
     pays
-        Whether assignments are approved and paid there.
+        True if assignments are approved and paid there.
     """
 
     name: str

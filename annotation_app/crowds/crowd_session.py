@@ -54,9 +54,9 @@ class CrowdSession:
     platform: Platform | None
 
     def submissions(self, *, take_in: bool) -> list[Submission]:
-        """All that the platform has of the study's work.
+        """Return the platform's assignments of the study's work.
 
-        `take_in` notes in the ledger what work it shows that wasn't offered from here.
+        `take_in` notes in the ledger the platform's work that wasn't offered from here.
         """
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         offered = self.platform.offered(self.study.id, terms_offered(self.ledger).keys())
@@ -65,7 +65,7 @@ class CrowdSession:
         return [one for work in offered for one in self.platform.submissions(work)]
 
     def findings(self, there: Iterable[Submission]) -> list[Finding]:
-        """How each assignment stands here and there."""
+        """Return the state of each assignment on both sides."""
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         return reconcile(
             self.engine,
@@ -80,13 +80,13 @@ class CrowdSession:
 
     @property
     def ledger(self) -> Ledger:
-        """What was done at the platform."""
+        """Calls made at the platform."""
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         name = f"{self.provider.name} {self.platform.realm}".rstrip()
         return Ledger(self.engine, self.study.id, name)
 
     def check_current(self) -> None:
-        """See that the database isn't a restored one of which nobody has said that it is complete.
+        """Check that the database isn't a restored one that nobody has confirmed as complete.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class CrowdSession:
             )
 
     def restored_line(self) -> str:
-        """What people are told of a restored database; empty if there is nothing to say."""
+        """Return the notice of a restored database; empty if none was restored."""
         at = self.ledger.restored_at()
         if at is None:
             return ""
@@ -129,9 +129,9 @@ class CrowdSession:
         Raises
         ------
         FormatError
-            If somebody has decided about what isn't in doubt.
+            If a decision is about a call that isn't in doubt.
         CorpusError
-            If the database was restored, and nobody has said that its ledger is complete.
+            If the database was restored, and nobody has confirmed that its ledger is complete.
         """
         assert self.platform is not None  # noqa: S101 - only commands of platforms ask this
         with one_at_a_time(self.engine, self.study.id):
@@ -204,7 +204,7 @@ def open_session(
     sandbox: bool = False,
     endpoint: str | None = None,
 ) -> Iterator[CrowdSession]:
-    """A study, and the platform with the environment's credentials; an error if one is missing."""
+    """Yield a study and its platform, signed in; an error if a credential is missing."""
     config = existing_instance(instance, database)
     with ExitStack() as stack:
         engine = stack.enter_context(opened(config.database))
@@ -230,7 +230,7 @@ def read_wishes(
     pay_partial: bool,
     keep_unknown: bool,
 ) -> Wishes:
-    """What somebody wants done; an error if an amount isn't one, or the study has no bonus."""
+    """Read settlement options; an error if an amount isn't one, or the study has no bonus."""
     with reading(session.engine, one_state=True) as reader:
         flagged = frozenset(flagged_people(reader, session.study.id))
     return Wishes(

@@ -1,4 +1,4 @@
-"""What somebody decides about calls in doubt, and about what was found at the platform."""
+"""Decisions about calls in doubt, and about payments discovered at the platform."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ CONFIRM, AGAIN = "--confirm-paid", "--pay-again"
 
 @dataclass(frozen=True, slots=True)
 class Decisions:
-    """What somebody says, by the ledger's ids of calls.
+    """Somebody's decisions, by the ledger's ids of calls.
 
     Parameters
     ----------
     confirmed
-        That they were carried out; what was found there is one of those that are wished for.
+        Calls that were carried out; payments discovered there that are among the planned ones.
     again
-        That they are to be made again; what was found there is none of those that are wished for.
+        Calls to make again; payments discovered there that are none of the planned ones.
     all_found
-        Whether all is confirmed that was found there.
+        True if all payments discovered there are confirmed.
     current
-        Whether the ledger is complete again after a restore.
+        True if the ledger is complete again after a restore.
     """
 
     confirmed: tuple[int, ...] = ()
@@ -37,7 +37,7 @@ class Decisions:
 
 
 def check_decisions(ledger: Ledger, decisions: Decisions) -> None:
-    """See that all that is decided about can be; a FormatError names what can't."""
+    """Check that all decisions are possible; a FormatError names those that aren't."""
     both = set(decisions.confirmed) & set(decisions.again)
     if both:
         raise FormatError(
@@ -57,7 +57,7 @@ def decide(
     submissions: Mapping[str, Submission],
     decisions: Decisions,
 ) -> Iterator[Deed]:
-    """Do what somebody has decided, as far as the platform hasn't settled it meanwhile."""
+    """Carry somebody's decisions out, as far as the platform hasn't settled them meanwhile."""
     still = {entry.id: entry for entry in ledger.entries(*DOUBTED)}
     for entry in still.values():
         is_found = entry.state == "found there"

@@ -2,10 +2,10 @@
 
 Nothing else writes this table. A call is ``attempted`` while it is under way. After an answer it
 is ``done`` or ``refused``; a payment is ``ordered`` until the platform lists it. Without an answer
-a call is ``in doubt``, and is not made again until somebody, or the platform's own record, has
-said what came of it (``confirmed`` is somebody's word). A call that the platform shows and this
-ledger didn't make is ``found there``. A refused call may be made again, and one that is done where
-the platform says otherwise, unless it is a payment.
+a call is ``in doubt``. It is not made again until a person or the platform's record has given its
+outcome (``confirmed`` is a person's word). A call that the platform shows and this ledger didn't
+make is ``found there``. A refused call may be made again. So may one that is done where the
+platform reports otherwise, unless it is a payment.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ State: TypeAlias = Literal[
 T = TypeVar("T")
 
 OPEN: tuple[State, ...] = ("attempted", "in doubt")
-"""States in which nobody knows whether the call was carried out."""
+"""States in which it is unknown whether the call was carried out."""
 PAYMENTS: tuple[What, ...] = ("bonus", "partial payment")
 DOUBTED: tuple[State, ...] = ("in doubt", "found there")
-"""States of which somebody has to decide."""
+"""States that await somebody's decision."""
 CURRENT = "confirmed as complete"
 """The action in the audit trail after which a restored ledger is taken as complete."""
 STOPPED = "the program stopped before there was an answer"
@@ -60,17 +60,17 @@ LONGEST = 2000
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What is to be done at a platform."""
+    """A call to make at a platform."""
 
     what: What
     key: str
-    """Distinguishes calls of a kind: the same thing is done once."""
+    """Key that distinguishes calls of a kind: the same call is made once."""
     assignment: str = ""
     """The platform's id of the assignment that is approved or paid by."""
     participation_id: int | None = None
     """The assignment here that it is for."""
     amount: Decimal | None = None
-    """What it pays; None if nothing, or nobody knows."""
+    """Amount that the call pays; None if nothing, or if unknown."""
     reason: str = ""
 
 
@@ -103,7 +103,7 @@ class Ledger:
     def entries(
         self, *states: State, assignment: str | None = None, everywhere: bool = False
     ) -> list[Entry]:
-        """All calls, the oldest first.
+        """Return all calls, the oldest first.
 
         Only those in some states, if any are given; only those by an assignment; also those of the
         platform's sandbox, or of the platform itself.
@@ -126,7 +126,7 @@ class Ledger:
             return [_entry(row, person) for row, person in session.execute(wanted)]
 
     def find(self, what: What, key: str) -> Entry | None:
-        """What came of a call, if it was ever attempted."""
+        """Return the outcome of a call, if it was ever attempted."""
         with reading(self.engine) as session:
             row = session.scalars(self._row(what, key)).first()
             return None if row is None else _entry(row, None)
@@ -139,7 +139,7 @@ class Ledger:
         repeats: Entry | None = None,
         instead_of: Entry | None = None,
     ) -> T:
-        """Note a call, make it, and note what came of it.
+        """Note a call, make it, and note its outcome.
 
         A payment that the platform has accepted is ordered, anything else done.
 
@@ -148,17 +148,17 @@ class Ledger:
         do
             Makes the call.
         repeats
-            The same call in doubt, which the platform knows again and doesn't carry out twice.
+            The same call in doubt, which the platform recognises and doesn't carry out twice.
             A refusal doesn't show then whether it was carried out before.
         instead_of
-            The same call in doubt, of which somebody has decided that it is made anew.
+            The same call in doubt, which somebody has decided to repeat.
 
         Raises
         ------
         InDoubtError
-            If nobody knows whether it was carried out before, or it is a payment that was.
+            If an earlier attempt's outcome is unknown, or it is a payment that was made.
         LostReplyError
-            If nobody knows whether it was carried out now.
+            If the outcome of this attempt is unknown.
         PlatformError
             If it was refused.
         """
@@ -203,7 +203,7 @@ class Ledger:
             _note_decision(session, row, "paid apart from that")
 
     def restored_at(self) -> float | None:
-        """When the database was restored from a backup.
+        """Return the time when the database was restored from a backup.
 
         None if it never was, or somebody has confirmed since that this ledger is complete.
         """
@@ -230,7 +230,7 @@ class Ledger:
             session.get_one(LedgerEntry, entry.id).reference = reference
 
     def end(self, entry: Entry, state: State, problem: str = "") -> None:
-        """Note what came of a call, unless it was attempted anew meanwhile."""
+        """Note the outcome of a call, unless it was attempted again meanwhile."""
         with transaction(self.engine) as session:
             row = session.get_one(LedgerEntry, entry.id, with_for_update=True)
             if row.attempted_at == entry.attempted_at:
@@ -323,8 +323,8 @@ def _entry(row: LedgerEntry, person: Person | None) -> Entry:
 def one_at_a_time(engine: Engine, study_id: str) -> Iterator[None]:
     """Keep other programs from a study's platforms; a CorpusError if another one is at work.
 
-    The lock ends with the process, however that ends. So whoever holds it knows that calls
-    which the ledger has as attempted are nobody's any more. On Windows an SQLite database has
+    The lock ends with the process, however that ends. So its holder knows that calls which
+    the ledger has as attempted have been abandoned. On Windows an SQLite database has
     no such lock; there the ledger's own rows keep two programs from paying the same bonus.
     """
     locked = _server_lock if engine.dialect.name == "postgresql" else _file_lock
@@ -369,7 +369,7 @@ def _server_lock(engine: Engine, study_id: str) -> Iterator[bool]:
 
 
 def entry_records(entries: Sequence[Entry]) -> list[Record]:
-    """Calls as records, for programs."""
+    """Return calls as records, for programs."""
     return [
         {
             "id": entry.id,
@@ -390,7 +390,7 @@ def entry_records(entries: Sequence[Entry]) -> list[Record]:
 
 
 def doubt_lines(entries: Sequence[Entry]) -> Iterator[str]:
-    """Each call of which nobody knows whether it was carried out or who has made it, for people."""
+    """Yield a line for each call of unknown outcome or origin, for people."""
     for entry in entries:
         if entry.state not in (*OPEN, *DOUBTED):
             continue
@@ -406,7 +406,7 @@ def doubt_lines(entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def total_lines(entries: Sequence[Entry]) -> Iterator[str]:
-    """How many calls of each kind there are in each state, and what they pay."""
+    """Count the calls of each kind in each state, and sum their payments."""
     kinds = sorted({(entry.call.what, entry.state) for entry in entries})
     for what, state in kinds:
         amounts = [e.call.amount for e in entries if (e.call.what, e.state) == (what, state)]
@@ -416,25 +416,25 @@ def total_lines(entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def found_key(assignment: str, amount: Decimal, number: int) -> str:
-    """The key of a payment that was found there, the one of a number with its amount."""
+    """Return the key of a payment discovered there: the one of a number with its amount."""
     return f"{assignment}{FOUND}{amount} {number}"
 
 
 def is_found(entry: Entry) -> bool:
-    """Whether a payment was found there, and isn't that of any call here."""
+    """Check that a payment was discovered there, and isn't that of any call here."""
     return FOUND in entry.call.key
 
 
 def apart(key: str) -> str:
-    """The key of a payment that was found there and is none of those that are wished for."""
+    """Return the key of a payment discovered there that is none of the planned ones."""
     return key.replace(FOUND, " apart ")
 
 
 def _meant(entry: Entry) -> str:
-    """The assignment that a call is for: people may be paid by another of theirs."""
+    """Return the assignment that a call is for: people may be paid by another of theirs."""
     return "" if entry.call.what == "publish" else entry.call.key.partition(" ")[0]
 
 
 def moment(at: float) -> str:
-    """A time, for people."""
+    """Return a time, for people."""
     return datetime.fromtimestamp(at, timezone.utc).isoformat(" ", "seconds")

@@ -15,7 +15,7 @@ INVITATION = "invitation"
 
 
 def enter(arguments: Mapping[str, str], study_id: str) -> Arrival:
-    """Whom a link invites, or anybody."""
+    """Admit the invited person of a link, or anybody."""
     token = arguments.get(INVITATION)
     if token is None:
         return Arrival(OPEN, None, None)
@@ -26,7 +26,7 @@ def enter(arguments: Mapping[str, str], study_id: str) -> Arrival:
 
 
 def leave(_participation: Participation, _code: str) -> Ending:
-    """There is nowhere to go: people are shown their code."""
+    """Return no exit: people are shown their code."""
     return Ending()
 
 

@@ -14,7 +14,7 @@ NAME = "mturk"
 NOT_AVAILABLE = "ASSIGNMENT_ID_NOT_AVAILABLE"
 ID = re.compile(r"[0-9A-Za-z]{1,64}")
 SITES = ("https://www.mturk.com", "https://workersandbox.mturk.com")
-"""Where an assignment may be sent; no other address is believed."""
+"""Addresses that an assignment may be sent to; any other is refused."""
 
 
 def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
@@ -34,7 +34,7 @@ def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
 
 
 def leave(participation: Participation, code: str) -> Ending:
-    """The form that completes the assignment at Mechanical Turk."""
+    """Return the form that completes the assignment at Mechanical Turk."""
     site = participation.outcome.get("submit_to", SITES[0])
     fields = {"assignmentId": participation.assignment, "code": code}
     return Ending(f"{site}/mturk/externalSubmit", fields)

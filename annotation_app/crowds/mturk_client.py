@@ -54,13 +54,13 @@ SCHEMA = (
     "ExternalQuestion.xsd"
 )
 MOST_AT_LOWER_FEE = 9
-"""From ten assignments a HIT the platform's fee is twice as high."""
+"""Largest number of assignments of a HIT at the platform's lower fee; from ten on it doubles."""
 DAY_S = 86_400
 OPEN_DAYS, REVIEW_DAYS = 14, 14
 PERCENT_APPROVED, NUMBER_APPROVED = "000000000000000000L0", "00000000000000000040"
 """Qualifications that the platform itself keeps."""
 ALREADY = "AlreadyExists"
-"""In the code of errors about requests that had been done before."""
+"""Part of the error codes of requests that had been carried out before."""
 TOKEN_LASTS_S = 23 * 3600.0
 """Tokens are known for 24 hours; clocks may differ."""
 SERVER_ERROR = 500
@@ -111,7 +111,7 @@ class MechanicalTurk:
         return Posted(tuple(hit["HITId"] for hit in hits), people, people - before, address)
 
     def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
-        """All HITs that have a label of a study, or one of the ids."""
+        """Return all HITs that have a label of a study, or one of the ids."""
         prefix = label_prefix(study_id)
         return [
             Offered(hit["HITId"], _label(hit), _money(hit.get("Reward")))
@@ -120,7 +120,7 @@ class MechanicalTurk:
         ]
 
     def submissions(self, work: Offered) -> Iterator[Submission]:
-        """All assignments that workers have sent in; the others aren't listed."""
+        """Return all assignments that workers have sent in; the others aren't listed."""
         asked = {"HITId": work.id, "AssignmentStatuses": [*STANDINGS]}
         for entry in self._list("list_assignments_for_hit", "Assignments", "AssignmentId", **asked):
             standing = STANDINGS.get(entry.get("AssignmentStatus", ""), "working")
@@ -128,7 +128,7 @@ class MechanicalTurk:
             yield Submission(entry["AssignmentId"], person, work.id, standing, work.reward)
 
     def standing(self, submission: Submission) -> Standing:
-        """What the platform says now of an assignment that was sent in."""
+        """Return the platform's current status of a submitted assignment."""
         reply = _ask(self._reading.get_assignment, AssignmentId=submission.assignment)
         return STANDINGS.get(reply.get("Assignment", {}).get("AssignmentStatus", ""), "working")
 
@@ -145,7 +145,7 @@ class MechanicalTurk:
         )
 
     def prepare(self, submission: Submission, bonus: Bonus) -> str:
-        """The token of a bonus, which is the same each time."""
+        """Return the token of a bonus, which is the same each time."""
         return sha256(f"{submission.assignment} {bonus.key}".encode()).hexdigest()
 
     def pay(self, submission: Submission, bonus: Bonus, reference: str) -> None:
@@ -160,7 +160,7 @@ class MechanicalTurk:
         )
 
     def paid(self, submission: Submission) -> Sequence[Decimal]:
-        """The amounts of all bonuses that were paid for an assignment."""
+        """Return the amounts of all bonuses that were paid for an assignment."""
         where = f"{NAME}, bonuses of {submission.assignment}"
         asked = {"AssignmentId": submission.assignment}
         bonuses = self._list("list_bonus_payments", "BonusPayments", "", **asked)
@@ -192,7 +192,7 @@ class MechanicalTurk:
         calls.make(key, f"{hit[left]} assignments again", do)
 
     def _make(self, posting: Posting, count: int, index: int, calls: Calls) -> list[Any]:
-        """The HIT that was made; none if the platform says that there is one already."""
+        """Return the HIT that was made; none if the platform already has one."""
         question = (
             f'<ExternalQuestion xmlns="{SCHEMA}"><ExternalURL>{escape(posting.url)}'
             "</ExternalURL><FrameHeight>0</FrameHeight></ExternalQuestion>"
@@ -232,7 +232,7 @@ class MechanicalTurk:
         return made
 
     def _list(self, operation: str, field: str, key: str, **arguments: Any) -> list[Record]:
-        """A list; bonuses have no `key`, and are told apart by all that is known of them."""
+        """Return a list; bonuses have no `key`, and are distinguished by all of their fields."""
 
         def read(token: str | None) -> Page:
             more = {} if token is None else {"NextToken": token}
@@ -305,7 +305,7 @@ def _label(hit: Record) -> str:
 
 
 def _money(value: Any) -> Decimal | None:
-    """An amount as the platform writes it; None if it isn't one."""
+    """Return an amount as the platform writes it; None if it isn't one."""
     try:
         amount = Decimal(value)
     except (InvalidOperation, TypeError, ValueError):

@@ -10,7 +10,7 @@ from annotation_app.crowds.platform import PlatformError
 from annotation_app.store.models import Record
 
 MOST_EMPTY = 3
-"""After so many pages in a row without an entry, a list that promises more has ended."""
+"""Number of empty pages in a row after which a list that promises more has ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,11 +20,11 @@ class Page:
     Parameters
     ----------
     entries
-        As the platform sent them.
+        Entries as the platform sent them.
     place
-        Where the next page is; None after the last one.
+        Place of the next page; None after the last one.
     count
-        How many entries the platform says that the list has; None if it doesn't say.
+        Number of entries of the list by the platform; None if it reports none.
     """
 
     entries: Sequence[Any]

@@ -1,4 +1,4 @@
-"""People's assignments: what they ask for, and what has been received of it."""
+"""Assignments of people: their requirements, and the work received."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CODE_CHARACTERS = 10
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What an address offers: so many items of a task of a study."""
+    """Offer of an address: a number of items of a study's task."""
 
     study_id: str
     task: TaskName
@@ -34,13 +34,13 @@ class Offer:
 
 
 def sign_offer(secret_key: bytes, offer: Offer) -> str:
-    """The part of an address that names an offer, and that nobody else can make."""
+    """Return the part of an address that names an offer, and that nobody else can make."""
     signer = link_signer(secret_key, "offer")
     return str(signer.dumps([offer.study_id, offer.task, offer.items]))
 
 
 def read_offer(secret_key: bytes, token: str) -> Offer:
-    """What an address offers; refused if nobody here has made it."""
+    """Return the offer of an address; refused if it wasn't made here."""
     try:
         value: Any = link_signer(secret_key, "offer").loads(token[:1000])
     except BadSignature:
@@ -54,7 +54,7 @@ def read_offer(secret_key: bytes, token: str) -> Offer:
 
 
 def completion_code(secret_key: bytes, offer: Offer) -> str:
-    """What a platform takes as a proof that an offer's work was done.
+    """Return a platform's proof that an offer's work was done.
 
     It follows from the offer, so that the platform can have it before anybody has come.
     """
@@ -74,7 +74,7 @@ def begin(
     submit_to: str,
     now: float,
 ) -> Participation:
-    """The person's assignment, kept since it was first opened; refused if it is somebody else's."""
+    """Return the person's assignment, kept since its first opening; refused if it is another's."""
     lock_person(session, person.id)
     found = session.scalars(
         select(Participation).where(
@@ -107,7 +107,7 @@ def begin(
 def credited(
     participations: Sequence[Participation], answered_at: Iterable[float]
 ) -> dict[int, int]:
-    """How many of somebody's answers count for each of their assignments, by the assignments' ids.
+    """Count somebody's answers for each of their assignments, by the assignments' ids.
 
     An answer counts for the assignment that was begun last and isn't full. An answer is
     never paid twice, and none goes to an assignment that was given up before.
@@ -124,7 +124,7 @@ def credited(
 
 
 def done(session: Session, study: Study, provider: str | None = None) -> Mapping[int, int]:
-    """How many items were received for each of a study's assignments, by their ids."""
+    """Count the items received for each of a study's assignments, by their ids."""
     wanted = select(Participation).where(Participation.study_id == study.id)
     if provider is not None:
         wanted = wanted.where(Participation.provider == provider)
@@ -146,7 +146,7 @@ def done(session: Session, study: Study, provider: str | None = None) -> Mapping
 
 
 def done_of(session: Session, participation: Participation) -> int:
-    """How many items were received for an assignment."""
+    """Count the items received for an assignment."""
     mine = session.scalars(
         select(Participation).where(
             Participation.study_id == participation.study_id,

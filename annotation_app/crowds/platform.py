@@ -1,4 +1,4 @@
-"""What a crowd platform does for a study."""
+"""Interface of a crowd platform for a study."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from annotation_app.store.models import TaskName
 from g3.errors import CorpusError
 
 Standing: TypeAlias = Literal["working", "submitted", "approved", "rejected", "returned"]
-"""What a platform says of an assignment: a worker has it, has sent it in, the requester has
-approved or rejected it, or the worker gave it back or ran out of time."""
+"""Platform's status of an assignment: a worker has it, has sent it in, the requester has approved
+or rejected it, or the worker gave it back or ran out of time."""
 
 
 class PlatformError(CorpusError):
@@ -31,34 +31,34 @@ class Posting:
     study_id: str
     title: str
     description: str
-    """Of the study, as the title; workers read both."""
+    """Description of the study, as the title; workers read both."""
     task: TaskName
     items: int
-    """How many items of the task an assignment asks for."""
+    """Number of items of the task in an assignment."""
     people: int
-    """How many assignments there are to be, also those that there are already."""
+    """Total number of assignments, including existing ones."""
     reward: Decimal
-    """For an assignment, in units of the platform's currency."""
+    """Reward for an assignment, in units of the platform's currency."""
     minutes: int
-    """How long an assignment is expected to take."""
+    """Expected duration of an assignment, in minutes."""
     url: str
-    """Where workers come in."""
+    """Address where workers arrive."""
     code: str
-    """What the platform takes as a proof that the work was done."""
+    """Code that the platform takes as a proof that the work was done."""
     min_approval: int = 0
     """Percentage of somebody's earlier work, for anybody, that was approved; 0 for no matter."""
     min_approved: int = 0
-    """How much of it, in assignments."""
+    """Least number of approved assignments."""
 
     @property
     def label(self) -> str:
-        """What this work is found again by at the platform."""
+        """Label by which the platform finds this work again."""
         return f"{label_prefix(self.study_id)}{self.task} {self.items}"
 
 
 @dataclass(frozen=True, slots=True)
 class Posted:
-    """What there is at the platform: its id or ids, and where people can look at it."""
+    """Work at the platform: its id or ids, and the address where people can look at it."""
 
     ids: tuple[str, ...]
     people: int
@@ -77,7 +77,7 @@ class Submission:
     """The HIT or study that it belongs to."""
     standing: Standing
     reward: Decimal | None = None
-    """What its approval pays; None if the platform doesn't say."""
+    """Reward for its approval; None if the platform doesn't report it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +86,9 @@ class Offered:
 
     id: str
     label: str
-    """What the platform has as its label, which anybody with the account may change."""
+    """Label at the platform, which anybody with the account may change."""
     reward: Decimal | None
-    """For an assignment; None if the platform doesn't say."""
+    """Reward for an assignment; None if the platform doesn't report it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,18 +107,18 @@ class Calls(Protocol):
     """
 
     def reference(self, key: str) -> str | None:
-        """What an earlier call made, as the platform calls it."""
+        """Return the platform's reference of an earlier call's result."""
 
     def in_doubt(self) -> Sequence[str]:
-        """The calls of which nobody knows whether they were carried out."""
+        """Return the calls of unknown outcome."""
 
     def settle(self, key: str, reference: str | None) -> None:
-        """Say what the platform shows of a call in doubt.
+        """Settle a call in doubt by the platform's record.
 
         Parameters
         ----------
         reference
-            What was made; None if the platform shows that the call was not carried out.
+            Id of the result; None if the platform shows that the call was not carried out.
         """
 
     def make(
@@ -135,45 +135,45 @@ class Calls(Protocol):
         Parameters
         ----------
         about
-            What it offers, for people.
+            Description of the offer, for people.
         call
-            Gives the platform's id of what was made.
+            Returns the platform's id of the result.
         reward
-            For an assignment of what is made.
+            Reward for an assignment of the offer.
         token_lasts_s
-            How long the platform knows a repeated call by its token.
+            Time for which the platform recognises a repeated call by its token, in seconds.
         """
 
 
 class Platform(Protocol):
-    """A platform that can be asked, with credentials.
+    """A platform that answers requests, with credentials.
 
     All methods raise :class:`PlatformError` if surely nothing was done, and
-    :class:`LostReplyError` if nobody knows. They never repeat a call by themselves that offers,
-    approves, rejects or pays.
+    :class:`LostReplyError` if the outcome is unknown. They never repeat a call by themselves that
+    offers, approves, rejects or pays.
     """
 
     realm: str
-    """Distinguishes what has the same name: ``sandbox`` where that is a platform by itself."""
+    """Realm of names: ``sandbox`` where that is a platform by itself."""
     token_lasts_s: float
-    """How long a bonus can be paid again by the same reference without being paid twice.
+    """Time in seconds within which a bonus sent again by the same reference is paid only once.
 
     0 where that would pay twice.
     """
     lists_all: bool
-    """Whether the platform also lists assignments on which somebody is still at work."""
+    """True if the platform also lists assignments still in progress."""
 
     def post(self, posting: Posting, calls: Calls) -> Posted:
         """Offer work, as far as it isn't offered already."""
 
     def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
-        """All work that has a label of a study, or one of the ids."""
+        """Return all work that has a label of a study, or one of the ids."""
 
     def submissions(self, work: Offered) -> Iterator[Submission]:
-        """All assignments of some work."""
+        """Return all assignments of some work."""
 
     def standing(self, submission: Submission) -> Standing:
-        """What the platform says now of one assignment."""
+        """Return the platform's current status of one assignment."""
 
     def approve(self, submission: Submission) -> None:
         """Accept and pay an assignment that was sent in."""
@@ -182,13 +182,13 @@ class Platform(Protocol):
         """Refuse an assignment that was sent in."""
 
     def prepare(self, submission: Submission, bonus: Bonus) -> str:
-        """A reference for a bonus. Nothing is paid."""
+        """Return a reference for a bonus. Nothing is paid."""
 
     def pay(self, submission: Submission, bonus: Bonus, reference: str) -> None:
         """Pay a prepared bonus."""
 
     def paid(self, submission: Submission) -> Sequence[Decimal]:
-        """The amounts of all bonuses that the platform says it has paid for an assignment."""
+        """Return the amounts of all bonuses that the platform reports as paid for an assignment."""
 
     def close(self) -> None:
         """Close the connections."""
@@ -196,40 +196,40 @@ class Platform(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """Somebody who comes in from a platform."""
+    """A worker who arrives from a platform."""
 
     provider: str
-    """Whose id it is."""
+    """Provider of the id."""
     person: str | None
     """The platform's id of the worker; None is anybody, and somebody new without a cookie."""
     assignment: str | None
     """The platform's id of the assignment; None with `person`."""
     is_preview: bool = False
-    """Whether they only look at what the work is like."""
+    """True if the visitor only previews the work."""
     submit_to: str = ""
-    """Where the platform wants the assignment sent at the end."""
+    """Address to which the platform wants the finished assignment sent."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a worker completes an assignment at the platform."""
+    """Form or link with which a worker completes an assignment at the platform."""
 
     address: str = ""
-    """Where to go, or to send `fields`; empty if the code is all."""
+    """Address to open, or to send `fields` to; empty if the code is all."""
     fields: Mapping[str, str] | None = None
-    """Sent as a form. None for a plain link."""
+    """Fields to send as a form; None for a plain link."""
 
 
 Entrance: TypeAlias = Callable[[Mapping[str, str], str], Arrival]
-"""Reads who comes in, from an address's arguments and the study's id. Raises
+"""Reader of a worker's arrival, from an address's arguments and the study's id. Raises
 :class:`annotation_app.core.problems.Refusal`."""
 
 Exit: TypeAlias = Callable[[Participation, str], Ending]
-"""Where a worker goes whose work was received, with a completion code."""
+"""Exit of a worker whose work was received, with a completion code."""
 
 
 class Connect(Protocol):
-    """Opens a platform."""
+    """Connection to a platform."""
 
     def __call__(self, *, sandbox: bool, endpoint: str | None) -> Platform:
         """Sign in with credentials from the environment."""
@@ -237,16 +237,16 @@ class Connect(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Gateway:
-    """All that a provider does."""
+    """Functions of a provider."""
 
     enter: Entrance
     leave: Exit
     connect: Connect | None = None
-    """None where there is nothing to ask: links."""
+    """Connection to the provider; None for links, which have none."""
     query: str = field(default="")
-    """What is added to the address at which workers come in."""
+    """Query added to the address where workers arrive."""
 
 
 def label_prefix(study_id: str) -> str:
-    """How the labels of a study's postings begin."""
+    """Return the prefix of the labels of a study's postings."""
     return f"g3 {study_id} "

@@ -16,7 +16,7 @@ COMPLETE = "https://app.prolific.com/submissions/complete"
 ID = re.compile(r"[0-9A-Za-z]{1,64}")
 PARAMETERS = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
 QUERY = "&".join(f"{name}={{{{%{name}%}}}}" for name in PARAMETERS)
-"""What Prolific fills in."""
+"""Query parameters that Prolific fills in."""
 
 
 def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
@@ -30,7 +30,7 @@ def enter(arguments: Mapping[str, str], _study_id: str) -> Arrival:
 
 
 def leave(_participation: Participation, code: str) -> Ending:
-    """The link that completes the submission at Prolific."""
+    """Return the link that completes the submission at Prolific."""
     return Ending(f"{COMPLETE}?{urlencode({'cc': code})}")
 
 

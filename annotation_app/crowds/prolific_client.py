@@ -41,7 +41,7 @@ CENTS, CENT = 100, Decimal("0.01")
 UNPUBLISHED = "UNPUBLISHED"
 LABEL, PAID = "internal_name", "bonus_payments"
 PLACES, PUBLISHED = " places ", " published"
-"""How the ledger's keys of changes of a study go on after its label."""
+"""Suffixes of the ledger's keys of changes of a study, after its label."""
 MISSING, SLOW, SERVER_ERROR = 404, 408, 500
 NOT_SENT = (
     httpx.ConnectError,
@@ -113,7 +113,7 @@ class Prolific:
         return Posted((study_id,), places, added, address)
 
     def offered(self, study_id: str, ids: Collection[str]) -> Sequence[Offered]:
-        """All studies that have a label of a study here, or one of the ids.
+        """Return all studies that have a label of a study here, or one of the ids.
 
         Studies that the list doesn't show are looked up by their ids.
         """
@@ -126,13 +126,13 @@ class Prolific:
         return [Offered(s["id"], _text(s, LABEL), _reward(s)) for s in studies]
 
     def submissions(self, work: Offered) -> Iterator[Submission]:
-        """All submissions."""
+        """Return all submissions."""
         for entry in self._list(f"studies/{work.id}/submissions/"):
             person = _text(entry, "participant_id")
             yield Submission(entry["id"], person, work.id, _standing(entry), work.reward)
 
     def standing(self, submission: Submission) -> Standing:
-        """What Prolific says now of a submission."""
+        """Return Prolific's current status of a submission."""
         return _standing(self._submission(submission))
 
     def approve(self, submission: Submission) -> None:
@@ -153,20 +153,20 @@ class Prolific:
         )
 
     def prepare(self, submission: Submission, bonus: Bonus) -> str:
-        """Set a bonus up. It costs nothing until it is paid."""
+        """Set a bonus up. Nothing is charged until it is paid."""
         line = f"{submission.assignment},{bonus.amount:.2f}"
         body = {"study_id": submission.group, "csv_bonuses": line}
         return str(self._ask("POST", "submissions/bonus-payments/", body)["id"])
 
     def pay(self, _submission: Submission, _bonus: Bonus, reference: str) -> None:
-        """Order that a bonus is paid which was set up. Ordering it twice pays it twice.
+        """Order the payment of a prepared bonus. A second order pays it twice.
 
         Prolific pays in the minutes after it has answered.
         """
         self._ask("POST", f"bulk-bonus-payments/{reference}/pay/", {})
 
     def paid(self, submission: Submission) -> Sequence[Decimal]:
-        """The amounts of all bonuses that have arrived: what was ordered may not have, yet."""
+        """Return the amounts of all bonuses that have arrived; ordered ones may be missing."""
         found = self._submission(submission)
         try:
             amounts = [_cents(cents) for cents in found.get(PAID) or ()]
@@ -193,7 +193,7 @@ class Prolific:
         return None if made is None else self._study(made)
 
     def _study(self, study_id: str) -> Any:
-        """A study; None if there is none, or it was deleted."""
+        """Return a study; None if there is none, or it was deleted."""
         reply = self._send("GET", f"studies/{study_id}/")
         return None if reply.status_code == MISSING else _content(reply)
 
@@ -252,7 +252,7 @@ class Prolific:
         return self._list("studies/")
 
     def _list(self, path: str, *, numbered: bool = False) -> list[Record]:
-        """A list of Prolific's: whole, or in pages that name the next one.
+        """Return a list of Prolific's: whole, or in pages that name the next one.
 
         `numbered` are those of which the reference says that pages have numbers.
         """
@@ -294,7 +294,7 @@ class Prolific:
 
 
 def _content(reply: httpx.Response) -> Any:
-    """What a reply says, if the request was carried out."""
+    """Return the content of a reply, if the request was carried out."""
     status, what = reply.status_code, f"{reply.status_code}: {reply.text[:500]}"
     lost = _lost(reply.request.method)
     if status == SLOW or status >= SERVER_ERROR:
@@ -309,7 +309,7 @@ def _content(reply: httpx.Response) -> Any:
 
 
 def _next(content: Record, here: httpx.URL) -> str | None:
-    """The query of the next page's address, if there is one; an error if it leads elsewhere.
+    """Return the query of the next page's address, if any; an error if it leads elsewhere.
 
     The token goes to no other address: a page's host and path are those of its list.
     """
@@ -339,7 +339,7 @@ def _count(content: Record) -> int | None:
 
 
 def _text(record: Record, name: str) -> str:
-    """A field's text; empty where other people's records have none."""
+    """Return a field's text; empty where other people's records have none."""
     value = record.get(name)
     return value if isinstance(value, str) else ""
 
@@ -350,7 +350,7 @@ def _standing(record: Record) -> Standing:
 
 
 def _lost(method: str) -> type[PlatformError]:
-    """What to raise where there is no answer: reading can't have done anything."""
+    """Return the error for a missing reply: reading can't have done anything."""
     return PlatformError if method == "GET" else LostReplyError
 
 
@@ -374,7 +374,7 @@ def _reward(study: Record) -> Decimal | None:
 
 
 def _cents(value: Any) -> Decimal | None:
-    """An amount that is given in cents; None if it isn't one."""
+    """Return an amount that is given in cents; None if it isn't one."""
     if not isinstance(value, int | float) or isinstance(value, bool) or not isfinite(value):
         return None
     return (Decimal(str(value)) / CENTS).quantize(CENT)

@@ -32,17 +32,17 @@ class Offers:
     ledger: Ledger
 
     def reference(self, key: str) -> str | None:
-        """What an earlier call made, as the platform calls it."""
+        """Return the platform's reference of an earlier call's result."""
         entry = self.ledger.find("publish", key)
         return None if entry is None else entry.reference
 
     def in_doubt(self) -> list[str]:
-        """The calls of which nobody knows whether they were carried out."""
+        """Return the calls of unknown outcome."""
         doubts = self.ledger.entries(*OPEN)
         return [entry.call.key for entry in doubts if entry.call.what == "publish"]
 
     def settle(self, key: str, reference: str | None) -> None:
-        """Say what the platform shows of a call in doubt."""
+        """Settle a call in doubt by the platform's record."""
         entry = self.ledger.find("publish", key)
         if entry is None or entry.state not in OPEN:
             return
@@ -124,14 +124,14 @@ def publish_posting(
     Parameters
     ----------
     publish_again
-        Entries of the ledger in doubt, of which somebody has seen that they aren't there.
+        Entries of the ledger in doubt that somebody has seen to be missing there.
 
     Raises
     ------
     FormatError
         If the study can't be offered so.
     PlatformError
-        If the platform refuses, or nobody knows whether it has offered the work.
+        If the platform refuses, or it is unknown whether it has offered the work.
     """
     assert session.platform is not None  # noqa: S101 - only commands of platforms offer work
     study = restored(session.study.config)
@@ -168,7 +168,7 @@ def publish_posting(
 def publish_links(
     session: CrowdSession, *, url: str, task: TaskName | None, items: int, people: int
 ) -> Iterator[str]:
-    """The open link of a study, or new links for each person who is invited.
+    """Return the open link of a study, or new links for each invited person.
 
     An error if the study has no such task, or several links are wanted of one that is open.
     """

@@ -1,7 +1,7 @@
-"""What was received here, held against what the platform has.
+"""Comparison of the work received here with the platform's record.
 
-The two are separate: a worker may have done the work and never told the platform, or told
-the platform and done nothing. Each assignment is looked at by itself.
+The two are separate: a worker may have done the work and never reported it to the platform, or
+reported work that wasn't done. Each assignment is compared by itself.
 """
 
 from __future__ import annotations
@@ -53,33 +53,33 @@ EXPLANATIONS: dict[State, str] = {
 }
 CENT = Decimal("0.01")
 LONGEST_S = 86_400.0
-"""After this time an assignment that the platform doesn't list is taken as given up."""
+"""Time after which an assignment that isn't listed is taken as given up, in seconds."""
 LISTED_IN_S = 600.0
-"""After this time a platform that lists all assignments should list one that was begun."""
+"""Time in which a platform that lists all assignments should list a new one, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """How an assignment stands on both sides."""
+    """State of an assignment on both sides."""
 
     assignment: str
     state: State
     submission: Submission | None
-    """What the platform has; None if it doesn't list the assignment."""
+    """Platform's record; None if it doesn't list the assignment."""
     participation_id: int | None
     """The assignment here, if somebody came with it."""
     person_id: str | None
     done: int = 0
     items: int = 0
-    """How many items were received, of how many."""
+    """Number of items of the assignment, of which `done` were received."""
     due: Decimal = Decimal(0)
-    """What the items are worth that no reward is paid for."""
+    """Value of the items that no reward is paid for."""
     is_over: bool = False
-    """Whether the worker can't send the assignment in any more."""
+    """True if the worker can't send the assignment in any more."""
     part: Literal["unpaid", "in doubt", "paid"] = "unpaid"
-    """Whether `due` has been paid as a bonus."""
+    """State of the payment of `due` as a bonus."""
     standing: str | None = None
-    """What the platform said of it last, ``unknown`` if it doesn't know it."""
+    """Platform's last status of it, ``unknown`` if it doesn't know it."""
 
 
 def reconcile(
@@ -98,12 +98,11 @@ def reconcile(
     Parameters
     ----------
     there
-        All that the platform knows of the study's assignments. It is read before the database is
-        locked.
+        Platform's record of the study's assignments. It is read before the database is locked.
     terms
-        What was offered from here, by the platform's ids of the work.
+        Terms offered from here, by the platform's ids of the work.
     lists_all
-        Whether `there` has also assignments on which somebody is at work.
+        True if `there` has also assignments on which somebody is at work.
     """
     offered = {(one.task, one.items) for one in terms.values()}
     known = {submission.assignment: submission for submission in there}
@@ -179,7 +178,7 @@ def reconcile(
 def _is_bound(
     participation: Participation, submission: Submission | None, terms: Mapping[str, Terms]
 ) -> bool:
-    """Whether an assignment is one of the work that its worker was offered, for its reward."""
+    """Check that an assignment belongs to the work offered to its worker, for its reward."""
     one = None if submission is None else terms.get(submission.group)
     if one is None or submission is None:
         return False
@@ -188,12 +187,12 @@ def _is_bound(
 
 
 def unpaid_part(finding: Finding) -> Decimal:
-    """What is to be paid for a part of an assignment that was given up."""
+    """Return the payment for a part of an assignment that was given up."""
     return finding.due if finding.is_over and finding.part == "unpaid" else Decimal(0)
 
 
 def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str, Submission]:
-    """By the ids of people here, an assignment that they sent in: by it a platform can pay them."""
+    """Return a submitted assignment by person: by it a platform can pay them."""
     sent = {
         f.person_id: f.submission
         for f in findings
@@ -211,7 +210,7 @@ def known_platform_ids(engine: Engine, findings: Iterable[Finding]) -> dict[str,
 
 
 def _parts(session: Session, study: Study) -> dict[int | None, Literal["in doubt", "paid"]]:
-    """By participation, what is known of a payment for a part of it."""
+    """Return the state of the payment for a part of an assignment, by participation."""
     rows = session.execute(
         select(LedgerEntry.participation_id, LedgerEntry.state).where(
             LedgerEntry.study_id == study.id,

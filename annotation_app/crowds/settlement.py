@@ -1,8 +1,8 @@
 """Approving, rejecting and paying: each assignment by itself, and each thing once.
 
 Each call is in the ledger before it is made, and the platform's record is compared with it before
-that. What is in doubt, and what was found there, is left alone until somebody has decided; see
-:mod:`annotation_app.crowds.decisions`. The database is never locked while the platform is asked.
+that. Calls in doubt, and payments discovered there, are left alone until somebody has decided; see
+:mod:`annotation_app.crowds.decisions`. The database is never locked during a platform's request.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from annotation_app.store.installation import now
 
 PART = "For the part of the work that we have received"
 HOUR_S = 3600
-"""So long a platform may still list an assignment as sent in that it has approved."""
+"""Time for which a platform may still list an approved assignment as sent in, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """What is to be done with what has been sent in."""
+    """Options for settling the submitted assignments."""
 
     approve: bool = True
     """Approve what is ready."""
@@ -43,11 +43,11 @@ class Wishes:
     hold_flagged: bool = False
     """Leave their assignments for somebody to decide."""
     quality_bonus: Bonus | None = None
-    """For everybody else's approved assignments."""
+    """Bonus for the approved assignments of people who are not flagged."""
     reject: Mapping[str, str] = field(default_factory=dict)
     """Reasons by assignment."""
     bonuses: Sequence[tuple[str, Bonus]] = ()
-    """By assignment."""
+    """Bonuses by assignment."""
     pay_partial: bool = False
     """Pay for the part that was received of what was never confirmed."""
     leave_out_unknown: bool = False
@@ -55,7 +55,7 @@ class Wishes:
 
 
 def settle(comparison: Comparison, findings: Sequence[Finding], wishes: Wishes) -> Iterator[Deed]:
-    """Do what can be done. One assignment's failure stops no other."""
+    """Approve, reject and pay as far as possible. One assignment's failure stops no other."""
     ledger = comparison.ledger
     approved = {
         finding.assignment
@@ -97,7 +97,7 @@ def _rewards(
     wishes: Wishes,
     approved: Iterable[str],
 ) -> Iterator[Deed]:
-    """Bonuses: for what is approved of people about whom nothing is odd, and those named."""
+    """Yield bonuses: for approved work of people who aren't flagged, and those specified."""
     by_assignment = {finding.assignment: finding for finding in findings}
     bonuses = list(wishes.bonuses)
     if wishes.quality_bonus is not None:
@@ -117,7 +117,7 @@ def _rewards(
 
 
 def _held(finding: Finding, wishes: Wishes, *, was_to_be_rejected: bool) -> str | None:
-    """Why somebody is to look at an assignment before it is approved; None if it can be."""
+    """Return the reason for checking an assignment before its approval; None if there is none."""
     if finding.assignment in wishes.approve_also:
         return None
     if wishes.hold_flagged and finding.person_id in wishes.flagged:
@@ -257,13 +257,13 @@ def pay(
     """Order a bonus by a submission; the platform's list shows later whether it was paid.
 
     Nothing is ordered while a payment of the same amount by the same submission is in doubt:
-    platforms list amounts, and nobody could see which of the two arrived. `instead_of` is the same
-    payment in doubt, of which somebody has decided that it is made again.
+    platforms list amounts, which don't show which of the two arrived. `instead_of` is the same
+    payment in doubt, which somebody has decided to repeat.
 
     Raises
     ------
     LostReplyError
-        If nobody knows whether it was ordered.
+        If it is unknown whether it was ordered.
     PlatformError
         If it was not.
     """

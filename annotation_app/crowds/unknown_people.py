@@ -60,7 +60,7 @@ def _leave_out(session: Session, study: Study, answer: Answer) -> bool:
 
 
 def _was_left_out(session: Session, answer: Answer) -> bool:
-    """Whether this program has left an answer out, and nobody has done anything with it since."""
+    """Check that this program left an answer out, and that nobody has changed it since."""
     if not answer.excluded:
         return False
     wanted = select(Remark).where(Remark.answer_id == answer.id, Remark.kind != "commented")
@@ -69,7 +69,7 @@ def _was_left_out(session: Session, answer: Answer) -> bool:
 
 
 def _program(session: Session) -> Person:
-    """Who leaves answers out where nobody in particular does."""
+    """Return the actor's name where the program leaves answers out."""
     wanted = select(Person).where(
         Person.provider == COMMAND_LINE, Person.external_hash == COMMAND_LINE
     )

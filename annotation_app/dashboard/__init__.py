@@ -1,4 +1,4 @@
-"""What the people who run a study see: progress, agreement, whom to look at, what to decide.
+"""Pages for the people who run a study: progress, agreement, workers to check, decisions to make.
 
 :mod:`~annotation_app.dashboard.study_statistics`, :mod:`~annotation_app.dashboard.consensus` and
 :mod:`~annotation_app.dashboard.workers` compute it;

@@ -32,7 +32,7 @@ blueprint.register_error_handler(Refusal, refused)
 
 @blueprint.get("/<study_name>/queue")
 def disputes(study_name: str) -> str:
-    """What people disagree about."""
+    """List the items on which people disagree."""
     with seen_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
         return flask.render_template(
@@ -46,7 +46,7 @@ def disputes(study_name: str) -> str:
 
 @blueprint.get("/<study_name>/queue/next")
 def following(study_name: str) -> ResponseReturnValue:
-    """The first item that is to be decided, or the list if there is none."""
+    """Open the first undecided item, or the list if there is none."""
     with seen_by("adjudicator") as (session, _):
         study = find_study(session, study_name)
         return _following(session, study)
@@ -74,7 +74,7 @@ def _comparison(
 
 @blueprint.get("/<study_name>/queue/<item_id>")
 def dispute(study_name: str, item_id: str) -> str:
-    """The answers to an item, side by side."""
+    """Show the answers to an item, side by side."""
     with seen_by("adjudicator") as (session, person):
         return _comparison(session, person, study_name, item_id)
 
@@ -82,7 +82,7 @@ def dispute(study_name: str, item_id: str) -> str:
 @blueprint.post("/<study_name>/queue/<item_id>")
 @refused_on(_comparison, "adjudicator")
 def decide(study_name: str, item_id: str) -> ResponseReturnValue:
-    """Adopt one of the answers, or ask one more person."""
+    """Adopt one of the answers, or request one more person's."""
     form = flask.request.form
     with changed_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
@@ -103,7 +103,7 @@ def decide(study_name: str, item_id: str) -> ResponseReturnValue:
 
 @blueprint.get("/<study_name>/queue/<item_id>/edit")
 def edit(study_name: str, item_id: str) -> str:
-    """The worker's editor, which begins with one of the answers; the page sends a third one."""
+    """Show the worker's editor, filled with one of the answers; the page sends a third one."""
     number = flask.request.args.get("answer", 0, type=int)
     salt = installation().salt
     with seen_by("adjudicator") as (session, person):

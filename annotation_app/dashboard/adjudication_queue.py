@@ -1,4 +1,4 @@
-"""What people disagree about, and is to be decided."""
+"""Items on which people disagree, and which await a decision."""
 
 from __future__ import annotations
 
@@ -62,18 +62,18 @@ class Comparison:
 
 
 def adjudication_of(item: Item) -> Adjudication | None:
-    """How people decide between an item's answers, if they do."""
+    """Return the task's way of deciding between an item's answers, if it has one."""
     task = find_task(item.task)
     return None if task is None else task.adjudication
 
 
 def disputes(session: Session, study_id: str) -> list[Dispute]:
-    """What is to be decided, oldest first: all answers that are wanted are there."""
+    """Return the items that await a decision, oldest first: all wanted answers are there."""
     return _listed(session, disputed(study_id))
 
 
 def waiting(session: Session, study_id: str) -> list[Dispute]:
-    """What waits for one more answer that an adjudicator has asked for."""
+    """Return the items that wait for one more answer that an adjudicator has requested."""
     ids = select(Item.id).where(
         Item.study_id == study_id,
         ~Item.subject.startswith(REPLACED),
@@ -85,7 +85,7 @@ def waiting(session: Session, study_id: str) -> list[Dispute]:
 
 
 def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
-    """The ids of items with several answers, all that are wanted, none of them adopted.
+    """Select the ids of items with several answers, all that are wanted, none of them adopted.
 
     With `among`, ids of items of the study, it looks at no others.
     """
@@ -109,7 +109,7 @@ def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
 
 
 def compare(session: Session, item: Item, adjudication: Adjudication, salt: bytes) -> Comparison:
-    """An item's answers side by side."""
+    """Return an item's answers side by side."""
     rows = session.execute(
         select(Answer, Person)
         .join(Person, Person.id == Answer.person_id)

@@ -34,9 +34,9 @@ _REPORTS = ("flag", "skip")
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Which answers to show; what is empty leaves out nothing.
+    """A filter of answers; empty fields leave out nothing.
 
-    `person` is the beginning of what exports call them, `text` a part of the command, in small or
+    `person` is the beginning of the name in exports, `text` a part of the command, in small or
     capital letters. Answers have a lower id than `before`, and if `flagged` items of which somebody
     has reported a problem.
     """
@@ -50,7 +50,7 @@ class Wanted:
     before: int | None = None
 
     def parameters(self) -> dict[str, str]:
-        """For an address that shows the same answers from the first page."""
+        """Return parameters of an address that shows the same answers from the first page."""
         found = {name: getattr(self, name) for name in ("task", "person", "video", "state", "text")}
         found["flagged"] = "1" if self.flagged else ""
         return {name: text for name, text in found.items() if text}
@@ -75,7 +75,7 @@ class FoundAnswer:
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What a reviewer did or said."""
+    """A reviewer's action or remark."""
 
     by: str
     kind: str
@@ -99,7 +99,7 @@ class Report:
 
 
 def read_wanted(asked: Mapping[str, str]) -> Wanted:
-    """What the parameters of an address ask for; refused if there is no such task or state."""
+    """Read the filter from an address's parameters; refused if the task or state is unknown."""
     task, state = asked.get("task", ""), asked.get("state", "")
     if task and task not in task_names():
         raise Refusal(404, "There is no such task.")
@@ -113,7 +113,7 @@ def read_wanted(asked: Mapping[str, str]) -> Wanted:
 
 
 def read_before(asked: Mapping[str, str]) -> int | None:
-    """The id that a page begins after, if an address names one."""
+    """Read the id that a page begins after, if an address names one."""
     before = asked.get("before", "")
     return int(before[:15]) if before.isascii() and before.isdigit() else None
 
@@ -121,7 +121,7 @@ def read_before(asked: Mapping[str, str]) -> int | None:
 def find_answers(
     session: Session, study_id: str, wanted: Wanted
 ) -> tuple[list[FoundAnswer], int | None]:
-    """Answers of a study, and the id to go on before, if there are more.
+    """Return answers of a study, and the next page's id, if there are more.
 
     Only ids are sorted; what people sent is read for one page.
     """
@@ -139,7 +139,7 @@ def find_answers(
 
 
 def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnswer]:
-    """Answers of a study by their ids, newest first."""
+    """Return answers of a study by their ids, newest first."""
     rows = session.execute(
         select(Answer, Item, Person, Event.name)
         .join(Event, Event.id == Answer.event_id)
@@ -172,7 +172,7 @@ def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnsw
 
 
 def remarks(session: Session, answer_id: int) -> list[Said]:
-    """What was done with an answer and said about it, oldest first."""
+    """Return the actions on an answer and the remarks about it, oldest first."""
     rows = session.execute(
         select(Remark, Person)
         .join(Person, Person.id == Remark.person_id)
@@ -190,7 +190,7 @@ def find_reports(
     before: int | None = None,
     most: int | None = PAGE,
 ) -> tuple[list[Report], int | None]:
-    """Reported problems and skipped items, newest first, and the id to go on before."""
+    """Return reported problems and skipped items, newest first, and the next page's id."""
     query = (
         select(Event, Item, Person)
         .join(Item, Item.id == Event.item_id)
@@ -221,7 +221,7 @@ def find_reports(
 
 
 def posters(session: Session, study_id: str, videos: Sequence[str]) -> dict[str, dict[str, str]]:
-    """The public names of videos' files that people may see, by video and role."""
+    """Return the public names of videos' files that people may see, by video and role."""
     rows = session.execute(
         select(Media.video, Media.role, Media.id).where(
             Media.study_id == study_id,
@@ -236,7 +236,7 @@ def posters(session: Session, study_id: str, videos: Sequence[str]) -> dict[str,
 
 
 def videos(session: Session, study_id: str) -> Sequence[str]:
-    """The names of the videos that items are about."""
+    """Return the names of the videos that items are about."""
     return session.scalars(
         select(Item.video).where(Item.study_id == study_id).distinct().order_by(Item.video)
     ).all()

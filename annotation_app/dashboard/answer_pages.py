@@ -26,7 +26,7 @@ blueprint.register_error_handler(Refusal, refused)
 
 @blueprint.get("/<study_name>/answers")
 def answers(study_name: str) -> str:
-    """What people have answered, newest first."""
+    """Show people's answers, newest first."""
     wanted = browsing.read_wanted(flask.request.args)
     with seen_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
@@ -73,7 +73,7 @@ def _answer_page(
 
 @blueprint.get("/<study_name>/answers/<int:answer_id>")
 def answer(study_name: str, answer_id: int) -> str:
-    """An answer, with all that was said about it."""
+    """Show an answer, with all remarks about it."""
     with seen_by("adjudicator") as (session, person):
         return _answer_page(session, person, study_name, answer_id)
 
@@ -94,7 +94,7 @@ def review(study_name: str, answer_id: int) -> ResponseReturnValue:
 
 @blueprint.get("/<study_name>/reports")
 def reports(study_name: str) -> str:
-    """Problems that people reported, and why they skipped items."""
+    """Show the problems that people reported, and their reasons for skipping items."""
     before = browsing.read_before(flask.request.args)
     with seen_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
@@ -107,7 +107,7 @@ def reports(study_name: str) -> str:
 def act(
     session: Session, study: Study, found: Answer, person: Person, *, action: str, text: str
 ) -> None:
-    """Do what a reviewer asks for; refused if there is no such action, or it can't be done."""
+    """Carry out a reviewer's action; refused if it is unknown, or impossible."""
     if action in ("exclude", "redo"):
         again = action == "redo"
         reviewing.exclude(session, study, found, person, text, again=again, now=now())
@@ -120,7 +120,7 @@ def act(
 
 
 def answer_of(session: Session, study: Study, answer_id: int) -> Answer:
-    """An answer of a study; refused if there is none."""
+    """Return an answer of a study; refused if there is none."""
     found = session.get(Answer, answer_id) if answer_id < 2**31 else None
     if found is None or session.get_one(Item, found.item_id).study_id != study.id:
         raise Refusal(404, "There is no such answer.")
@@ -128,7 +128,7 @@ def answer_of(session: Session, study: Study, answer_id: int) -> Answer:
 
 
 def summary(body: Record) -> str:
-    """An answer in a line: clauses in brackets, or what it has of numbers and words."""
+    """Return an answer in a line: clauses in brackets, or its numbers and words."""
     if "sdcs" in body:
         return format_brackets(from_json(body["sdcs"]))
     plain = {key: value for key, value in body.items() if isinstance(value, (int, float))}
@@ -137,7 +137,7 @@ def summary(body: Record) -> str:
 
 
 def _facts(item: Item, body: Record) -> list[tuple[str, Any]]:
-    """What an answer says, as a list; numbers of clauses become their words."""
+    """Return the content of an answer as a list; numbers of clauses become their words."""
     sdcs = item.payload.get("sdcs")
     phrases = {str(c["node"]): c["phrase"] for c in clauses_of(from_json(sdcs))} if sdcs else {}
     found: list[tuple[str, Any]] = []

@@ -1,4 +1,4 @@
-"""What was collected, for programs: the answers, the reports, and their review."""
+"""Collected data for programs: the answers, the reports, and their review."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ blueprint = Blueprint("answers_interface", __name__, url_prefix="/api/dashboard/
 
 
 class ReviewRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What to do with an answer, and why."""
+    """An action on an answer, and its reason."""
 
     action: Literal["exclude", "redo", "take-back", "comment"]
     text: Annotated[str, msgspec.Meta(max_length=2000)] = ""
@@ -34,13 +34,13 @@ QUERIES = {
     "read_answers": ("task", "person", "video", "state", "flagged", "text", "before"),
     "read_reports": ("before",),
 }
-"""What addresses may ask for."""
+"""Parameters that addresses may have, by view."""
 
 
 @blueprint.get("/<study_name>/answers")
 @limited(reads)
 def read_answers(study_name: str) -> Response:
-    """Answers, newest first, a page at a time."""
+    """Return answers, newest first, a page at a time."""
     wanted = browsing.read_wanted(flask.request.args)
     with reading(installation().engine) as session:
         required_reader(session, "adjudicator")
@@ -52,7 +52,7 @@ def read_answers(study_name: str) -> Response:
 @blueprint.get("/<study_name>/answers/<answer_id>")
 @limited(reads)
 def read_answer(study_name: str, answer_id: str) -> Response:
-    """An answer, with what reviewers said about it."""
+    """Return an answer, with reviewers' remarks about it."""
     with reading(installation().engine) as session:
         required_reader(session, "adjudicator")
         study = find_study(session, study_name)
@@ -78,7 +78,7 @@ def review_answer(study_name: str, answer_id: str) -> Response:
 @blueprint.get("/<study_name>/reports")
 @limited(reads)
 def read_reports(study_name: str) -> Response:
-    """Reported problems and skipped items, newest first, a page at a time."""
+    """Return reported problems and skipped items, newest first, a page at a time."""
     before = browsing.read_before(flask.request.args)
     with reading(installation().engine) as session:
         required_reader(session, "adjudicator")
@@ -90,10 +90,10 @@ def read_reports(study_name: str) -> Response:
 @blueprint.get("/<study_name>/export/<form>")
 @limited(reads)
 def read_export(study_name: str, form: str) -> Response:
-    """A file of all answers, or of the corpus that they make, as on the dashboard."""
+    """Return a file of all answers, or of the corpus made of them, as on the dashboard."""
     return export_response(study_name, form)
 
 
 def _number(text: str) -> int:
-    """The id that an address names; one that is nobody's if it is no number."""
+    """Read the id that an address names; an id of nothing if it is no number."""
     return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0

@@ -1,4 +1,4 @@
-"""How much a study's people agree, task by task, and on what they disagree most."""
+"""Agreement of a study's people, task by task, and their most frequent disagreements."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from annotation_app.tasks.task_registry import find_task, task_names, tasks
 from annotation_app.work.answer_flags import is_untouched
 
 ALL, TOUCHED, UNSEEN = "all", "without untouched suggestions", "no suggestion seen"
-"""Which answers are measured. Where a program makes suggestions: all, those that are no untouched
-suggestion, and those of people who saw none."""
+"""Groups of answers that are measured. Where a program makes suggestions: all, those that are no
+untouched suggestion, and those of people who saw none."""
 _BETWEEN = "\n"
-"""Between the gists of an item, which have no such character."""
+"""Separator of the gists of an item, which have no such character."""
 
 KINDS = (CLAUSE_TYPE, WORDS, THING, PLACE)
 MOST = 10
 
 
 def agreement(session: Session, study_id: str) -> list[Measured]:
-    """What can be measured so far, of all tasks that are answered by several people."""
+    """Measure the agreement so far, of all tasks that several people answer."""
     answered = _by_gists(session, study_id)
     for key, items in _by_bodies(session, study_id).items():
         answered.setdefault(key, []).extend(items.values())
@@ -43,7 +43,7 @@ _Group: TypeAlias = tuple[TaskName, str]
 
 
 def _by_gists(session: Session, study_id: str) -> dict[_Group, list[list[Record]]]:
-    """What was answered to the items of which all answers have gists.
+    """Return the answers to the items of which all answers have gists.
 
     Items with the same answers are counted by the database, and read once.
     """
@@ -65,7 +65,7 @@ def _by_gists(session: Session, study_id: str) -> dict[_Group, list[list[Record]
 
 
 def _by_bodies(session: Session, study_id: str) -> dict[_Group, dict[str, list[Record]]]:
-    """What was answered to the other items."""
+    """Return the answers to the other items."""
     compared, with_gists = _compared(study_id), _with_gists()
     without = select(Answer.item_id).where(*compared, Answer.gist.is_(None))
     found: dict[_Group, dict[str, list[Record]]] = {}
@@ -85,17 +85,17 @@ def _by_bodies(session: Session, study_id: str) -> dict[_Group, dict[str, list[R
 
 
 def _compared(study_id: str) -> tuple[ColumnElement[bool], ...]:
-    """That an answer is compared: adjudicators have seen what the others answered."""
+    """Return the condition of compared answers: adjudicators have seen those of others."""
     return Answer.study_id == study_id, Answer.kind == "usual", Answer.excluded.is_(False)
 
 
 def _with_gists() -> list[TaskName]:
-    """The tasks whose gists tell all: which group an answer is in they don't."""
+    """Return the tasks fully described by their gist, which doesn't show an answer's group."""
     return [task.name for task in tasks() if task.gist is not None and task.suggestion is None]
 
 
 def _groups(provenance: Record | None) -> Iterator[str]:
-    """Which groups an answer is in; of old ones it isn't known what people saw."""
+    """Yield the groups of an answer; for old ones the shown suggestions are unknown."""
     yield ALL
     if provenance is None:
         return
@@ -114,15 +114,15 @@ class Disagreement:
     kind
         ``task``, ``item``, ``clause type``, ``words``, ``thing`` or ``place``.
     what
-        Which: a name, words, an item's id.
+        Subject of the disagreement: a name, words, an item's id.
     task
-        In which task.
+        Task of the answers.
     video
-        Where a thing or place is, and an item's video.
+        Video of a thing, place or item.
     disputed, parts
-        On how many parts of answers people disagree, of how many that several people answered.
+        Number of parts of answers on which people disagree, and of parts with several answers.
     command
-        An item's.
+        Command of an item.
     """
 
     kind: str
@@ -135,12 +135,12 @@ class Disagreement:
 
     @property
     def percent(self) -> int:
-        """The part that is disputed."""
+        """Share of disputed parts, in percent."""
         return round(100 * self.disputed / self.parts) if self.parts else 0
 
 
 def disagreements(session: Session, study_id: str, most: int = MOST) -> list[Disagreement]:
-    """Of each kind those on which people disagree most often; the most frequent come first."""
+    """Return the most frequent disagreements of each kind, most frequent first."""
     counts: dict[tuple[str, str, TaskName, str, str], list[int]] = {}
     for item, bodies in _answered(session, study_id):
         task = find_task(item.task)
@@ -174,7 +174,7 @@ def _count(
 
 
 def _answered(session: Session, study_id: str) -> Iterable[tuple[Item, list[Record]]]:
-    """Items with the answers of several people."""
+    """Return items with the answers of several people."""
     rows = session.execute(
         select(Item, Answer.body)
         .join(Answer, Answer.item_id == Item.id)

@@ -35,7 +35,7 @@ from annotation_app.web.who_asks import required_reader
 from annotation_app.work.handing_out import find_study
 
 READERS: list[dict[str, list[str]]] = [{"session": []}, {"token": []}]
-"""Who may read, as OpenAPI says it: people with a login, and programs."""
+"""Readers in OpenAPI's form: people with a login, and programs."""
 
 blueprint = Blueprint("dashboard_interface", __name__, url_prefix="/api/dashboard")
 
@@ -43,7 +43,7 @@ blueprint = Blueprint("dashboard_interface", __name__, url_prefix="/api/dashboar
 @blueprint.get("/studies")
 @limited(reads)
 def studies() -> Response:
-    """The names of all studies."""
+    """Return the names of all studies."""
     with reading(installation().engine) as session:
         required_reader(session, "annotator")
         return json_reply(
@@ -106,7 +106,7 @@ for _name, _view in _VIEWS.items():
 
 
 def replies() -> dict[str, Any]:
-    """What each view gives, by its name, for the OpenAPI description."""
+    """Return the type of each view's reply, by the view's name, for the OpenAPI description."""
     found = {"studies": _object(studies={"type": "array", "items": {"type": "string"}})}
     for name, data in zip(_VIEWS, _described()[0], strict=True):
         found[name] = _object(study={"type": "string"}, at={"type": "number"}, data=data)
@@ -114,7 +114,7 @@ def replies() -> dict[str, Any]:
 
 
 def schemas() -> dict[str, Any]:
-    """What :func:`replies` refers to. The types of records don't list the tasks."""
+    """Return the schemas named in :func:`replies`. The types of records don't list the tasks."""
     found = _described()[1]
     names = sorted(task_names())
     for schema in found.values():

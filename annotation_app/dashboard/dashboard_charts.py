@@ -20,9 +20,9 @@ LEFT, RIGHT, TOP, BOTTOM = 34.0, 82.0, 10.0, 22.0
 LINES_HEIGHT = 200.0
 ROW = 38.0
 LABEL = 14.0
-"""How far apart labels must be."""
+"""Smallest distance between labels."""
 STYLES = 6
-"""How many sorts of lines there are."""
+"""Number of line styles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ class BarChart:
 
 
 def history_chart(histories: Sequence[History]) -> LineChart | None:
-    """How answers came; None if there are none."""
+    """Draw the number of answers over time; None if there are none."""
     if not histories:
         return None
     at = histories[0].at
@@ -118,7 +118,7 @@ def history_chart(histories: Sequence[History]) -> LineChart | None:
 
 
 def time_chart(durations: Sequence[Duration]) -> BarChart | None:
-    """The middle half of how long people took, with the median marked."""
+    """Draw the middle half of the times that people took, with the median marked."""
     if not durations:
         return None
     step, top = _axis(max(duration.upper_s for duration in durations))
@@ -142,7 +142,7 @@ def time_chart(durations: Sequence[Duration]) -> BarChart | None:
 
 
 def agreement_chart(found: Sequence[Measured]) -> BarChart | None:
-    """Measures of agreement that could be computed."""
+    """Draw the measures of agreement that could be computed."""
     known = [(one, one.value) for one in found if one.value is not None]
     if not known:
         return None
@@ -169,13 +169,13 @@ def agreement_chart(found: Sequence[Measured]) -> BarChart | None:
 
 
 def written_time(at: float, span_s: float) -> str:
-    """A moment, as finely as a span of time needs it, in UTC."""
+    """Format a moment, as finely as a span of time needs it, in UTC."""
     form = "%H:%M:%S" if span_s < SECONDS_BELOW_S else "%H:%M" if span_s < DAY_S else "%d %b"
     return in_utc(at, form)
 
 
 def in_utc(at: float, form: str) -> str:
-    """A moment as text; a question mark if a clock was far out."""
+    """Format a moment as text; a question mark if a clock was far out."""
     try:
         return datetime.datetime.fromtimestamp(at, datetime.timezone.utc).strftime(form)
     except (OverflowError, OSError, ValueError):
@@ -183,7 +183,7 @@ def in_utc(at: float, form: str) -> str:
 
 
 def _axis(most: float) -> tuple[float, float]:
-    """A round distance of ticks, four or five to the top or fewer, and the top."""
+    """Return a round distance of ticks, four or five to the top or fewer, and the top."""
     rough = max(most, 1.0) / 4
     power = 10.0 ** math.floor(math.log10(rough))
     found = next(power * n for n in (1, 2, 5, 10) if power * n >= rough)
@@ -192,7 +192,7 @@ def _axis(most: float) -> tuple[float, float]:
 
 
 def _apart(wanted: Sequence[float], top: float, bottom: float) -> list[float]:
-    """Heights as near to what is wanted as labels can be that don't cover each other."""
+    """Return heights of labels that don't cover each other, as near as possible to those wanted."""
     order = sorted(range(len(wanted)), key=lambda i: wanted[i])
     found = list(wanted)
     lowest = top

@@ -56,7 +56,7 @@ blueprint.register_error_handler(Refusal, refused)
 
 @blueprint.get("/")
 def studies() -> str:
-    """All studies."""
+    """Show all studies."""
     with seen_by("annotator") as (session, person):
         found = session.scalars(select(Study).order_by(Study.name)).all()
         return _page("studies.html", person, studies=found)
@@ -64,7 +64,7 @@ def studies() -> str:
 
 @blueprint.get("/<study_name>")
 def overview(study_name: str) -> str:
-    """How a study is going. Names of videos and people's work are for adjudicators."""
+    """Show a study's progress. Names of videos and people's work are for adjudicators."""
     with seen_by("annotator", one_state=True) as (session, person):
         study = find_study(session, study_name)
         by_video = progress_by_video(session, study.id, now=now())
@@ -99,7 +99,7 @@ def overview(study_name: str) -> str:
 
 @blueprint.get("/<study_name>/disagreements", endpoint="disagreements")
 def disagreements_page(study_name: str) -> str:
-    """On what people disagree most, and where it can be looked at."""
+    """Show the most frequent disagreements, and where to look at them."""
     with seen_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
         found = disagreements(session, study.id)
@@ -122,7 +122,7 @@ def _link(study_name: str, one: Disagreement) -> str:
 
 @blueprint.get("/<study_name>/people")
 def people(study_name: str) -> str:
-    """Everybody who has answered."""
+    """Show everybody who has answered."""
     with seen_by("adjudicator", one_state=True) as (session, person):
         study = find_study(session, study_name)
         return _page("people.html", person, study=study, workers=workers(session, study.id))
@@ -130,7 +130,7 @@ def people(study_name: str) -> str:
 
 @blueprint.get("/<study_name>/people/<person_id>")
 def confirm_block(study_name: str, person_id: str) -> str:
-    """Whether somebody is really to get no more items."""
+    """Ask for confirmation that somebody gets no more items."""
     with seen_by("admin") as (session, admin):
         study = find_study(session, study_name)
         found = _person(session, person_id)
@@ -159,12 +159,12 @@ def block(study_name: str, person_id: str) -> ResponseReturnValue:
 
 @blueprint.get("/<study_name>/export/<form>")
 def export(study_name: str, form: str) -> Response:
-    """All answers as they are, or the corpus that they make."""
+    """Export all answers as they are, or the corpus made of them."""
     return export_response(study_name, form)
 
 
 def export_response(study_name: str, form: str) -> Response:
-    """A file, for whoever may have it; the audit trail notes who had it.
+    """Return a file for an entitled reader; the audit trail notes the reader.
 
     Refused if they may not, there is no such study or form, or something for it isn't installed.
     """

@@ -26,7 +26,7 @@ ABOUT_ROLES: dict[Role, str] = {
 }
 
 ENTRIES = 50
-"""Of the audit trail, on a page."""
+"""Number of entries of the audit trail on a page."""
 
 
 def _find(session: Session, person_id: str) -> Person:
@@ -59,7 +59,7 @@ def _one_page(session: Session, admin: Person, person_id: str, problem: str = ""
 
 @blueprint.get("/logins")
 def logins() -> str:
-    """Everybody with a login, and forms to add others."""
+    """Show everybody with a login, and forms to add others."""
     with seen_by("admin") as (session, admin):
         return _list_page(session, admin)
 
@@ -96,7 +96,7 @@ def withdraw() -> ResponseReturnValue:
 
 @blueprint.get("/logins/<person_id>")
 def one(person_id: str) -> str:
-    """Somebody with a login, and what can be changed."""
+    """Show somebody with a login, and the possible changes."""
     with seen_by("admin") as (session, admin):
         return _one_page(session, admin, person_id)
 
@@ -113,7 +113,7 @@ def change_role(person_id: str) -> ResponseReturnValue:
 
 @blueprint.get("/logins/<person_id>/block")
 def confirm_block(person_id: str) -> str:
-    """Whether somebody is really to sign in no more."""
+    """Ask for confirmation that somebody can't sign in any more."""
     with seen_by("admin") as (session, admin):
         found = _find(session, person_id)
         return flask.render_template(
@@ -157,7 +157,7 @@ def reset(person_id: str) -> ResponseReturnValue:
 
 @blueprint.get("/logins/<person_id>/remove")
 def confirm(person_id: str) -> str:
-    """Whether somebody is really to be removed."""
+    """Ask for confirmation that somebody is removed."""
     with seen_by("admin") as (session, admin):
         return flask.render_template(
             "dashboard/login_remove.html",
@@ -178,7 +178,7 @@ def remove(person_id: str) -> ResponseReturnValue:
 
 @blueprint.get("/audit")
 def audit() -> str:
-    """Who did what and when, newest first."""
+    """Show the audit trail, newest first."""
     asked = flask.request.args
     person, action = asked.get("person", "").strip(), asked.get("action", "")
     with seen_by("admin") as (session, admin):
@@ -197,12 +197,12 @@ def audit() -> str:
 
 @blueprint.app_template_filter("moment")
 def moment(at: float | None) -> str:
-    """A time for people, in UTC, as the server can't know where they are."""
+    """Format a time for people, in UTC, as the server can't know where they are."""
     return "never" if at is None else in_utc(at, "%Y-%m-%d %H:%M UTC")
 
 
 def _another(session: Session, admin: Person, person_id: str) -> Person:
-    """Somebody with a login who isn't the admin."""
+    """Return somebody with a login who isn't the admin."""
     person = _find(session, person_id)
     if person.id == admin.id:
         raise Refusal(422, "This is your own login. Another admin can change it.")

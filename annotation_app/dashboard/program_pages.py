@@ -34,7 +34,7 @@ def _tokens_page(session: Session, admin: Person, problem: str = "") -> str:
 
 @blueprint.get("/tokens")
 def tokens() -> str:
-    """All tokens, without what programs send."""
+    """Show all tokens, but not their secrets."""
     with seen_by("admin") as (session, admin):
         return _tokens_page(session, admin)
 
@@ -60,7 +60,7 @@ def make() -> ResponseReturnValue:
 
 @blueprint.get("/tokens/revoke")
 def confirm_revocation() -> str:
-    """Whether a token is really to be revoked."""
+    """Ask for confirmation that a token is revoked."""
     with seen_by("admin") as (session, admin):
         name = flask.request.args.get("name", "")
         if name not in [token.name for token in api_tokens.tokens(session)]:

@@ -1,4 +1,4 @@
-"""How far a study is, how long its items take, and what has been collected."""
+"""Progress of a study, durations of its items, and the collected amounts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ QUARTILES = 0.25, 0.5, 0.75
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How many answers there are of those that are wanted. `video` is None for all videos."""
+    """Number of answers, of the number wanted. `video` is None for all videos."""
 
     task: TaskName
     video: str | None
@@ -48,7 +48,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Duration:
-    """How long a task's items were with people, in seconds: quartiles."""
+    """Times for which a task's items were with people, in seconds: quartiles."""
 
     task: TaskName
     answers: int
@@ -58,7 +58,7 @@ class Duration:
 
 
 def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Progress]:
-    """Progress of each task for each video, in the order of tasks."""
+    """Return the progress of each task for each video, in the order of tasks."""
     # By what an index has in this order, so that nothing is sorted.
     video = Item.video
     leased = and_(Slot.answered.is_(False), Slot.expires_at >= now)
@@ -81,7 +81,7 @@ def progress_by_video(session: Session, study_id: str, *, now: float) -> list[Pr
 
 
 def progress_by_task(by_video: list[Progress]) -> list[Progress]:
-    """Progress of each task over all videos."""
+    """Return the progress of each task over all videos."""
     totals: list[Progress] = []
     for task in task_names():
         mine = [p for p in by_video if p.task == task]
@@ -92,7 +92,7 @@ def progress_by_task(by_video: list[Progress]) -> list[Progress]:
 
 
 def durations(session: Session, study_id: str) -> list[Duration]:
-    """How long items take, by task, as far as that is known."""
+    """Return the durations of items, by task, as far as they are known."""
     found = []
     for task in task_names():
         timed = (
@@ -110,7 +110,7 @@ def durations(session: Session, study_id: str) -> list[Duration]:
 
 
 def _quantile(session: Session, in_order: Select[float | None], place: float) -> float:
-    """A number at a place in an order, or between the two beside it, as NumPy has it."""
+    """Return a number at a place in an order, or between the two neighbours, as NumPy does."""
     before = math.floor(place)
     beside = session.scalars(in_order.offset(before).limit(2)).all()
     return float(np.percentile(np.array(beside, dtype=np.float64), 100 * (place - before)))
@@ -118,7 +118,7 @@ def _quantile(session: Session, in_order: Select[float | None], place: float) ->
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """How many answers to a task there were by certain times, in seconds since 1970."""
+    """Number of answers to a task by certain times, in seconds since 1970."""
 
     task: TaskName
     at: tuple[float, ...]
@@ -126,7 +126,7 @@ class History:
 
 
 def histories(session: Session, study_id: str, *, now: float, moments: int = 40) -> list[History]:
-    """How the answers to each task came, from the first to now, at times of equal distance.
+    """Return the growth of each task's answers, from the first to now, at equal distances of time.
 
     Answers that were left out don't count, nor do attention checks.
     """
@@ -151,7 +151,7 @@ def histories(session: Session, study_id: str, *, now: float, moments: int = 40)
 def _cumulative(
     session: Session, study_id: str, task: TaskName, at: Sequence[float]
 ) -> tuple[int, ...]:
-    """How many answers there were by each time: an index counts those between two times."""
+    """Return the number of answers by each time: an index counts those between two times."""
     about = {"of_study": study_id, "of_task": task}
     between = (
         session.scalars(_BETWEEN, {**about, "after": after, "until": until}).one()
@@ -161,7 +161,7 @@ def _cumulative(
 
 
 def _counting(study_id: str | BindParameter[str]) -> tuple[ColumnElement[bool], ...]:
-    """That an answer counts: it wasn't left out, and isn't to an attention check."""
+    """Return the condition that an answer counts: neither left out nor to an attention check."""
     return (
         Answer.study_id == study_id,
         Answer.kind.in_(("usual", "adjudicated")),
@@ -178,7 +178,7 @@ _BETWEEN = select(func.count()).where(
 
 
 def collected(session: Session, study_id: str) -> Record:
-    """What people have given so far: the counts of all tasks, ``annotators`` and ``surplus``."""
+    """Return the amounts collected so far: the counts of all tasks, ``annotators``, ``surplus``."""
     counting = _counting(study_id)
     answers: dict[TaskName, list[tuple[Record, bool]]] = {}
     gists = (
@@ -212,7 +212,7 @@ def collected(session: Session, study_id: str) -> Record:
 
 
 def collected_type() -> type[Any]:
-    """The type of what :func:`collected` gives, for the interface's description."""
+    """Return the type of the result of :func:`collected`, for the interface's description."""
     counts = [task.counts.type for task in tasks() if task.counts is not None]
     of_tasks = [pair for found in counts for pair in get_type_hints(found).items()]
     fields = [*of_tasks, ("annotators", int), ("surplus", int)]

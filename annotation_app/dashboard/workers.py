@@ -1,4 +1,4 @@
-"""Whose work somebody should look at, and why."""
+"""Workers whose work should be checked, and the reasons."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flag
 FEWEST = 5
 """Answers of a task by which a person can be distinguished from others."""
 FAST = 1 / 3
-"""Of the others' median time."""
+"""Share of the others' median time, below which work is fast."""
 FAILED_CHECKS, FAILED_SHARE = 2, 1 / 3
 FEWEST_FLAGS = {UNREAD: 3, WATCHED_LONGER: 2}
-"""How often an answer must be odd for its author to be."""
+"""Least number of odd answers that makes their author odd."""
 
 _ANSWER = core(Answer)
 
 
 @dataclass(frozen=True, slots=True)
 class Worker:
-    """What somebody has done, and what is odd about it.
+    """Work of a person, and its oddities.
 
     Parameters
     ----------
     subject
-        What exports call them.
+        Name of the person in exports.
     checks, failed
         Attention checks that they had, and that they failed.
     reasons
-        What is odd, in plain words; empty for most people.
+        Oddities, in plain words; empty for most people.
     platform
-        Whether the crowd platform knows them; None for others, and before anybody has compared.
+        Crowd platform's knowledge of the person; None for others, and before a comparison.
     """
 
     person_id: str
@@ -59,14 +59,14 @@ class Worker:
 
 
 class _Median(NamedTuple):
-    """Of the seconds for an item, and of how many items."""
+    """Median of the seconds for an item, and the number of items."""
 
     seconds: float
     items: int
 
 
 _Medians: TypeAlias = dict[str, dict[TaskName, _Median]]
-"""By person and task."""
+"""Medians by person and task."""
 _Numbers: TypeAlias = Sequence[Any]
 """Person, task, how many answers they have given to it, and of how many the time is known."""
 
@@ -80,7 +80,7 @@ class _Work:
 
 
 def workers(session: Session, study_id: str) -> list[Worker]:
-    """Everybody who has answered, those to look at first.
+    """Return everybody who has answered, those to look at first.
 
     The session must read one state: what is counted first must be there when the rest is read.
     """
@@ -115,12 +115,12 @@ def workers(session: Session, study_id: str) -> list[Worker]:
 
 
 def flagged_people(session: Session, study_id: str) -> Iterator[str]:
-    """The ids of people with something odd about their work."""
+    """Return the ids of people with something odd about their work."""
     return (worker.person_id for worker in workers(session, study_id) if worker.reasons)
 
 
 def _checks(session: Session, study_id: str) -> Iterator[tuple[str, bool]]:
-    """For each attention check who had it, and whether they passed."""
+    """Yield the person of each attention check, and whether they passed."""
     passing = {task.name: task.passes for task in tasks() if task.passes is not None}
     unless_gist = case((Answer.gist.is_(None), Answer.body))
     rows = session.execute(
@@ -140,7 +140,7 @@ def _checks(session: Session, study_id: str) -> Iterator[tuple[str, bool]]:
 
 
 def _told(session: Session, study_id: str) -> Iterator[tuple[str, TaskName, list[Record]]]:
-    """What people answered to tasks that look at all of it; the same is told at once."""
+    """Yield people's answers to tasks that look for oddities in them; equal gists come together."""
     looking = [task.name for task in tasks() if task.oddities is not None]
     checking = [task.name for task in tasks() if task.passes is not None]
     told = (
@@ -160,7 +160,7 @@ def _told(session: Session, study_id: str) -> Iterator[tuple[str, TaskName, list
 
 
 def _flags(session: Session, study_id: str) -> Iterator[tuple[str, Iterator[str]]]:
-    """What is odd about single answers, of those that may be odd."""
+    """Yield the oddities of single answers, of those that may be odd."""
     rows = session.execute(
         select(Answer.person_id, Item.payload, Answer.body, Answer.provenance, Answer.seconds)
         .join(Item, Item.id == Answer.item_id)
@@ -175,7 +175,7 @@ def _flags(session: Session, study_id: str) -> Iterator[tuple[str, Iterator[str]
 
 
 def _medians(session: Session, numbers: _Numbers, study_id: str) -> _Medians:
-    """The database gives the one or two times in the middle: all would take more time to read."""
+    """Return the medians from the middle times in the database; reading all would take longer."""
     known = task_names()
     found: _Medians = {}
     for person_id, task_name, _, number in numbers:
@@ -202,7 +202,7 @@ _IN_THE_MIDDLE = (
 
 
 def _by_task(medians: _Medians) -> dict[TaskName, list[float]]:
-    """All people's medians, in order."""
+    """Return all people's medians, in order, by task."""
     found: dict[TaskName, list[float]] = {}
     for mine in medians.values():
         for task_name, one in mine.items():
@@ -211,7 +211,7 @@ def _by_task(medians: _Medians) -> dict[TaskName, list[float]]:
 
 
 def median_of_others(ordered: Sequence[float], own: float) -> float | None:
-    """The median of numbers in order without one that is among them; None if nothing is left."""
+    """Return the median of ordered numbers without one of them; None if nothing is left."""
     left, out = len(ordered) - 1, bisect_left(ordered, own)
     if not left:
         return None

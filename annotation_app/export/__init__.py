@@ -1,1 +1,1 @@
-"""From answers to a corpus and to tables."""
+"""Export of answers as a corpus and as tables."""

@@ -28,25 +28,25 @@ FIELDS = (
 
 
 BATCH = 500
-"""How many answers are in memory at a time."""
+"""Number of answers in memory at a time."""
 ROW_GROUP = 10_000
-"""How many rows of a Parquet file are compressed together."""
+"""Number of rows of a Parquet file that are compressed together."""
 
 
 def to_jsonl(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
-    """A line of JSON for each answer."""
+    """Write a line of JSON for each answer."""
     encode = msgspec.json.Encoder().encode
     for row in rows(session, study, excluded=excluded):
         file.write(encode(row) + b"\n")
 
 
 def to_csv(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
-    """A row for each answer, its body as JSON; no cell is taken for a formula."""
+    """Write a row for each answer, its body as JSON; no cell is taken for a formula."""
     write_csv(file, FIELDS, (_flat(r).values() for r in rows(session, study, excluded=excluded)))
 
 
 def to_parquet(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
-    """A row for each answer, its body as JSON; a FormatError if pyarrow isn't installed."""
+    """Write a row for each answer, its body as JSON; a FormatError without pyarrow."""
     pa, pq = import_pyarrow()
     types = {"answer": pa.int64(), **dict.fromkeys(("at", "seconds", "likeness"), pa.float64())}
     names = ("surplus", "adopted", "attention", "unchanged", "excluded")
@@ -59,7 +59,7 @@ def to_parquet(session: Session, study: Study, file: IO[bytes], *, excluded: boo
 
 
 def reports_to_csv(session: Session, study: Study, file: IO[bytes]) -> None:
-    """A row for each problem that somebody reported and each item that somebody skipped."""
+    """Write a row for each reported problem and each skipped item."""
     found = session.execute(
         select(Event, Item, Person)
         .join(Item, Item.id == Event.item_id)
@@ -84,13 +84,13 @@ TABLES: Mapping[str, AnswerTable] = {
     "reports.csv": AnswerTable("Reports and skips (CSV)", "text/csv", reports_to_csv),
     **{name: table for task in tasks() for name, table in task.tables.items()},
 }
-"""What can be written to one file, by its format."""
+"""Formats of the tables that can be written to one file."""
 WITH_EXCLUDED: Mapping[str, Callable[[Session, Study, IO[bytes]], None]] = {
     "csv": partial(to_csv, excluded=True),
     "jsonl": partial(to_jsonl, excluded=True),
     "parquet": partial(to_parquet, excluded=True),
 }
-"""The same with the answers that were left out, and why."""
+"""Writers of the tables that include excluded answers, and the reasons."""
 
 
 def _flat(row: Record) -> Record:
@@ -98,7 +98,7 @@ def _flat(row: Record) -> Record:
 
 
 def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[Record]:
-    """The answers as they came, if wanted with those that were left out, with fields `FIELDS`.
+    """Yield the answers as they came, with fields `FIELDS`; if wanted also excluded ones.
 
     A few are in memory at a time. PostgreSQL can do so within a transaction only:
     ``reading(engine, one_state=True)``.
@@ -144,7 +144,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
 
 
 def _reasons(session: Session, study: Study) -> dict[int, str]:
-    """Why answers were last left out, by their ids."""
+    """Return the reasons why answers were last left out, by their ids."""
     found = session.execute(
         select(Remark.answer_id, Remark.text)
         .join(Answer, Answer.id == Remark.answer_id)

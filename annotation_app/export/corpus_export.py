@@ -1,4 +1,4 @@
-"""From the database to a corpus: each task adds what its answers make."""
+"""Export of the database as a corpus: each task adds the parts that its answers make."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from g3.errors import FormatError
 
 
 def find_only_study(session: Session, name: str | None) -> Study:
-    """The study of a name, or the only one; a FormatError if there is none, or several."""
+    """Return the study of a name, or the only one; a FormatError if none or several match."""
     studies = session.scalars(select(Study).order_by(Study.name)).all()
     found = [study for study in studies if name in (None, study.name)]
     if len(found) != 1:
@@ -26,7 +26,7 @@ def find_only_study(session: Session, name: str | None) -> Study:
 
 
 def export_corpus(session: Session, study: Study, *, licence: str = "") -> Corpus:
-    """A study's corpus.
+    """Return a study's corpus.
 
     Every command is there, also those that came late. An annotation is positive if its
     grounding was adopted. Its random one has the labels that most people gave who checked

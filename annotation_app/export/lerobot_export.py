@@ -1,4 +1,4 @@
-"""What people have said of a LeRobot dataset's episodes, for a copy of it.
+"""People's language about a LeRobot dataset's episodes, for a copy of it.
 
 Videos name the episode that they show by what ``ct import lerobot`` has written of them:
 ``episode`` and, for subtasks of the dataset itself, ``style`` and ``timestamp``.
@@ -33,33 +33,33 @@ from g3.errors import FormatError
 VERDICTS = "meta/verdicts.jsonl"
 """The file of the copy with people's ratings of the dataset's own language."""
 AGREES = 4
-"""From which rating on somebody agrees."""
+"""Least rating that counts as agreement."""
 
 Record = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class PeoplesLanguage:
-    """What people have said."""
+    """Language of people, for a copy of a dataset."""
 
     dataset: Path
     """The dataset's folder, as the study's table names it."""
     language: Mapping[int, EpisodeLanguage]
-    """By the numbers of episodes."""
+    """Language by the numbers of episodes."""
     files: Mapping[str, bytes]
     """The verdicts, by their name in the copy."""
     counts: Mapping[str, int]
-    """How many of each there are."""
+    """Number of each kind of language."""
 
 
 def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
-    """What people have said in a study of a dataset's episodes.
+    """Return the language that people gave in a study of a dataset's episodes.
 
     Descriptions become other wordings of the task (``task_aug``), and the task of an episode that
     had none. Subtasks take the place of the dataset's own and of its plans. Ratings are verdicts.
 
-    A FormatError says that the study's videos are no episodes; a CorpusError lists the files that
-    have been replaced since people were asked about them.
+    A FormatError reports that the study's videos are no episodes. A CorpusError lists the files
+    that were replaced since they were shown to people.
     """
     films = films_of(session, study.id)
     told = {video: film.metadata for video, film in films.items() if "episode" in film.metadata}
@@ -98,18 +98,18 @@ def _of_episode(rows: Sequence[Language]) -> EpisodeLanguage:
 
 @dataclass(slots=True)
 class _Gathered:
-    """What is said of which episode, and by whom."""
+    """Language by episode, with its authors."""
 
     session: Session
     study: Study
     told: Mapping[str, Mapping[str, Any]]
-    """What the study's table tells of videos, by their names."""
+    """Records of the study's table, by the videos' names."""
     people: Mapping[str, str]
-    """What exports call people, by their ids."""
+    """Names of people in exports, by their ids."""
     said: dict[int, list[Language]] = field(default_factory=lambda: defaultdict(list))
 
     def add_wordings(self) -> None:
-        """What people typed for whole episodes; not the commands that a table gave."""
+        """Add the wordings typed for whole episodes; not the commands that a table gave."""
         for task in (task for task in tasks() if task.gives == COMMAND):
             for answer, item in answers_of(self.session, self.study, task.name):
                 about = self.told.get(item.payload["video"], {"style": ""})
@@ -119,7 +119,7 @@ class _Gathered:
                     self.said[self._episode(item.payload["video"])].append(said)
 
     def add_subtasks(self) -> None:
-        """The subtasks of each episode: of several answers the one that agrees best."""
+        """Add the subtasks of each episode: of several answers the one that agrees best."""
         by_episode = defaultdict(list)
         for answer, item in answers_of(self.session, self.study, SUBTASKS.name):
             if item.payload["video"] in self.told:
@@ -133,7 +133,7 @@ class _Gathered:
             self.said[index] += [Language(SUBTASK, time, text, source) for time, text in steps]
 
     def verdicts(self) -> Iterator[Record]:
-        """What people think of what was said of a video, shown with that video."""
+        """Return people's ratings of the language of a video, shown with that video."""
         ratings: dict[tuple[str, str], list[int]] = defaultdict(list)
         for answer, item in answers_of(self.session, self.study, RATE.name):
             about = item.payload
@@ -160,7 +160,7 @@ class _Gathered:
         return int(number)
 
     def _number(self, video: str, column: str) -> float:
-        """A number that the study's table has of a video; 0 if it has none."""
+        """Return a number that the study's table has of a video; 0 if it has none."""
         try:
             number = float(self.told[video].get(column, 0.0))
         except (TypeError, ValueError):

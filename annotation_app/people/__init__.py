@@ -1,1 +1,1 @@
-"""Who somebody is: people, logins, sign-in, sessions."""
+"""Identity of people: logins, sign-in, sessions."""

@@ -26,12 +26,12 @@ INVITATION_DAYS = 7
 
 
 def path_of(token: str) -> str:
-    """Where a link leads to in the app."""
+    """Return the path of a link in the app."""
     return f"/setup/{token}"
 
 
 def first_admin_link(session: Session) -> str | None:
-    """The token of a link that makes the first admin; None if there is an admin.
+    """Return the token of a link that makes the first admin; None if there is an admin.
 
     Each process that starts makes one. All are of no use any more once there is an admin.
     """
@@ -43,7 +43,7 @@ def first_admin_link(session: Session) -> str | None:
 
 
 def invite(session: Session, role: Role, days: float = INVITATION_DAYS, *, actor: str) -> str:
-    """The token of a link by which somebody chooses a login with a role."""
+    """Return the token of a link by which somebody chooses a login with a role."""
     note(session, actor, "invited", role=role)
     return _made(session, AccountLink(purpose="invite", role=role, made_by=actor), days * DAY_S)
 
@@ -51,14 +51,14 @@ def invite(session: Session, role: Role, days: float = INVITATION_DAYS, *, actor
 def password_link(
     session: Session, person: Person, days: float = INVITATION_DAYS, *, actor: str
 ) -> str:
-    """The token of a link by which somebody sets their password; earlier ones are void."""
+    """Return the token of a link by which somebody sets their password; earlier ones are void."""
     session.execute(delete(AccountLink).where(AccountLink.person_id == person.id))
     link = AccountLink(purpose="reset", person_id=person.id, made_by=actor)
     return _made(session, link, days * DAY_S)
 
 
 def read_link(session: Session, token: str) -> tuple[AccountLink, Person | None]:
-    """What a link is for, and whose password it sets, if any; refused if it isn't one any more."""
+    """Return a link's purpose, and the person whose password it sets; refused if it is void."""
     link = session.get(AccountLink, digest_of(token))
     if link is None or link.expires_at <= now():
         raise _gone(session)
@@ -93,7 +93,7 @@ def use_link(session: Session, token: str, login: str, password: str) -> Person:
 
 
 def open_invitations(session: Session) -> Sequence[AccountLink]:
-    """The invitations that nobody has used yet, those that run out first before others."""
+    """Return the unused invitations, those that run out first before others."""
     return session.scalars(
         select(AccountLink)
         .where(AccountLink.purpose == "invite", AccountLink.expires_at > now())

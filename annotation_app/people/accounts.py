@@ -26,7 +26,7 @@ from annotation_app.store.models import AccountLink, AuditEntry, Person, Role
 State: TypeAlias = Literal["active", "blocked", "no password yet"]
 
 ROLES: tuple[Role, ...] = ("annotator", "adjudicator", "admin")
-"""What somebody with a login may be, each more than those before."""
+"""Roles of people with a login, each with more rights than those before."""
 SHORTEST_PASSWORD, LONGEST_PASSWORD = 10, 200
 LONGEST_LOGIN = 100
 ADMIN_PASSWORD, ADMIN_LOGIN = "ANNOTATE_ADMIN_PASSWORD", "ANNOTATE_ADMIN_LOGIN"
@@ -39,7 +39,7 @@ _NOBODY = f"{_METHOD}${'0' * 16}${'0' * 128}"
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """Somebody with a login; times are in seconds since 1970, None if they never have signed in."""
+    """A person with a login; times are in seconds since 1970, None before the first sign-in."""
 
     person_id: str
     login: str
@@ -50,7 +50,7 @@ class Account:
 
 
 def clean_login(login: str) -> str:
-    """A login as it is kept: capitals and spaces around it don't matter."""
+    """Return a login as it is kept: capitals and spaces around it don't matter."""
     return login.strip().casefold()
 
 
@@ -109,12 +109,12 @@ def check_password(password: str, login: str) -> None:
 
 
 def find(session: Session, login: str) -> Person | None:
-    """Who has a login."""
+    """Return the person with a login."""
     return session.scalars(select(Person).where(Person.login == clean_login(login))).first()
 
 
 def required_login(session: Session, login: str) -> Person:
-    """Who has a login; refused if nobody has."""
+    """Return the person with a login; refused if there is none."""
     person = find(session, login)
     if person is None:
         raise Refusal(404, "Nobody has this login. List all with: ct annotate people list.")
@@ -122,7 +122,7 @@ def required_login(session: Session, login: str) -> Person:
 
 
 def matching(session: Session, login: str, password: str) -> Person | None:
-    """Who has this login and this password, even if blocked. It takes as long if nobody has."""
+    """Return the person with a login and password, even if blocked. A miss takes as long."""
     person = find(session, login)
     known = person.password_hash if person is not None and person.password_hash else _NOBODY
     return person if check_password_hash(known, password[:LONGEST_PASSWORD]) else None
@@ -181,7 +181,7 @@ def remove(session: Session, person: Person, *, actor: str) -> None:
 
 
 def has_admin(session: Session) -> bool:
-    """Whether there is an admin who can sign in."""
+    """Check that there is an admin who can sign in."""
     return session.scalar(select(func.count()).where(*_ACTIVE_ADMIN)) != 0
 
 
@@ -204,7 +204,7 @@ def admin_from_environment(session: Session, environment: Mapping[str, str]) -> 
 
 
 def accounts(session: Session) -> list[Account]:
-    """Everybody with a login."""
+    """Return everybody with a login."""
     signed_in = (
         select(AuditEntry.actor, func.max(AuditEntry.at).label("at"))
         .where(AuditEntry.action == "signed in")

@@ -23,13 +23,13 @@ from annotation_app.store.program_models import ApiToken
 DAY_S = 86_400.0
 DAYS, MOST_DAYS = 365, 3650
 PREFIX = "ctread_"
-"""By which people, and programs that look for lost secrets, know a token."""
+"""Prefix by which people, and programs that look for lost secrets, recognise a token."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,59}")
 HOUR_S = 3600.0
 
 
 def make_token(session: Session, name: str, days: float = DAYS, *, actor: str) -> str:
-    """A new token, which nobody can be shown again.
+    """Return a new token, which can't be shown again.
 
     Lists and the audit trail call the program by the name. Refused if that can't be one, or another
     token has it.
@@ -57,7 +57,7 @@ def make_token(session: Session, name: str, days: float = DAYS, *, actor: str) -
 
 
 def tokens(session: Session) -> Sequence[ApiToken]:
-    """All tokens that haven't been revoked, by their names."""
+    """Return all tokens that haven't been revoked, by their names."""
     return session.scalars(select(ApiToken).order_by(ApiToken.name)).all()
 
 
@@ -72,13 +72,13 @@ def revoke_token(session: Session, name: str, *, actor: str) -> None:
 
 
 def find_token(session: Session, token: str) -> ApiToken | None:
-    """The token that a program has sent, if it still is one."""
+    """Return the token that a program has sent, if it still is one."""
     found = session.scalars(select(ApiToken).where(ApiToken.digest == digest_of(token))).first()
     return found if found is not None and found.expires_at > now() else None
 
 
 def is_newly_used(found: ApiToken) -> bool:
-    """Whether it isn't known yet that a token was used within the hour."""
+    """Check that no use of a token within the hour is noted yet."""
     return found.used_at is None or found.used_at + HOUR_S <= now()
 
 
@@ -98,10 +98,10 @@ def note_use(session: Session, found: ApiToken) -> None:
 
 
 def actor_of(found: ApiToken) -> str:
-    """What the audit trail calls a program."""
+    """Return the name of a program in the audit trail."""
     return f"token {found.name}"
 
 
 def digest_of(token: str) -> str:
-    """What is kept of a token."""
+    """Return the digest of a token, which is kept instead of it."""
     return hashlib.sha256(token[:1000].encode()).hexdigest()

@@ -1,7 +1,7 @@
-"""Whose request this is: what the browser's signed cookie says, and the database still confirms.
+"""Sessions of browsers: the person of a request, by the signed cookie and the database.
 
 A cookie names a person and the number of their session. Raising the number in the person's
-row ends all their sessions at once; whoever reads the person compares it in the same statement.
+row ends all their sessions at once; each read of the person compares it in the same statement.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from annotation_app.people.participants import RANKS, ROLE_NAMES
 from annotation_app.store.models import Person, Role
 
 PERSON, NUMBER, LOGIN = "person", "number", "login"
-"""What the cookie holds: who, which of their sessions, and whether they have a login."""
+"""Keys of the cookie: the person, the number of the session, and whether the person has a login."""
 FIRST = 1
 """The number of sessions that began before they were numbered."""
 LONGEST = datetime.timedelta(days=60)
-"""For workers: without their cookie nobody finds what they have begun."""
+"""Lifetime of workers' cookies, without which their work is lost to them."""
 REFRESH_S = 300.0
-"""Somebody who works on one page doesn't seem idle: their cookie is signed anew so often."""
+"""Interval between signatures of a cookie, so that work on one page doesn't seem idle."""
 _KEPT = ("csrf_token", LOGIN, "_permanent")
-"""What stays of the session of somebody who was idle: their forms ask them to sign in."""
+"""Keys kept of an idle person's session: their forms prompt for a sign-in."""
 
 
 def sign_in(person: Person) -> None:
@@ -56,7 +56,7 @@ def end_sessions(session: Session, person: Person) -> None:
 
 
 def current_id() -> str | None:
-    """What the browser says whose request this is; it can't make it up.
+    """Return the person's id by the browser's cookie, which can't be forged.
 
     It holds only together with :func:`current_number`.
     """
@@ -65,18 +65,18 @@ def current_id() -> str | None:
 
 
 def current_number() -> int:
-    """Which of the person's sessions the browser has."""
+    """Return the number of the person's session that the browser has."""
     number = flask.session.get(NUMBER, FIRST)
     return number if isinstance(number, int) else 0
 
 
 def is_signed_in(person: Person) -> bool:
-    """Whether this request is a person's already."""
+    """Check that this request belongs to a person already."""
     return current_id() == person.id and current_number() == person.session_number
 
 
 def had_login() -> bool:
-    """Whether somebody with a login has used this browser, and hasn't signed out in it."""
+    """Check that this browser was used with a login, without a sign-out since."""
     return LOGIN in flask.session
 
 
@@ -86,7 +86,7 @@ _PERSON = select(Person).where(
 
 
 def current_person(session: Session) -> Person | None:
-    """Whose request this is."""
+    """Return the person of this request."""
     person_id = current_id()
     if person_id is None:
         return None
@@ -94,7 +94,7 @@ def current_person(session: Session) -> Person | None:
 
 
 def required_person(session: Session, role: Role = "worker") -> Person:
-    """Whose request this is, who must have a role.
+    """Return the person of this request, who must have a role.
 
     Refused if nobody is known here, or they haven't the role, or have it no more. Workers who
     are blocked may still send what they have.
@@ -115,21 +115,21 @@ def required_person(session: Session, role: Role = "worker") -> Person:
 
 
 def unknown(role: Role = "worker") -> Refusal:
-    """What strangers get: only what needs a login is a reason to sign in."""
+    """Return the refusal for strangers: only what needs a login is a reason to sign in."""
     needs_login = role != "worker" or had_login()
     return Refusal(401, gettext(TO_SIGN_IN if needs_login else TO_OPEN_AGAIN))
 
 
 class CookieSession(SecureCookieSession):
-    """What a cookie says, and how old it is."""
+    """Contents of a cookie, and its age."""
 
     age_s: float = 0.0
 
 
 class SessionCookies(SecureCookieSessionInterface):
-    """Cookies that hold from the last page that was opened, not from each request of its script.
+    """Cookies that are valid from the last opened page, not from each request of its script.
 
-    To sign one anew takes a tenth of an answer's time. Somebody with a login may do nothing for
+    Signing one again takes a tenth of an answer's time. Somebody with a login may do nothing for
     `idle_s` seconds.
     """
 
@@ -161,7 +161,7 @@ class SessionCookies(SecureCookieSessionInterface):
         return session
 
     def should_set_cookie(self, app: Flask, session: SessionMixin) -> bool:
-        """Whether an answer brings a new cookie."""
+        """Check that an answer brings a new cookie."""
         if not wants_json():
             return super().should_set_cookie(app, session)
         return session.modified or self._is_at_work(session)
@@ -178,5 +178,5 @@ class SessionCookies(SecureCookieSessionInterface):
 
 
 def wants_json() -> bool:
-    """Whether a request is a program's, not a person's."""
+    """Check that a request is a program's, not a person's."""
     return flask.request.path.startswith("/api/")

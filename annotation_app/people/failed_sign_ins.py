@@ -21,7 +21,7 @@ from annotation_app.store.models import FailedSignIn
 FREE_BY_LOGIN, FREE_BY_ADDRESS = 5, 20
 """A class may sit behind one address, and each of them mistype."""
 LONGEST_WAIT_S = 900.0
-"""Somebody else can keep a login waiting: this is for how long at most."""
+"""Longest time for which somebody else can keep a login waiting, in seconds."""
 FORGOTTEN_S = 86_400.0
 
 
@@ -60,7 +60,7 @@ def begin(session: Session, login: str, address: str, *, now: float) -> float:
 
 
 def succeeded(session: Session, login: str, address: str) -> None:
-    """The attempt was right: forget the login's count, and of the address's only this one."""
+    """Forget the login's count after a correct attempt, and only this one of the address's."""
     forget(session, login)
     session.execute(
         update(FailedSignIn)
@@ -86,7 +86,7 @@ def _of_login(login: str) -> str:
 
 
 def _of_address(address: str) -> str:
-    """Of an IPv6 address its network: a customer has a whole one."""
+    """Return an address; of IPv6 the network, as a customer has a whole one."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:

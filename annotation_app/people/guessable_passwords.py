@@ -1,6 +1,6 @@
 """Passwords that are guessed first: a word that many use, a row of keys, one thing again and again.
 
-What anybody would guess is taken out of a password. What is left must still be something.
+Guessable parts are taken out of a password. Something must remain.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 FEWEST_CHARACTERS = 5
 """A password has so many different characters, and so many that aren't easy to guess."""
 _RUN = 3
-"""From so many on, characters in a known order count as one thing."""
+"""Least number of characters in a known order that count as one thing."""
 _ROWS = (
     "abcdefghijklmnopqrstuvwxyz",
     "01234567890",
@@ -37,7 +37,7 @@ _LOOKS_LIKE = str.maketrans("@$!|0134578", "asiloieastb")
 
 
 def is_guessable(password: str, login: str) -> bool:
-    """Whether a password is among those that are tried first.
+    """Check that a password is among those that are tried first.
 
     >>> is_guessable("aaaaaaaaaa", "maria"), is_guessable("Passw0rd2024", "maria")
     (True, True)
@@ -61,7 +61,7 @@ def is_guessable(password: str, login: str) -> bool:
 
 
 def _once(text: str) -> str:
-    """What is written again and again, written once."""
+    """Return a text with immediate repetitions written once."""
     for length in range(1, len(text) // 2 + 1):
         if all(text[i] == text[i % length] for i in range(length, len(text))):
             return text[:length]
@@ -69,7 +69,7 @@ def _once(text: str) -> str:
 
 
 def _without_runs(text: str) -> str:
-    """A text without rows of keys, letters in their order and digits in theirs, to and fro."""
+    """Remove runs of keys, of letters in order and of digits in order, in either direction."""
     rows = [*_ROWS, *(row[::-1] for row in _ROWS)]
     kept, at = "", 0
     while at < len(text):

@@ -1,4 +1,4 @@
-"""People: who they are, roles, invitations, consent. Ids from elsewhere are kept as hashes."""
+"""Participants: roles, invitations, consent. Ids from elsewhere are kept as hashes."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ ROLE_NAMES: dict[Role, str] = {
     "adjudicator": N_("adjudicator"),
     "admin": N_("admin"),
 }
-"""Who may do what others may: each what those before may."""
+"""Roles, each with the rights of those before."""
 
 
 def hashed(salt: bytes, provider: str, external: str) -> str:
-    """What is kept of somebody's id at a provider."""
+    """Return the hash of somebody's id at a provider, which is kept instead of it."""
     return hmac.new(salt, f"{provider}\0{external}".encode(), hashlib.sha256).hexdigest()
 
 
 def find_or_add(session: Session, provider: str, external: str) -> Person:
-    """The person with an id at a provider."""
+    """Return the person with an id at a provider."""
     digest = hashed(installation().salt, provider, external)
     known = select(Person).where(Person.provider == provider, Person.external_hash == digest)
     found = session.scalars(known).first()
@@ -63,7 +63,7 @@ def add_person(
     login: str | None = None,
     password_hash: str | None = None,
 ) -> Person:
-    """A new person."""
+    """Add a person."""
     person = Person(
         id=new_id(),
         role=role,
@@ -81,7 +81,7 @@ def add_person(
 
 
 def add_anonymous(session: Session) -> Person:
-    """A new person who came by an open link."""
+    """Add a person who came by an open link."""
     return find_or_add(session, OPEN, secrets.token_hex(16))
 
 
@@ -89,7 +89,7 @@ def add_anonymous(session: Session) -> Person:
 
 
 def invitation(secret_key: bytes, study_id: str, name: str) -> str:
-    """The token of a link that makes whoever opens it the invited person.
+    """Return the token of a link that invites a person.
 
     The name distinguishes people; it can't be read in the token, nor is it kept.
     """
@@ -98,7 +98,7 @@ def invitation(secret_key: bytes, study_id: str, name: str) -> str:
 
 
 def read_invitation(token: str) -> tuple[str, str]:
-    """The study's id and the hash of whom a link invites; refused if nobody here has made it."""
+    """Return the study's id and the hash of the invited person; refused if not made here."""
     try:
         signer = link_signer(installation().config.secret_key, "invitation")
         value: Any = signer.loads(token[:1000])
@@ -108,13 +108,13 @@ def read_invitation(token: str) -> tuple[str, str]:
 
 
 def accept_invitation(session: Session, token: str) -> tuple[str, Person]:
-    """The study's id and the person that a link invites, who is added if new."""
+    """Return the study's id and the invited person, who is added if new."""
     study_id, digest = read_invitation(token)
     return study_id, find_or_add(session, INVITED, f"{study_id} {digest}")
 
 
 def link_signer(secret_key: bytes, what: str) -> URLSafeSerializer:
-    """Signs what links of a kind say, so that nobody else can make them."""
+    """Return a signer of links of a kind, which nobody else can make."""
     return URLSafeSerializer(secret_key, salt=what, signer_kwargs={"digest_method": hashlib.sha256})
 
 
@@ -122,7 +122,7 @@ def link_signer(secret_key: bytes, what: str) -> URLSafeSerializer:
 
 
 def has_consented(person: Person, study_id: str) -> bool:
-    """Whether somebody has agreed to take part in a study."""
+    """Check that somebody has agreed to take part in a study."""
     return study_id in person.profile.get("consent", {})
 
 
@@ -135,7 +135,7 @@ def keep_consent(person: Person, study_id: str, answers: Record) -> None:
 
 
 def has_practised(person: Person, task: str) -> bool:
-    """Whether somebody has done a task's practice example."""
+    """Check that somebody has done a task's practice example."""
     return task in person.profile.get("practice", [])
 
 
@@ -146,15 +146,15 @@ def keep_practice(person: Person, task: str) -> None:
 
 
 def subject_of(person: Person) -> str:
-    """What exports have instead of who somebody is: a part of a salted hash."""
+    """Return the name of a person in exports: a part of a salted hash."""
     return person.external_hash[:SUBJECT_CHARACTERS]
 
 
 def platform_knowledge(session: Session, study_id: str) -> dict[str, Literal["known", "unknown"]]:
-    """Which of the people who came to a study from a platform it knows, by their ids.
+    """Return whether the platform knows the people who came from it, by their ids.
 
-    Whom it names in any assignment is known. Of others nobody knows before platform and database
-    were compared, and their assignments are over.
+    A person named in any of its assignments is known. Nothing is known of others before platform
+    and database were compared, and their assignments are over.
     """
     came = select(Participation.person_id).where(Participation.study_id == study_id)
     rows = session.execute(

@@ -51,7 +51,7 @@ T = TypeVar("T")
 
 @dataclass(slots=True)
 class Traces:
-    """What there is of a person, and what was made of it."""
+    """Data of a person, and the data made of them."""
 
     person_id: str
     answers: list[int] = field(default_factory=list)
@@ -62,18 +62,18 @@ class Traces:
     """Ids of other people's answers to those items."""
     drafts: int = 0
     events: int = 0
-    """How many drafts and events of their own."""
+    """Number of the person's drafts and events."""
     participations: list[int] = field(default_factory=list)
     """Ids of their assignments at platforms that no payment refers to."""
     paid: list[int] = field(default_factory=list)
     """Ids of those that the books refer to: they stay."""
     unpaid: int = 0
-    """How many assignments were sent in for which there is no payment in the books."""
+    """Number of submitted assignments without a payment in the books."""
     has_profile: bool = False
-    """Whether they have said something of themselves."""
+    """True if they have filled in their profile."""
 
     def counts(self) -> Record:
-        """What is erased, for people to see before and for the audit trail after."""
+        """Return the numbers of erased records, for the preview and for the audit trail."""
         return {
             "answers": len(self.answers),
             "drafts": self.drafts,
@@ -87,7 +87,7 @@ class Traces:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What was erased, and the file in which it was noted.
+    """An erasure's result, and the file in which it was noted.
 
     If it `is_compacted`, the database's files hold nothing of it any more.
     """
@@ -98,9 +98,9 @@ class Done:
 
 
 def preview(engine: Engine, config: Config, who: str, platform: str | None) -> Traces:
-    """What there is of a person; a FormatError if nobody is meant, or several people.
+    """Return the data of a person; a FormatError unless exactly one person matches.
 
-    `who` is their code, what exports call them, or their login; with a platform, their id there.
+    `who` is their code, their name in exports, or their login; with a platform, their id there.
     """
     check_current(engine)
     wanted = _wanted(who)
@@ -122,7 +122,7 @@ def preview(engine: Engine, config: Config, who: str, platform: str | None) -> T
 
 
 def traces_of(session: Session, person: Person) -> Traces:
-    """What there is of a person. Nobody else changes it until the transaction ends.
+    """Return the data of a person. Nobody else changes them until the transaction ends.
 
     An item that shows their command, clauses or groundings is found by its payload and its subject
     (see `annotation_app.items.new_items`). So is what was made of other people's answers to it.
@@ -209,7 +209,7 @@ def unlink(person: Person) -> None:
 def erase_again(session: Session, gone: Collection[Tombstone]) -> int:
     """Erase those whose data were erased after a backup was made, which has just been restored.
 
-    How many of them it had data of is given.
+    The number of them that it had data of is returned.
     """
     before = {row.person_id for row in session.scalars(select(Erasure))}
     wanted = joined(gone)
@@ -240,7 +240,7 @@ def _wanted(who: str) -> ColumnElement[bool]:
 
 
 def _made_of(session: Session, answers: Iterable[Answer]) -> Iterator[str]:
-    """The ids of items that were made of answers, locked."""
+    """Return the ids of items that were made of answers, locked."""
     answers = list(answers)
     command = Item.payload["command"].as_integer()
     for some in _batches(answers):
@@ -251,7 +251,7 @@ def _made_of(session: Session, answers: Iterable[Answer]) -> Iterator[str]:
 
 
 def _withdrawn(session: Session, answer: Answer) -> Iterator[str]:
-    """Items made of an answer before it was replaced: their subject doesn't show it any more.
+    """Yield items made of an answer before its replacement, which their subject no longer shows.
 
     They show its command, and clauses or groundings that nobody else's answer accounts for.
     """
@@ -296,13 +296,13 @@ def _delete_items(session: Session, items: Iterable[str]) -> None:
 
 
 def _delete_remarks(session: Session, about: ColumnElement[bool]) -> None:
-    """Delete what was said about answers: it may quote them."""
+    """Delete remarks about answers, as they may quote them."""
     answers = select(Answer.id).where(about)
     session.execute(delete(Remark).where(Remark.answer_id.in_(answers)))
 
 
 def is_booked(session: Session, one: Participation) -> bool:
-    """Whether the books refer to an assignment: then it stays."""
+    """Check that the books refer to an assignment: then it stays."""
     refers = or_(
         LedgerEntry.participation_id == one.id,
         (LedgerEntry.provider == one.provider) & (LedgerEntry.assignment == one.assignment),

@@ -1,8 +1,8 @@
-"""When a study has been closed for long enough: its answers stay, and nobody's they are.
+"""Retention: long after a study was closed, its answers stay without any link to people.
 
-``retention_days`` in the study's file says how long. Then what people said of themselves, drafts,
-and what leads from answers to people are erased: hashes of platforms' ids, codes, assignments.
-Payments stay in the books, where nothing shows any more which answers they were for.
+``retention_days`` in the study's file is the time. Afterwards people's profiles, drafts, and all
+links from answers to people are erased: hashes of platforms' ids, codes, assignments.
+Payments stay in the books, without any link to the answers they were for.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ DAY_S = 86_400.0
 
 @dataclass(slots=True)
 class Expired:
-    """What was erased of a study, or would be.
+    """Result of a study's expiry, or its preview.
 
-    From `people` all that leads to them was taken, from `profiles` what they said of themselves,
-    and from `payments_unlinked` the way to the answers.
+    `people` lost all that identifies them, `profiles` their contents, and `payments_unlinked` the
+    link to the answers.
     """
 
     study: str
@@ -45,9 +45,9 @@ class Expired:
 def expire(
     engine: Engine, *, now: float, study: str | None = None, dry_run: bool = False
 ) -> list[Expired]:
-    """Do what is due by now in all studies, or in one. Doing it again does nothing.
+    """Expire what is due by now in all studies, or in one. A second run does nothing.
 
-    What was done is given of the studies in which there was something to do.
+    Results are returned for the studies in which something was due.
     """
     with transaction(engine) as session:
         lock_set_up(session.connection())
@@ -120,7 +120,7 @@ def _unlink_payments(session: Session, study: Study, found: Expired) -> None:
 
 
 def _people(session: Session, study: Study) -> Sequence[Person]:
-    """Who was given something in a study, came for it, or agreed to take part in it."""
+    """Return the people with items in a study, or with an assignment or consent for it."""
     came = union(
         select(Handout.person_id)
         .join(Item, Item.id == Handout.item_id)
@@ -131,7 +131,7 @@ def _people(session: Session, study: Study) -> Sequence[Person]:
 
 
 def _studies_of(session: Session, person: Person) -> set[str]:
-    """The ids of studies in which a person takes or has taken part."""
+    """Return the ids of studies in which a person takes or has taken part."""
     given = (
         select(Item.study_id)
         .join(Handout, Handout.item_id == Item.id)

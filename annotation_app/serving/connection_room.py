@@ -1,10 +1,10 @@
-"""Which connections are closed so that nobody shuts others out.
+"""Limits on open connections, so that nobody shuts others out.
 
-A connection on which no whole request comes costs the client nothing, and there is room for so
-many only. One without the head of a request is closed after a while. An address may have half of
-all that there is room for in that state, so that a class behind one address fits in. Then its
-oldest is closed. Where no room is left, the address with the most connections gives one back. Those
-on which a request is answered are never closed. Times go on evenly, even if the clock is set.
+A connection on which no whole request comes is free for the client, but the room is limited. One
+without the head of a request is closed after a while. An address may have half of the room in that
+state, so that a class behind one address fits in. Then its oldest is closed. Where no room is left,
+the address with the most connections gives one back. Connections with a request in progress are
+never closed. Times are monotonic, even if the clock is set.
 """
 
 from __future__ import annotations
@@ -22,17 +22,18 @@ from waitress.channel import HTTPChannel
 log = logging.getLogger(__name__)
 
 CONNECTIONS = 1000
-"""How many there are at most."""
+"""Largest number of connections."""
 HEAD_S = 10.0
-"""How long the head of a request may take, from the connection on or from its first byte."""
+"""Longest time for the head of a request, from the connection on or from its first byte, in
+seconds."""
 IDLE_S = 120.0
-"""How long nothing may come or go."""
+"""Longest silence of a connection, in seconds."""
 TELL_S = 60.0
-"""How often the log says that there is no room."""
+"""Interval between entries in the log about a lack of room, in seconds."""
 
 
 class Room:
-    """Keeps account of connections; the one thread that reads from them all uses it.
+    """Account of connections; the one thread that reads from them all uses it.
 
     There are `most` at most, but for those that are being answered.
     """
@@ -70,7 +71,7 @@ class Room:
             self._make_room(channel)
 
     def heard(self, channel: HTTPChannel) -> None:
-        """Something has come from somebody, or was sent to them."""
+        """Note that something has come from a client, or was sent to it."""
         guest = self._guests.get(channel)
         if guest is None:
             return
@@ -82,7 +83,7 @@ class Room:
             self._headless.setdefault(guest.address, {}).setdefault(channel, guest.heard_at)
 
     def leave(self, channel: HTTPChannel) -> None:
-        """Somebody's connection is closed."""
+        """Note that a connection is closed."""
         guest = self._guests.pop(channel, None)
         if guest is not None:
             self._has_head(guest.address, channel)
@@ -139,7 +140,7 @@ class Room:
         oldest.handle_close()
 
     def _waits(self, channel: HTTPChannel) -> bool:
-        """Whether nothing is being answered or sent, and nothing has come that isn't read yet."""
+        """Check that nothing is being answered or sent, and no unread data has come."""
         guest = self._guests.get(channel)
         if guest is None or channel.requests or (channel.total_outbufs_len and not guest.is_stuck):
             return False
@@ -151,17 +152,17 @@ class Room:
 
 @dataclass(slots=True)
 class _Guest:
-    """Somebody's connection: from where, and when something came or went last."""
+    """A connection: its address, and the time of its last traffic."""
 
     address: str
     heard_at: float
     unsent: int = 0
     is_stuck: bool = False
-    """Whether they haven't taken anything of an answer for a second."""
+    """True if the client hasn't taken anything of an answer for a second."""
 
 
 def network_of(host: str) -> str:
-    """An address; of IPv6 the network, of which each customer of a provider has one or more."""
+    """Return an address; of IPv6 the network, of which each customer has one or more."""
     if ":" not in host:
         return host
     return str(IPv6Network((host.partition("%")[0], 64), strict=False))

@@ -1,8 +1,8 @@
-"""Waiting for many open connections at the cost of those on which something comes.
+"""Waiting for many open connections at the cost of the active ones.
 
-Whenever one of them has something, waitress asks each connection what it waits for, and passes
-all to the kernel. Here the kernel gets each once, and only those are asked of which the
-answer may have changed.
+At each event, waitress queries all connections for the events that they wait for, and passes
+them to the kernel. Here the kernel gets each once, and only those are queried whose state may have
+changed.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from waitress.trigger import trigger
 from annotation_app.serving.connection_room import Room
 
 ASK_ALL_S = 1.0
-"""How often each one is asked, and those are closed that have been silent for too long."""
+"""Interval between checks of each connection, which close silent ones, in seconds."""
 HEADS_S = 1.0
-"""How long the head of a request may take then."""
+"""Longest time for the head of a request while the server ends, in seconds."""
 LOOK_S = 0.1
-"""How often it is looked whether all is finished, when it is to end."""
+"""Interval between checks whether all is finished, while the server ends, in seconds."""
 
 
 class Connections(dict[int, Any]):
-    """What waitress waits for, by file descriptor: connections, where they come in, its bell.
+    """Objects that waitress waits for, by file descriptor: connections, listeners, its bell.
 
     One that is ready to read and has nothing to write is settled until something comes on it.
     Others wait until the bell rings, which threads do that have answered a request.
@@ -83,7 +83,7 @@ class Connections(dict[int, Any]):
                 self._room.heard(connection)
 
     def ring(self) -> None:
-        """Make whoever waits look again; a signal may do so."""
+        """Wake the waiting thread to look again; a signal may do so."""
         bell = next((c for c in list(self.values()) if isinstance(c, trigger)), None)
         if bell is not None:
             bell.pull_trigger()
@@ -127,14 +127,14 @@ class Connections(dict[int, Any]):
         return begun
 
     def _let_in_who_waits(self, listening: Any) -> None:
-        """Those who have connected, which the kernel hasn't reported yet."""
+        """Accept connections that the kernel hasn't reported yet."""
         before = -1
         while before < len(self):
             before = len(self)
             listening.handle_accept()
 
     def _ask(self) -> None:
-        """Ask those that may have changed what they wait for."""
+        """Query the events that changed connections wait for."""
         with self._lock:
             changed, self._changed = self._changed, set()
             if is_time := monotonic() >= self._ask_all_at:
@@ -191,7 +191,7 @@ class Connections(dict[int, Any]):
 
 
 def _is_idle(connection: Any) -> bool:
-    """Whether no request is being received or answered, and no answer sent."""
+    """Check that no request is being received or answered, and no answer sent."""
     return isinstance(connection, HTTPChannel) and not (
         connection.requests or connection.request is not None or connection.total_outbufs_len
     )

@@ -58,7 +58,7 @@ log = logging.getLogger(__name__)
 
 
 def create_app(config: Config, engine: Engine | None = None) -> Flask:
-    """The app, for any WSGI server.
+    """Return the app, for any WSGI server.
 
     The database may be open already; its tables must be there
     (:func:`annotation_app.store.schema.migrate`).
@@ -133,7 +133,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
 
 
 def record_types() -> Iterable[type]:
-    """All types that requests may need."""
+    """Return all types that requests may need."""
     of_corpora = (AnnotationRecord, CommandRecord, ContextRecord, JudgmentRecord, Manifest)
     of_logs = (channel.message for channel in CHANNELS.values())
     answers = (task.answer for task in tasks())
@@ -211,7 +211,7 @@ def _unavailable(outage: Outage) -> Response:
 def _failure(
     status: int, message: str, advice: str = "", problems: Sequence[dict[str, str]] = ()
 ) -> Response:
-    """What went wrong: as a page for people, as JSON for scripts and programs."""
+    """Return an error: as a page for people, as JSON for scripts and programs."""
     if wants_json():
         reply = {"error": f"{message} {advice}" if advice else message}
         return flask.make_response(reply | ({"problems": problems} if problems else {}), status)

@@ -21,19 +21,19 @@ from corpus_tools import __version__
 
 _JSON = "application/json"
 REFUSALS = (400, 401, 403, 404, 429, 503)
-"""What any request may be answered; those that change something also with others."""
+"""Refusals of any request, and those of requests that change something."""
 
 blueprint = Blueprint("openapi", __name__, url_prefix="/api")
 
 
 @blueprint.get("/openapi.json")
 def openapi() -> Response:
-    """The description of the interface."""
+    """Return the description of the interface."""
     return flask.jsonify(description())
 
 
 def description() -> dict[str, Any]:
-    """The whole description, version 3.1, made of the routes and of what they say of themselves."""
+    """Return the whole description, version 3.1, made of the routes and their docstrings."""
     requests = {**REQUESTS, **answers_api.REQUESTS, "try": TryRequest}
     schemas = msgspec.json.schema_components(
         requests.values(), ref_template="#/components/schemas/{name}"

@@ -46,21 +46,21 @@ log = logging.getLogger(__name__)
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 WAIT_S = 1.0
-"""How long to wait for something to come before the connections are looked after."""
+"""Longest wait for data before the connections are checked, in seconds."""
 FINISH_S = 7.0
-"""How long requests may take to be finished at the end."""
+"""Longest time for requests to finish at the end, in seconds."""
 STOP_S = 1.0
-"""How long threads may take to stop then, of which none has anything to do, or one too much."""
+"""Longest time for threads to stop at the end, when at most one has work left, in seconds."""
 FILES = 4096
-"""How many files may be open, if the system lets it: connections, databases, videos."""
+"""Number of files that may be open, if the system permits: connections, databases, videos."""
 MARGIN = 100
-"""How many more connections than there is room for are let in while all are being answered."""
+"""Number of connections beyond the limit that are accepted while all are being answered."""
 NEVER_S = 10**9
 """Waitress closes silent connections by the clock, which may jump; `Room` does it instead."""
 
 
 def addresses(config: Config, base: str) -> list[tuple[str, str]]:
-    """What there is to open, and where: each study, and once the making of the first admin."""
+    """Return the addresses to open: each study, and once the page for the first admin."""
     with opened(config.database) as engine:
         with reading(engine) as session:
             studies = session.scalars(select(Study).order_by(Study.created_at)).all()
@@ -100,7 +100,7 @@ def make_first_admin(config: Config) -> None:
 
 
 def obstacles(config: Config) -> list[Obstacle]:
-    """What would stop people in the studies; :func:`addresses` shows how to make an admin."""
+    """Return obstacles for people in the studies; :func:`addresses` shows how to make an admin."""
     with opened(config.database) as engine, reading(engine) as session:
         return found_obstacles(session, of_installation=False)
 
@@ -136,7 +136,7 @@ def bound(host: str, port: int) -> Iterator[list[socket.socket]]:
 
 
 def port_of(bound: Sequence[socket.socket]) -> int:
-    """The port that was taken."""
+    """Return the port that was taken."""
     return int(bound[0].getsockname()[1])
 
 
@@ -159,7 +159,7 @@ def serve(
     threads: int,
     listening: Callable[[], None] = lambda: None,
 ) -> None:
-    """Answer requests where :func:`bound` says until Ctrl-C or a signal asks to finish and end.
+    """Answer requests on the sockets of :func:`bound` until Ctrl-C or a signal ends the server.
 
     A second signal ends it at once.
     """
@@ -197,7 +197,7 @@ def serve(
 
 @contextmanager
 def asked_to_end(ring: Callable[[], None]) -> Iterator[threading.Event]:
-    """An event that is set, and rings, when Ctrl-C is pressed or the process asked to end.
+    """Yield an event that is set, and rings, at Ctrl-C or a signal to end.
 
     Also where a shell has started the process in the background, and so made it ignore Ctrl-C.
     """
@@ -221,7 +221,7 @@ def asked_to_end(ring: Callable[[], None]) -> Iterator[threading.Event]:
 
 
 def _most_connections() -> int:
-    """How many connections there is room for, after asking the system for as many files."""
+    """Return the number of possible connections, after requesting as many files."""
     if resource is None:
         return CONNECTIONS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

@@ -11,14 +11,14 @@ from annotation_app.store.installation import now
 from annotation_app.store.models import AuditEntry, Person, Record
 
 COMMAND_LINE = "command line"
-"""Who acts where something is done on the machine."""
+"""Actor of commands on the machine."""
 RESTORED = "restored"
 """The action after which a ledger of payments may be behind what was done."""
 SUBJECT_CHARACTERS = 12
 
 
 def name_of(person: Person) -> str:
-    """What the audit trail calls somebody: their login, else their subject as in exports."""
+    """Return a person's name in the audit trail: their login, else their subject as in exports."""
     return person.login or person.external_hash[:SUBJECT_CHARACTERS]
 
 
@@ -50,7 +50,7 @@ def trail(
     before: int | None = None,
     most: int = 100,
 ) -> Sequence[AuditEntry]:
-    """What was noted, newest first.
+    """Return the noted actions, newest first.
 
     Only what a login, or another name, did or what was done to it; only an action; only entries
     that were noted before the one with an id.
@@ -66,5 +66,5 @@ def trail(
 
 
 def actions(session: Session) -> Sequence[str]:
-    """Every action that was noted, in alphabetical order."""
+    """Return every noted action, in alphabetical order."""
     return session.scalars(select(AuditEntry.action).distinct().order_by(AuditEntry.action)).all()

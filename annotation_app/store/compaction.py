@@ -14,7 +14,7 @@ from annotation_app.store.database import compact, reading, transaction
 from annotation_app.store.models import Base, Secret
 
 DUE = "files hold what was deleted"
-"""Under which name it is noted."""
+"""Name under which the need to compact is noted."""
 
 
 def ask(session: Session) -> None:
@@ -23,7 +23,7 @@ def ask(session: Session) -> None:
 
 
 def compact_if_asked(engine: Engine) -> bool:
-    """Write the tables anew if no file must hold what was deleted; whether none holds it."""
+    """Rewrite the tables if no file may keep deleted data; return whether none does."""
     with reading(engine) as session:
         if session.get(Secret, DUE) is None:
             return True

@@ -24,7 +24,7 @@ class Participation(Base):
     """The platform's id of the assignment, which says nothing about the person."""
     task: Mapped[TaskName] = mapped_column(String(20))
     items: Mapped[int]
-    """How many items of the task the assignment asks for."""
+    """Number of items of the task in the assignment."""
     code: Mapped[str | None]
     begun_at: Mapped[float]
     received_at: Mapped[float | None]
@@ -32,15 +32,15 @@ class Participation(Base):
     standing: Mapped[
         Literal["working", "submitted", "approved", "rejected", "returned", "unknown"] | None
     ] = mapped_column(String(20))
-    """What the platform said last: ``unknown`` if it has no such one, None if nobody asked."""
+    """Platform's last status: ``unknown`` if it has no such one, None without a comparison."""
     outcome: Mapped[Record]
-    """What is known besides: where to send the worker back to, whether nothing was left."""
+    """Further details: the address to send the worker back to, or that no items were left."""
 
 
 class LedgerEntry(Base):
     """A call to a platform that offers work, approves, rejects or pays, noted before it is made.
 
-    What a platform shows and nobody has called for from here is noted when it is found.
+    A platform's offer or payment that wasn't made from here is noted when it is discovered.
 
     Rows are never deleted, also not when a person's data are erased: books must be kept.
     """
@@ -56,21 +56,21 @@ class LedgerEntry(Base):
         mapped_column(String(20))
     )
     key: Mapped[str] = mapped_column(String(500))
-    """Distinguishes calls of a kind: the same thing is done once."""
+    """Key that distinguishes calls of a kind: the same call is made once."""
     assignment: Mapped[str]
     """The platform's id of what is approved or paid by; empty for offers of work."""
     amount: Mapped[str]
     """A decimal number in the platform's currency: what is paid, or offered for an assignment.
 
-    Empty where the call pays nothing, or nobody knows what.
+    Empty where the call pays nothing, or an unknown amount.
     """
     reason: Mapped[str] = mapped_column(String(2000))
     reference: Mapped[str | None]
-    """What the platform knows the call by: its id of the payment, or an idempotency key."""
+    """Platform's reference of the call: its id of the payment, or an idempotency key."""
     state: Mapped[
         Literal["attempted", "ordered", "in doubt", "done", "confirmed", "found there", "refused"]
     ] = mapped_column(String(20))
     attempted_at: Mapped[float]
     ended_at: Mapped[float | None]
     problem: Mapped[str] = mapped_column(String(2000))
-    """What the platform or the network said; empty if nothing went wrong."""
+    """Error of the platform or the network; empty if nothing went wrong."""

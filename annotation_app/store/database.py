@@ -45,9 +45,9 @@ except ImportError:  # there is none on Windows
     fcntl = None  # type: ignore[assignment]
 
 BUSY_S = 20
-"""How long a writer waits for another one, in SQLite."""
+"""Longest wait of a writer for another one, in SQLite, in seconds."""
 CHECKPOINT_S = 3
-"""How long the emptying of SQLite's log waits for those who read."""
+"""Longest wait of a checkpoint of SQLite's log for readers, in seconds."""
 IDLE_S = 5
 """A connection to PostgreSQL that wasn't used for so long is tried before it is used."""
 _PATIENCE = {
@@ -57,13 +57,13 @@ _PATIENCE = {
     "keepalives_interval": 5,
     "keepalives_count": 3,
 }
-"""After how long a server that doesn't answer is given up, as libpq takes it; URLs may differ."""
+"""Time after which a silent server is given up, as libpq takes it; URLs may differ."""
 SET_UP = 0x63742D616E6E
 """Names the lock of those who set a database up, in PostgreSQL."""
 
 
 def open_database(url_or_path: str | Path) -> Engine:
-    """An engine for a database, which isn't connected to yet.
+    """Return an engine for a database, which isn't connected to yet.
 
     It is a SQLite file, or a URL such as ``postgresql://user@host/name``; a FormatError says that
     this can't be read.
@@ -97,7 +97,7 @@ def open_database(url_or_path: str | Path) -> Engine:
 
 @contextmanager
 def opened(url_or_path: str | Path) -> Iterator[Engine]:
-    """A database whose connections are closed at the end; see :func:`open_database`.
+    """Yield a database whose connections are closed at the end; see :func:`open_database`.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def opened(url_or_path: str | Path) -> Iterator[Engine]:
 
 @contextmanager
 def transaction(engine: Engine) -> Iterator[Session]:
-    """A session that is committed at the end, or rolled back by an exception.
+    """Yield a session that is committed at the end, or rolled back by an exception.
 
     There must not be another one within it.
     """
@@ -140,10 +140,10 @@ def lock_set_up(connection: Connection) -> None:
 
 @contextmanager
 def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
-    """A session that only reads, beside whoever writes.
+    """Yield a session that only reads, beside writers.
 
-    Whether all that is read must be of `one_state`: the database is spared work where each
-    statement may see what has come since the last.
+    If all reads must be of `one_state`, the database works more than where each statement may
+    see changes since the last.
     """
     with engine.connect() as connection:
         connection.execution_options(to="read one state" if one_state else "read")
@@ -152,7 +152,7 @@ def reading(engine: Engine, *, one_state: bool = False) -> Iterator[Session]:
 
 
 def compact(engine: Engine, *tables: str) -> bool:
-    """Write tables anew, so that nothing that was deleted is left in their files.
+    """Rewrite tables, so that nothing that was deleted is left in their files.
 
     In SQLite it is the whole file. Others wait meanwhile, some seconds for a gigabyte.
 
@@ -217,7 +217,7 @@ def _url(url_or_path: str | Path) -> URL:
 
 
 def _decoded(text: str | bytes) -> Any:
-    """What JSON says, several times as fast as by the standard library, and never less of it."""
+    """Decode JSON, several times as fast as the standard library, and with the same result."""
     try:
         return msgspec.json.decode(text)
     except msgspec.DecodeError:  # NaN, half a character: Python has written those
@@ -294,7 +294,7 @@ def _set_up_sqlite(connection: Any) -> Any:
 
 
 def _tried(connection: Any, *statements: str) -> Any:
-    """A connection on which statements succeed; it is closed if one doesn't."""
+    """Return a connection on which statements succeed; it is closed if one doesn't."""
     # SQLAlchemy's documented recipe: the driver must not begin transactions by itself.
     connection.isolation_level = None
     try:
@@ -344,17 +344,17 @@ _BEGIN = {
 
 
 def core(table: type[DeclarativeBase]) -> Table:
-    """A table itself, for statements that make no objects: they take half the time."""
+    """Return a table itself, for statements that make no objects: they take half the time."""
     return cast("Table", table.__table__)
 
 
 def dialect_of(session: Session) -> str:
-    """Which kind of database it is: ``sqlite`` or ``postgresql``."""
+    """Return the kind of database: ``sqlite`` or ``postgresql``."""
     return session.get_bind().dialect.name
 
 
 def inserting(dialect: str, table: type[DeclarativeBase]) -> Any:
-    """A statement that inserts, and may say what to do where there is such a row already.
+    """Return a statement that inserts, and may resolve conflicts with existing rows.
 
     Both databases have the same words for that, and SQLAlchemy a statement for each.
     """

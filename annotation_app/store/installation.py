@@ -1,4 +1,4 @@
-"""What a running app works with: its configuration, its database, and the time."""
+"""Resources of a running app: its configuration, its database, and the time."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _NAME = "annotation"
 
 @dataclass(frozen=True, slots=True)
 class Installation:
-    """What a running app works with."""
+    """Resources of a running app."""
 
     config: Config
     engine: Engine
     salt: bytes
-    """What hides people's ids."""
+    """Salt that hides people's ids."""
     limiter: MovingWindowRateLimiter | None
     """Counts how often people do things; None if they may do so as often as they like."""
     outages: Outages = field(default_factory=Outages)
@@ -36,10 +36,10 @@ def install(app: Flask, installation: Installation) -> None:
 
 
 def installation() -> Installation:
-    """What the app that handles this request works with."""
+    """Return the resources of the app that handles this request."""
     return cast("Installation", current_app.extensions[_NAME])
 
 
 def now() -> float:
-    """Seconds since 1970."""
+    """Return the time in seconds since 1970."""
     return time.time()

@@ -25,7 +25,7 @@ def run_migrations(engine: Engine, revision: str, scripts: Sequence[Path]) -> No
 
 
 def alembic_config(*scripts: Path) -> Config:
-    """What Alembic needs to know."""
+    """Return Alembic's configuration."""
     config = Config()
     config.set_main_option("script_location", str(SCRIPTS))
     config.set_main_option("path_separator", "os")
@@ -45,7 +45,7 @@ def upgrade(connection: Connection, revision: str, scripts: Sequence[Path] = ())
 
 @contextmanager
 def changing_tables(engine: Engine) -> Iterator[Connection]:
-    """A transaction in which tables may be changed; a FormatError if they aren't this program's."""
+    """Yield a transaction for changes of tables; a FormatError if they aren't this program's."""
     try:
         with engine.connect() as connection:
             _enforce_references(connection, False)
@@ -63,9 +63,9 @@ def changing_tables(engine: Engine) -> Iterator[Connection]:
 
 
 def _enforce_references(connection: Connection, on: bool) -> None:
-    """In SQLite, whether rows that others refer to may be removed.
+    """Set whether rows that others refer to may be removed, in SQLite.
 
-    A table is changed there by making it anew, which removes the old one.
+    A table is changed there by replacing it, which removes the old one.
     """
     if connection.dialect.name == "sqlite":
         raw = connection.connection.dbapi_connection

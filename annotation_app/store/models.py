@@ -31,23 +31,23 @@ TaskName: TypeAlias = str
 Role: TypeAlias = Literal["worker", "annotator", "adjudicator", "admin"]
 
 Record: TypeAlias = dict[str, Any]
-"""What JSON can say of something."""
+"""A JSON object."""
 
 
 def _of_some_rows(name: str, *columns: str, where: str, on_sqlite: str = "") -> Index:
-    """An index of few rows; it is used where a statement has its very condition."""
+    """Return an index of few rows; it is used where a statement has its very condition."""
     sqlite = text(on_sqlite or where)
     return Index(name, *columns, sqlite_where=sqlite, postgresql_where=text(where))
 
 
 class Base(DeclarativeBase):
-    """What all tables have in common."""
+    """Base class of all tables."""
 
     type_annotation_map: ClassVar[dict[Any, Any]] = {Record: JSON, str: String(200)}
 
 
 class Study(Base):
-    """What is asked of whom; ``config`` is the study file."""
+    """A study: its tasks and people; ``config`` is the study file."""
 
     __tablename__ = "study"
 
@@ -57,7 +57,7 @@ class Study(Base):
     created_at: Mapped[float]
     closed_at: Mapped[float | None]
     file: Mapped[str | None] = mapped_column(String(4000))
-    """Where the study file is; None if it was made of something else."""
+    """Path of the study file; None if the study was made of something else."""
 
 
 class Media(Base):
@@ -75,7 +75,7 @@ class Media(Base):
 
 
 def _of_payload(key: str, length: int) -> Callable[[DefaultExecutionContext], str]:
-    """What a new item's payload has at a key, for a column that can be searched."""
+    """Return a default from a new item's payload at a key, for a column that can be searched."""
 
     def found(context: DefaultExecutionContext) -> str:
         parameters: Record = context.get_current_parameters()  # type: ignore[no-untyped-call]
@@ -85,7 +85,7 @@ def _of_payload(key: str, length: int) -> Callable[[DefaultExecutionContext], st
 
 
 class Item(Base):
-    """Something to be done by some people: a video to describe, a command to segment.
+    """Work for some people: a video to describe, a command to segment.
 
     ``subject`` is what it is about: nobody answers a task about a subject twice.
     """
@@ -109,25 +109,25 @@ class Item(Base):
     task: Mapped[TaskName] = mapped_column(String(20))
     subject: Mapped[str] = mapped_column(String(500))
     payload: Mapped[Record]
-    """What the server knows of it; its task shows people their part."""
+    """Server's data of the item; its task shows people their part."""
     rank: Mapped[float]
     """Items with a lower rank are given out first; its slots know it too."""
     video: Mapped[str] = mapped_column(default=_of_payload("video", 200), server_default="")
-    """As in the payload, for searches: they read no JSON."""
+    """Name of the video as in the payload, for searches: they read no JSON."""
     command: Mapped[str] = mapped_column(
         String(2000), default=_of_payload("text", 2000), server_default=""
     )
     """The payload's ``"text"``, for searches."""
     author_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
-    """Who must not get it: nobody rates their own command."""
+    """Person who must not get it: nobody rates their own command."""
     attention: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
-    """Whether the right answer is known. Such items are given to everybody, without quota."""
+    """True if the right answer is known. Such items are given to everybody, without quota."""
 
     slots: Mapped[list[Slot]] = relationship(back_populates="item")
 
 
 class Person(Base):
-    """Somebody who works on items. Ids at a crowd platform are stored as salted hashes."""
+    """A person who works on items. Ids at a crowd platform are stored as salted hashes."""
 
     __tablename__ = "person"
     __table_args__ = (UniqueConstraint("provider", "external_hash"),)
@@ -145,16 +145,16 @@ class Person(Base):
     session_number: Mapped[int] = mapped_column(default=1, server_default=text("1"))
     """Cookies with another number sign nobody in: raising it ends all sessions of a person."""
     code: Mapped[str | None] = mapped_column(unique=True)
-    """What the person can show to have their data erased, without telling who they are."""
+    """Code that lets the person have their data erased without revealing their name."""
 
 
 def queue_of(study_id: str, task: TaskName) -> str:
-    """What the slots of a study's task have in common."""
+    """Return the common name of the slots of a study's task."""
     return f"{study_id} {task}"
 
 
 def _of_open_slots(name: str, *columns: str) -> Index:
-    """An index of the slots that wait for an answer, which are fewer and fewer."""
+    """Return an index of the slots that wait for an answer, which are fewer and fewer."""
     return _of_some_rows(name, *columns, where="answered IS false", on_sqlite="answered IS 0")
 
 
@@ -187,7 +187,7 @@ class Slot(Base):
 
 
 class Handout(Base):
-    """That an item was given to somebody, who may answer it ever after."""
+    """An item handed to a person, who may answer it ever after."""
 
     __tablename__ = "handout"
     __table_args__ = (
@@ -203,15 +203,15 @@ class Handout(Base):
     at: Mapped[float]
     skipped_at: Mapped[float | None]
     boot: Mapped[str | None]
-    """Which run of which machine the time since its boot was read on."""
+    """Run of the machine on which the time since its boot was read."""
     since_boot_s: Mapped[float | None]
     """Monotonic, so that a change of the machine's clock doesn't change how long an answer took."""
     offer: Mapped[Record | None]
-    """What a program suggested, and whether the person saw it (`annotation_app.work.page_data`)."""
+    """Suggestion of a program, and whether the person saw it (`annotation_app.work.page_data`)."""
 
 
 class Event(Base):
-    """Something that somebody sent, as it came.
+    """A sent event, as it came.
 
     Rows are never changed, and deleted only when a person's data are erased.
 
@@ -235,7 +235,7 @@ LONGEST_GIST = 1000
 
 
 class Answer(Base):
-    """What somebody answered to an item.
+    """A person's answer to an item.
 
     Surplus answers came after the lease had run out and its slot had gone to somebody
     else. They are kept and don't count for the quota.
@@ -290,20 +290,20 @@ class Answer(Base):
     """The part of the body that is counted and compared, as JSON; None if that is all of it."""
     surplus: Mapped[bool]
     adopted: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
-    """Whether the next task's items, and exports, are made of it."""
+    """True if the next task's items, and exports, are made of it."""
     excluded: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
-    """Whether somebody has left it out; the last :class:`Remark` says why."""
+    """True if somebody has left it out; the last :class:`Remark` gives the reason."""
     seconds: Mapped[float | None]
-    """How long the item was with the person; None where the clocks don't show it."""
+    """Time for which the item was with the person; None where the clocks don't show it."""
     odd_below_s: Mapped[float | None]
     """An answer that took as long isn't odd (`annotation_app.work.answer_flags`)."""
     provenance: Mapped[Record | None]
-    """Whether a suggestion was shown, and what became of it (`annotation_app.work.page_data`)."""
+    """Use of a suggestion: whether it was shown, and kept (`annotation_app.work.page_data`)."""
     at: Mapped[float]
 
 
 class Remark(Base):
-    """What a reviewer did with an answer, and what they said about it."""
+    """A reviewer's action on an answer, and remark about it."""
 
     __tablename__ = "remark"
 
@@ -315,12 +315,12 @@ class Remark(Base):
     )
     text: Mapped[str] = mapped_column(String(2000))
     before: Mapped[Record]
-    """What an exclusion changed, so that it can be taken back."""
+    """State before an exclusion, so that it can be taken back."""
     at: Mapped[float]
 
 
 class Draft(Base):
-    """What somebody has not yet submitted; it is deleted when their answer comes."""
+    """An unfinished answer; it is deleted when its author's answer comes."""
 
     __tablename__ = "draft"
 
@@ -343,14 +343,14 @@ class AccountLink(Base):
     purpose: Mapped[Literal["first admin", "invite", "reset"]] = mapped_column(String(20))
     role: Mapped[Role | None] = mapped_column(String(20))
     person_id: Mapped[str | None] = mapped_column(ForeignKey("person.id"))
-    """Whose password is set."""
+    """Person whose password is set."""
     made_by: Mapped[str]
     made_at: Mapped[float]
     expires_at: Mapped[float]
 
 
 class FailedSignIn(Base):
-    """How often somebody tried wrong passwords in a row: for a login, or from an address."""
+    """Number of wrong passwords in a row: for a login, or from an address."""
 
     __tablename__ = "failed_sign_in"
 
@@ -361,7 +361,7 @@ class FailedSignIn(Base):
 
 
 class AuditEntry(Base):
-    """Who did what that others may have to account for.
+    """An action that others may have to account for, and its actor.
 
     Rows are never deleted, and changed only when a person's data are erased: it names them by
     their random id then.
@@ -380,7 +380,7 @@ class AuditEntry(Base):
 
 
 class Erasure(Base):
-    """That a person's data were erased, so that they can be erased from a restored backup too."""
+    """An erasure of a person's data, so that it can be repeated in a restored backup."""
 
     __tablename__ = "erasure"
 
@@ -389,7 +389,7 @@ class Erasure(Base):
 
 
 class Secret(Base):
-    """What this installation keeps by name. The salt of people's ids is in the key file."""
+    """A secret of this installation by name. The salt of people's ids is in the key file."""
 
     __tablename__ = "secret"
 

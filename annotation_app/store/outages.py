@@ -1,4 +1,4 @@
-"""When the database is gone, full or too busy: people are asked to wait.
+"""Outages of the database: people are asked to wait.
 
 Nothing of this is a bug of the program: the log gets a line a minute and no tracebacks. Browsers
 keep answers and send them again.
@@ -27,11 +27,11 @@ ADVICE = N_(
     "when the study is back. Try again in a minute."
 )
 AGAIN_S = 10
-"""After how long browsers try again."""
+"""Time after which browsers try again, in seconds."""
 TELL_S = 60.0
-"""How often the log names an outage."""
+"""Interval between entries in the log about an outage, in seconds."""
 QUIET_S = 5.0
-"""How long nothing must fail before an outage is over."""
+"""Time without failures after which an outage is over, in seconds."""
 
 LONGEST_REASON = 200
 
@@ -46,16 +46,16 @@ class OnlyReadError(FormatError):
 
 @dataclass(frozen=True, slots=True)
 class Outage:
-    """Why something can't be done for a while."""
+    """Reason why something can't be done for a while."""
 
     kind: str
-    """What is wrong, to be counted."""
+    """Kind of the outage, for counting."""
     reason: str
-    """In the words of the system or the driver."""
+    """Message of the system or the driver."""
 
 
 def outage_of(error: BaseException) -> Outage | None:
-    """What is wrong outside of the program, if that is why something failed."""
+    """Return the outage outside of the program that caused an error, if any."""
     if isinstance(error, NoConnectionLeft):
         return Outage("all connections to the database are in use", "")
     if isinstance(error, OnlyReadError):
@@ -73,7 +73,7 @@ def outage_of(error: BaseException) -> Outage | None:
 
 
 def named_outage(error: BaseException, database: str) -> FormatError | None:
-    """The error for commands whose database fails, with what to do; None if it is no outage.
+    """Return an outage's error for commands, with a remedy; None if it is no outage.
 
     `database` is its file or address, without a password.
     """
@@ -119,7 +119,7 @@ _SQLITE = {
     "database disk image is malformed": DAMAGED,
     "file is not a database": DAMAGED,
 }
-"""What the messages of SQLite begin with: Python 3.10 doesn't give its codes."""
+"""Beginnings of SQLite's messages: Python 3.10 doesn't give its codes."""
 _STATES = {
     "53100": FULL,
     "53": BUSY,  # connections, memory

@@ -8,19 +8,19 @@ from annotation_app.store.models import Base
 
 
 class ApiToken(Base):
-    """By which a program reads what people with a login may read. It changes nothing.
+    """A program's token to read what people with a login may read. It changes nothing.
 
-    Only its digest is kept. It belongs to the installation, not to whoever made it.
+    Only its digest is kept. It belongs to the installation, not to its maker.
     """
 
     __tablename__ = "api_token"
 
     id: Mapped[str] = mapped_column(primary_key=True)
     name: Mapped[str] = mapped_column(unique=True)
-    """What the audit trail calls the program."""
+    """Name of the program in the audit trail."""
     digest: Mapped[str] = mapped_column(unique=True)
     made_by: Mapped[str]
     made_at: Mapped[float]
     expires_at: Mapped[float]
     used_at: Mapped[float | None]
-    """To the hour."""
+    """Time of the last use, to the hour."""

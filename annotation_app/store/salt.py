@@ -22,13 +22,13 @@ from annotation_app.store.schema import check_current
 from g3.errors import FormatError
 
 SALT = "salt"
-"""Under which name older programs kept it in the database."""
+"""Name under which older programs kept the salt in the database."""
 CHECK = "salt check"
 """Shows whether a key file has the salt that people's ids here were hashed with."""
 
 
 def installation_salt(engine: Engine, config: Config) -> bytes:
-    """What people's ids are hashed with. It is moved to the key file if it isn't there yet.
+    """Return the salt of hashes of people's ids, which is moved to the key file if necessary.
 
     A FormatError says that the database hasn't been set up, or that the key file is another's.
     """

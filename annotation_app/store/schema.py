@@ -33,7 +33,7 @@ def migrate(engine: Engine, revision: str = "head", scripts: Sequence[Path] = ()
 
 
 def is_current(engine: Engine) -> bool:
-    """Whether the tables are those that this program knows."""
+    """Check that the tables are those that this program knows."""
     with reading(engine) as session:
         if not inspect(session.connection()).has_table("alembic_version"):
             return False
@@ -42,7 +42,7 @@ def is_current(engine: Engine) -> bool:
 
 
 def check_current(engine: Engine) -> None:
-    """See that the tables are those that this program knows; a FormatError if they aren't."""
+    """Check that the tables are those that this program knows; a FormatError if they aren't."""
     if not is_current(engine):
         raise FormatError(
             "the database is not set up, or is an older program's",
@@ -53,7 +53,7 @@ def check_current(engine: Engine) -> None:
 
 @functools.cache
 def tables_at(revision: str) -> Sequence[Table]:
-    """The tables after one of `REVISIONS`; those that rows of others refer to come first."""
+    """Return the tables after one of `REVISIONS`; referenced tables come first."""
     if revision == NEWEST:
         return Base.metadata.sorted_tables
     from annotation_app.store.migrating import (  # noqa: PLC0415 - Alembic is slow

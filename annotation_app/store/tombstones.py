@@ -1,4 +1,4 @@
-"""Whose data were erased, beside the database: what backups that are restored must not bring back.
+"""Records of erased people, beside the database: restored backups must not bring their data back.
 
 ``erased.jsonl`` in the instance's folder has a line for each person, with their id, which is
 random and says nothing of them. It holds what the table ``erasure`` does, and is meant to be kept
@@ -23,7 +23,7 @@ ERASED_FILE = "erased.jsonl"
 
 
 class Tombstone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """That a person's data were erased."""
+    """A record that a person's data were erased."""
 
     person: str
     at: float
@@ -36,7 +36,7 @@ def read_tombstones(file: Path) -> list[Tombstone]:
 
 
 def find_tombstones(archive: Path, instance: Path) -> list[Path]:
-    """Such files where they usually are: beside a backup, and in or beside an instance."""
+    """Return such files in their usual places: beside a backup, and in or beside an instance."""
     folders = dict.fromkeys((archive.absolute().parent, instance, instance.absolute().parent))
     return [file for folder in folders if (file := folder / ERASED_FILE).is_file()]
 
@@ -55,7 +55,7 @@ def keep(engine: Engine, instance: Path) -> None:
 
 
 def joined(*groups: Collection[Tombstone]) -> Mapping[str, Tombstone]:
-    """Tombstones by whose they are, the first of each."""
+    """Return tombstones by person, the first of each."""
     found: dict[str, Tombstone] = {}
     for tombstone in chain.from_iterable(groups):
         found.setdefault(tombstone.person, tombstone)
