@@ -30,7 +30,7 @@ def decoded(content: bytes, *, where: str) -> npt.NDArray[np.uint8]:
     Returns
     -------
     array of shape (height, width, 3)
-        Blue, green and red, turned as the file says that it is shown.
+        Blue, green and red, turned as the file's orientation states.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _png(content: bytes) -> tuple[int, int]:
 
 
 def _jpeg(content: bytes) -> tuple[int, int]:
-    """The first frame header; segments before it are passed over."""
+    """Read the first frame header; segments before it are passed over."""
     at = 2
     while True:
         mark, kind, length = struct.unpack_from(">BBH", content, at)

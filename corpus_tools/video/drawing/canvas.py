@@ -48,7 +48,7 @@ class Rectangle:
         return slice(self.y, self.y + self.height), slice(self.x, self.x + self.width)
 
     def overlaps(self, other: Rectangle) -> bool:
-        """Whether both have a pixel in common."""
+        """Check that both have a pixel in common."""
         return (
             self.x < other.x + other.width
             and other.x < self.x + self.width
@@ -57,14 +57,14 @@ class Rectangle:
         )
 
     def union(self, other: Rectangle) -> Rectangle:
-        """The smallest rectangle around both."""
+        """Return the smallest rectangle around both."""
         x, y = min(self.x, other.x), min(self.y, other.y)
         right = max(self.x + self.width, other.x + other.width)
         top = max(self.y + self.height, other.y + other.height)
         return Rectangle(x, y, right - x, top - y)
 
     def scaled(self, factor: int) -> Rectangle:
-        """The same part of a picture that is larger by a factor."""
+        """Return the same part of a picture that is larger by a factor."""
         return Rectangle(
             self.x * factor, self.y * factor, self.width * factor, self.height * factor
         )
@@ -134,9 +134,9 @@ class Canvas:
     ) -> None:
         """Draw what :meth:`pixels` and :meth:`depth` then read.
 
-        `size` is the width and height of the whole picture, `rows` how many rows are drawn for each
-        of the picture's. `sun` says whether the sun shines, `other_light` whether anything else
-        does: light from everywhere, lamps. `shadows` are MuJoCo's own. `sky` is the sky, and the
+        `size` is the width and height of the whole picture, `rows` the number of rows drawn for
+        each of the picture's. `sun` is true if the sun shines, `other_light` if anything else does:
+        light from everywhere, lamps. `shadows` are MuJoCo's own. `sky` is the sky, and the
         haze before it.
         """
         part = part or Rectangle(0, 0, *size)
@@ -212,7 +212,7 @@ class Canvas:
         return found
 
     def geoms_of(self, group: int) -> npt.NDArray[np.int64]:
-        """Indices of a group's geoms."""
+        """Return the indices of a group's geoms."""
         return np.flatnonzero(self.model.geom_group == group)
 
     def corners(self, geoms: npt.NDArray[np.int64]) -> FloatArray:
@@ -274,7 +274,7 @@ class Canvas:
 
 
 def sun_of(model: mujoco.MjModel) -> int | None:
-    """The directional light that throws shadows; None if there is none."""
+    """Return the directional light that throws shadows; None if there is none."""
     directional = model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     found = np.flatnonzero(directional & model.light_castshadow.astype(bool))
     return int(found[0]) if len(found) else None

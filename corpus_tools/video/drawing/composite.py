@@ -17,11 +17,11 @@ from corpus_tools.video.drawing.shadows import Shadows, ahead_of, lit, merged, p
 from g3.groundings import FloatArray
 
 FINER = 2
-"""How many times wider and higher pictures are than frames."""
+"""Ratio of pictures' width and height to those of frames."""
 SOFT = 5
 """Width of shadows' edges, pixels of the finer pictures."""
 TOUCHING_M = 0.02
-"""How far from what shades it something must be; less, and they touch."""
+"""Least distance of a thing from its shade, in metres; nearer, and they touch."""
 TEXELS_PER_PIXEL = 1.4
 FINEST_M, COARSEST_M = 0.008, 0.05
 """Limits of texels' edges in shadow maps."""

@@ -33,7 +33,7 @@ class Pasted:
         self._last: tuple[int, Image] | None = None
 
     def frame(self, k: int) -> Image:
-        """The k-th frame, shape (height, width, 3), rows from the top down."""
+        """Draw the k-th frame, shape (height, width, 3), rows from the top down."""
         if self._last is not None and same_state(self._recording, self._last[0], k):
             return self._last[1]
         self._canvas.show(self._recording, k)
