@@ -50,7 +50,7 @@ def bricks(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[
 
 @on_pallet("generator-pallet")
 def generator(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """A green housing with louvres and a panel, a fuel tank before it, and an exhaust on it."""
+    """Build a green housing with louvres and a panel, a fuel tank before it, an exhaust on it."""
     part, size = inside(low, high), high - low
     dark, green, black = colour("dark"), colour("green", 0.7, 1.1), colour("black", 0.8, 1.1)
     vents, steel = patch("vents"), colour("steel", 0.7, 1.1)
@@ -78,7 +78,7 @@ def generator(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> li
 
 @on_pallet("generator-accessories-pallet")
 def accessories(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """A drum of orange cable, red cans of fuel, and cartons."""
+    """Build a drum of orange cable, red cans of fuel, and cartons."""
     part, size = inside(low, high), high - low
     radius = 0.48 * float(min(size[2], 0.55 * size[0]))
     half = 0.2 * float(size[1])

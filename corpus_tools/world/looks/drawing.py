@@ -28,7 +28,7 @@ def draw(
     Parameters
     ----------
     gloss
-        Whether the surface shines, as paint and glass do.
+        True if the surface shines, as paint and glass do.
     """
     name = "gloss" if gloss else "matt"
     if spec.material(name) is None:

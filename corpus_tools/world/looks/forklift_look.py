@@ -29,7 +29,7 @@ _FENDER = (
 
 @look("forklift")
 def forklift(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A counterbalanced forklift without a driver."""
+    """Add a counterbalanced forklift without a driver."""
     draw(spec, body, [*_hull(), *_seat(), *_guard(), *_rails(), *_wheels()], gloss=True)
     forks = next(child for child in body.bodies if child.name == FORKS)
     draw(spec, forks, [*_carriage(), *_tines()])
@@ -102,7 +102,7 @@ def _guard() -> list[Part]:
 
 
 def _rails() -> list[Part]:
-    """The fixed stage of the mast."""
+    """Build the fixed stage of the mast."""
     parts = []
     for side in (-1, 1):
         inner, outer = side * 0.31, side * 0.38
@@ -123,7 +123,7 @@ def _wheels() -> list[Part]:
 
 
 def _carriage() -> list[Part]:
-    """What goes up with the forks: the inner stage of the mast, the carriage and its rest."""
+    """Build the parts that go up with the forks: inner stage of the mast, carriage and its rest."""
     floor, rest = -sizes.LOW + 0.06, sizes.BACKREST[2][1]
     parts = [box((-0.13, -0.3, 1.82), (-0.06, 0.3, 1.9), _STEEL)]
     for side in (-1, 1):

@@ -17,9 +17,9 @@ from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
 _SLATS = 5
-"""Of each side of a crate."""
+"""Number of slats of each side of a crate."""
 _OUT = 0.012
-"""How far its posts stand out, as a part of its width."""
+"""Distance by which its posts stand out, as a share of its width."""
 _SLIT = 0.005
 """Half of what is between two cartons."""
 
@@ -75,7 +75,7 @@ def box_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> l
 
 @drawn("crate")
 def crate(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A wooden crate on feet: slats with gaps between them, posts at the corners, a brace."""
+    """Build a wooden crate on feet: slats with gaps between them, posts at the corners, a brace."""
     base, low, high = _feet(shape)
     part = inside(low, high)
     dark, thin = colour("black", 0.5, 0.8), 0.035
@@ -96,7 +96,7 @@ def crate(shape: Shape, rng: np.random.Generator) -> list[Part]:
 
 
 def _braces(low: FloatArray, high: FloatArray) -> Part:
-    """A board across each side, from one lower corner to the other upper one."""
+    """Build a board across each side, from one lower corner to the other upper one."""
     ends = np.array([(0.1, 0.0), (0.24, 0.0), (0.9, 1.0), (0.76, 1.0)])
     out = 1 + _OUT
     sides = []
@@ -112,8 +112,8 @@ def cartons(
 ) -> list[Part]:
     """Cartons that fill a box between opposite corners, shape (3,), layer by layer.
 
-    `missing` says how many of the highest layer are missing, where it has several and lies on
-    another.
+    `missing` is the number of missing cartons of the highest layer, where it has several and lies
+    on another.
     """
     size = high - low
     layers = max(1, min(4, round(float(size[2]) / 0.4)))
@@ -159,7 +159,7 @@ def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
 
 
 def _pallet(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:
-    """A pallet that the forks can enter from every side, and the room on it."""
+    """Build a pallet that the forks can enter from every side, and return the room on it."""
     feet, low, high = _feet(shape)
     thick = (PALLET_HEIGHT / ENTRY_HEIGHT - 1) * (low[2] - shape.low[2])
     low[2] += thick

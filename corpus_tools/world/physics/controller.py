@@ -29,11 +29,11 @@ SLIP_M = 0.10
 """A load that moves this far on the forks is lost."""
 SETTLE_S = 1.0
 PUSHED_M = 0.05
-"""What moves further while everything settles was in something else."""
+"""Shift of a thing while everything settles, in metres, above which it began inside another."""
 STILL_M = 1e-3
-"""What never moves further, and never turns by twice as many radians, stood still."""
+"""Largest motion of a still thing, in metres; twice as many radians for turns."""
 SLEEP_M_S = 1e-3
-"""What moves more slowly than this falls asleep."""
+"""Speed below which a thing falls asleep, in m/s."""
 TILT = np.deg2rad(5.0)
 """A load that leans more isn't upright."""
 
@@ -54,11 +54,11 @@ class Simulation:
     rate_hz: float
     load: Load | None = None
     grip: str | None = None
-    """What the forks may touch."""
+    """Id of the object that the forks may touch."""
     support: str | None = None
-    """What the load on the forks may touch, besides them and the ground."""
+    """Id of the object that the load on the forks may touch, apart from them and the ground."""
     handled: set[str] = field(default_factory=set)
-    """What has been on the forks."""
+    """Ids of objects that have been on the forks."""
     samples: list[FloatArray] = field(default_factory=list)
     """Joint coordinates at every moment of the recording."""
     _owner: npt.NDArray[np.int64] = field(init=False)
@@ -75,13 +75,13 @@ class Simulation:
 
     @property
     def pose(self) -> FloatArray:
-        """Of the robot, shape (3,)."""
+        """Pose of the robot, shape (3,)."""
         pose: FloatArray = self.data.qpos[self.world.drive_qpos].copy()
         return pose
 
     @property
     def forks_m(self) -> float:
-        """How far the forks are up."""
+        """Height of the forks, in metres."""
         return float(self.data.qpos[self.world.forks_qpos])
 
     @property
@@ -90,11 +90,11 @@ class Simulation:
         return ground_of(self.start)
 
     def index(self, thing: str) -> int:
-        """Where an object is among all objects."""
+        """Return the index of an object among all objects."""
         return next(i for i, item in enumerate(self.start.objects) if item.id == thing)
 
     def shape(self, thing: str) -> Shape:
-        """The box of an object."""
+        """Return the box of an object."""
         return shape_of(self.start.objects[self.index(thing)])
 
     def body_pose(self, thing: str) -> tuple[FloatArray, FloatArray]:
@@ -131,7 +131,7 @@ class Simulation:
         self._run(np.tile(self.data.ctrl, (max(round(duration_s / self._timestep), 1), 1)))
 
     def recording(self) -> Recording:
-        """What happened up to now."""
+        """Return the recording up to now."""
         joints = np.array(self.samples)
         position, orientation = _states(self.world, joints)
         # Solvers leave a shiver of some micrometres in what stands still.
@@ -207,7 +207,7 @@ class Simulation:
 
 
 def simulation(context: Context, rate_hz: float, forks_m: float = 0.0) -> Simulation:
-    """A simulation of a context from its start, sampled at a rate.
+    """Start a simulation of a context, sampled at a rate.
 
     Forks with a load are as high as the load, empty ones as high as is given.
     """

@@ -33,10 +33,10 @@ PAST_M = (1.0, 0.6, 1.6, 2.4)
 """Room beside what is driven past, in the order in which it is tried."""
 BEYOND_M = 3.0
 SHIFT_COST = 20.0
-"""What a metre away from the middle of a place costs, in metres of way."""
+"""Cost of a metre away from the middle of a place, in metres of way."""
 
 _MIDDLE = np.array([(CHASSIS[0][0] + HEEL_X) / 2, 0.0])
-"""Of the robot's body without its forks."""
+"""Middle of the robot's body without its forks."""
 _BODY = np.array([[x, y] for x in (CHASSIS[0][0], HEEL_X) for y in CHASSIS[1]])
 
 
@@ -130,10 +130,10 @@ def wait(robot: Robot, duration_s: float) -> None:
 
 
 def go(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> int:
-    """Drive to the pose of `goals`, shape (g, 3), that is reached most cheaply; which one it is.
+    """Drive to the pose of `goals`, shape (g, 3), that is cheapest to reach, and return its index.
 
-    `where` that is, for errors, is a preposition and a name. `penalty` is what choosing each costs,
-    in metres of way, shape (g,).
+    `where` that is, for errors, is a preposition and a name. `penalty` is the cost of choosing
+    each, in metres of way, shape (g,).
     """
     try:
         way, chosen = plan(
@@ -146,7 +146,7 @@ def go(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> int:
 
 
 def gone(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> Goal:
-    """The same as :func:`go`; what the robot then wanted to reach."""
+    """Drive as :func:`go` does, and return the robot's goal."""
     return robot_goal(robot, goals[go(robot, goals, where, penalty)])
 
 
@@ -177,7 +177,7 @@ def straight_or_turn(robot: Robot, motion: Motion, what: str) -> Goal:
 
 
 def robot_goal(robot: Robot, pose: FloatArray) -> Goal:
-    """That the robot is at a pose (3,)."""
+    """Return the goal that the robot is at a pose (3,)."""
     return Goal(robot.start.agent_id, np.array([*pose[:2], robot.ground_m]), float(pose[2]))
 
 

@@ -27,7 +27,7 @@ from g3.groundings import FloatArray
 SHORTER = np.array([1.0, 0.7, 0.4])
 """Shares of the way away from an object that are tried, if there is no room for all of it."""
 SHORT_COST_M = 10.0
-"""What none of that way would cost on top."""
+"""Cost of having none of that way, in metres of way."""
 BESIDE_M = (0.8, 0.5, 1.2)
 """Room between an object and the robot beside it, in the order in which it is preferred."""
 

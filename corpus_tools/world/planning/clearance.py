@@ -1,4 +1,4 @@
-"""How much room there is around the robot, in the plane.
+"""Room around the robot, in the plane.
 
 Poses are rows x, y, yaw; everything that stands in the world is upright boxes.
 """
@@ -37,11 +37,11 @@ class Boxes:
         return len(self.yaw)
 
     def between(self, low: float, high: float) -> Boxes:
-        """Those that something between two heights could touch."""
+        """Return the boxes that a thing between two heights could touch."""
         return self.where((self.z[:, 1] > low) & (self.z[:, 0] < high))
 
     def where(self, chosen: npt.NDArray[np.bool_]) -> Boxes:
-        """Some of the boxes."""
+        """Return the chosen boxes."""
         return Boxes(self.middle[chosen], self.yaw[chosen], self.half[chosen], self.z[chosen])
 
     def corners(self) -> FloatArray:
@@ -84,13 +84,13 @@ def distance(points: FloatArray, boxes: Boxes) -> FloatArray:
 
 
 def room(poses: FloatArray, points: FloatArray, boxes: Boxes) -> FloatArray:
-    """How much room an outline (m, 2) has at each of poses (n, 3), shape (n,)."""
+    """Return the room that an outline (m, 2) has at each of poses (n, 3), in metres, shape (n,)."""
     least: FloatArray = distance(placed(points, poses), boxes).min(axis=-1)
     return least
 
 
 def clearance(poses: FloatArray, points: FloatArray, boxes: Boxes) -> float:
-    """The least room that an outline (m, 2) has at poses (n, 3)."""
+    """Return the least room that an outline (m, 2) has at poses (n, 3), in metres."""
     return float(room(poses, points, boxes).min())
 
 
@@ -100,7 +100,7 @@ class Field:
     """Distances to boxes, looked up in a grid."""
 
     origin: FloatArray
-    """Of the first cell, shape (2,)."""
+    """Position of the first cell, shape (2,)."""
     metres: FloatArray
     """Distances at the cells, shape (nx, ny)."""
 

@@ -1,4 +1,4 @@
-"""Kinematic replay of a context's own log.
+"""Kinematic replay of a context's log.
 
 The logs of the AAAI-11 corpus have a pose about every second while something moves, and
 nothing while it stands. Replays have one at every moment of a regular clock, and forks.
@@ -117,7 +117,7 @@ def _still(trajectory: Trajectory, t: FloatArray) -> _Poses:
 
 
 def _knots(trajectory: Trajectory, begin: float) -> _Poses:
-    """The poses of a log by the replay's clock, with waits where it has gaps."""
+    """Return the poses of a log by the replay's clock, with waits where it has gaps."""
     t = trajectory.t - begin
     same = np.floor((t - t[0]) / SAME_S)
     use = (np.diff(same, append=np.inf) > 0) & (same > 0)
@@ -187,7 +187,7 @@ def _sampled(knots: _Poses, t: FloatArray) -> _Poses:
 
 
 def _held(knots: _Poses, robot: _Poses, shape: Shape, from_start: bool) -> BoolArray:
-    """Between which knots (k - 1,) a load is on the forks.
+    """Mark the gaps between knots (k - 1,) in which a load is on the forks.
 
     Where it is within reach at both ends and moves, and in the waits between such moves;
     from the start if the log starts loaded.
