@@ -32,13 +32,13 @@ _NOT_A_LOG = "give a file that `ct render-videos` or write_log made"
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """What a log's file holds."""
+    """Content of a log's file."""
 
     recording: Recording
     name: str
-    """Of the scenario."""
+    """Name of the scenario."""
     metadata: Mapping[str, str]
-    """What the writer kept with it."""
+    """Metadata that the writer kept with it."""
 
 
 @dataclass(frozen=True, slots=True)

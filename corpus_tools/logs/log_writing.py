@@ -47,9 +47,9 @@ def write_log(recording: Recording, path: Path, *, name: str, metadata: Mapping[
     Parameters
     ----------
     path
-        Where the file shall be; what is there is replaced.
+        Path of the file; an existing file is replaced.
     name
-        Of the scenario.
+        Name of the scenario.
     metadata
         Anything to keep with it, such as versions and seeds.
 
@@ -62,7 +62,7 @@ def write_log(recording: Recording, path: Path, *, name: str, metadata: Mapping[
 
 
 def to_bytes(recording: Recording, *, name: str, metadata: Mapping[str, str]) -> bytes:
-    """The content of a log's file."""
+    """Return the content of a log's file."""
     stream = io.BytesIO()
     writer = Writer(
         stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
