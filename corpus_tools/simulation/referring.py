@@ -18,11 +18,11 @@ from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
 
 CLEARLY_M = 1.0
-"""What lies further to a side, or nearer, does so by this much at least."""
+"""Least distance by which a thing lies further to a side, or nearer, in metres."""
 CLEARLY_TALLER = 1.2
-"""What is tall is so many times as high as what is not."""
+"""Least ratio of a tall thing's height to that of one that is not tall."""
 BY_M = 4.0
-"""How far from a landmark a thing can stand that is "next to" it."""
+"""Largest distance from a landmark of a thing "next to" it, in metres."""
 
 
 @short_repr
@@ -31,11 +31,11 @@ class Noun:
     """A way to name a kind of thing."""
 
     labels: frozenset[str]
-    """What a thing must be for the noun to fit."""
+    """Labels that a thing must have for the noun to fit."""
     head: str
     """The noun, without an article."""
     of: str = ""
-    """What it is made up of, as in "pallet of tires"; empty if that isn't said."""
+    """Load of the thing, as in "pallet of tires"; empty if the noun doesn't name it."""
 
 
 def _nouns(labels: Sequence[str], *names: str) -> tuple[Noun, ...]:
@@ -64,7 +64,7 @@ NOUNS = {
     "person": _nouns(("person",), "person", "man", "worker"),
     "cone": _nouns(("cone",), "cone"),
 }
-"""What each kind is called; the first names are no commoner than the others."""
+"""Nouns for each kind; the first names are no commoner than the others."""
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 
@@ -95,7 +95,7 @@ def name_place(wording: Wording, place: Seen, rng: np.random.Generator) -> SDC:
 
 @dataclass(frozen=True, slots=True)
 class _Distinction:
-    """What is true of one thing alone: an adjective, or a relation with perhaps a landmark."""
+    """Property of one thing alone: an adjective, or a relation with perhaps a landmark."""
 
     adjective: str = ""
     relation: str = ""
