@@ -32,7 +32,7 @@ AGAIN = "make the shards again with: ct shards"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Shard:
-    """Examples with equal features are one row, with how many of them there are."""
+    """Examples, with those of equal features as one row and their number."""
 
     bases: tuple[str, ...]
     words: tuple[str, ...]
@@ -45,7 +45,7 @@ class Shard:
     """Row i has ``features[offsets[i]:offsets[i + 1]]``, shape (n + 1,)."""
     right: npt.NDArray[np.int32]
     wrong: npt.NDArray[np.int32]
-    """How many examples of a row have φ true, and false, shape (n,)."""
+    """Numbers of examples of a row with φ true, and false, shape (n,)."""
 
     @property
     def space(self) -> FeatureSpace:
@@ -60,23 +60,23 @@ class _Names(msgspec.Struct, frozen=True):
 
 
 class Origin(msgspec.Struct, frozen=True):
-    """What a shard was made of and how; two shards of the same origin are the same."""
+    """Input and options of a shard; two shards of the same origin are the same."""
 
     corpus: str
     """The corpus's hash."""
     first: int
     examples: int
-    """Which of the corpus's examples: the first one's number, and how many."""
+    """Number of the first one of its examples in the corpus, and their count."""
     catalogue_version: int
     sets: tuple[str, ...]
     """The features."""
     negatives: str
     seed: int
-    """As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them."""
+    """Arguments of :func:`corpus_tools.corpus.labelled_corpus.labelled_examples`."""
 
 
 class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A file of the folder: how many examples and different rows it has, and its digest."""
+    """A file of the folder: its numbers of examples and of different rows, and its digest."""
 
     file: str
     examples: int
@@ -85,7 +85,7 @@ class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a folder of shards holds."""
+    """Content of a folder of shards."""
 
     format_version: int
     catalogue_version: int
@@ -93,23 +93,23 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sets: tuple[str, ...]
     ablated: tuple[str, ...]
     added: tuple[str, ...]
-    """What was left out of the default sets and added to them."""
+    """Feature sets left out of the default sets, and added to them."""
     negatives: str
     seed: int
-    """As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them."""
+    """Arguments of :func:`corpus_tools.corpus.labelled_corpus.labelled_examples`."""
     corpora: dict[str, str]
     """Hashes of the corpora by the names that they were given with."""
     sources: dict[str, int]
-    """How many examples there are of each source."""
+    """Number of examples of each source."""
     scenarios: tuple[str, ...]
     """:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`."""
     shards: tuple[ShardRecord, ...]
     digest: str = ""
-    """Of all other fields."""
+    """Digest of all other fields."""
 
     @property
     def examples(self) -> int:
-        """How many there are in all shards."""
+        """Number of examples in all shards."""
         return sum(shard.examples for shard in self.shards)
 
 
@@ -168,7 +168,7 @@ def read_shard(path: Path, digest: str = "") -> Shard:
 
 
 def _read(path: Path) -> tuple[Shard, Origin, str]:
-    """A shard, where it comes from, and its digest, which is checked."""
+    """Read a shard, its origin, and its digest, which is checked."""
     _, pq = import_pyarrow()
     try:
         with pq.ParquetFile(io.BytesIO(regular_file.read_bytes(path))) as file:

@@ -108,7 +108,7 @@ def manifest_of(
     shards: Iterable[shard_files.ShardRecord],
     options: Options,
 ) -> shard_files.Manifest:
-    """What a folder of these shards holds.
+    """Return the manifest of a folder of these shards.
 
     `hashes` are those of the corpora by their names; `sources` counts the examples of each source;
     `scenarios` are those of all examples.
@@ -166,7 +166,7 @@ def _examples(corpus: str, negatives: Negatives, seed: int) -> tuple[str, list[E
 
 
 def to_shard(items: Sequence[Example], options: Options) -> shard_files.Shard:
-    """The features of examples.
+    """Return the features of examples.
 
     Examples with the same words and groundings are merged before their features are computed,
     rows with the same features after. The likelihood of the rows with their counts is exactly
