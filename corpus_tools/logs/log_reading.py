@@ -130,7 +130,7 @@ def _recording(file: _File, path: Path) -> Recording:
 def _poses(
     messages: list[tuple[int, FrameTransforms]], start: Context, t_ns: npt.NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
-    """Positions (n, b, 3) and orientations (n, b, 4): each object's latest at each moment."""
+    """Return positions (n, b, 3), orientations (n, b, 4): each object's latest at each moment."""
     index = {item.id: i for i, item in enumerate(start.objects)}
     moment = {t: k for k, t in enumerate(t_ns.tolist())}
     values: list[tuple[float, ...]] = []

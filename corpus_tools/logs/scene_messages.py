@@ -62,7 +62,7 @@ _EMPTY = SceneEntity(_FOREVER, "", "", _FOREVER, True, (), (), (), (), (), (), (
 
 
 def frames(context: Context) -> tuple[str, str]:
-    """Names of the site's frame and the forks', which no object has."""
+    """Return the names of the site's frame and the forks', which no object has."""
     ids = {item.id for item in context.objects}
 
     def free(name: str) -> str:
@@ -72,7 +72,7 @@ def frames(context: Context) -> tuple[str, str]:
 
 
 def entities(context: Context, carries: str, timestamp: Time) -> tuple[SceneEntity, ...]:
-    """Everything to draw; the outline of what is on the forks, whose id is `carries`, is lit up."""
+    """Return all drawn entities; the outline of the load, whose id is `carries`, is lit up."""
     site, forks = frames(context)
     return (
         *(_place(place, i, site, timestamp) for i, place in enumerate(context.places)),

@@ -144,7 +144,7 @@ def _digest(shard: Shard, origin: Origin) -> str:
 
 
 def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
-    """Rows and digest of the shard of an origin; None if it isn't there or is damaged."""
+    """Return rows and digest of an origin's shard; None if it is missing or damaged."""
     try:
         shard, found, digest = _read(path)
     except FormatError:

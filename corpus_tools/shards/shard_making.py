@@ -204,7 +204,7 @@ def to_shard(items: Sequence[Example], options: Options) -> shard_files.Shard:
 
 
 def _inputs(example: Example) -> tuple[object, ...]:
-    """All that features see of an example."""
+    """Return all inputs of an example's features."""
     return (
         example.sdc.type,
         id(example.annotation.context),

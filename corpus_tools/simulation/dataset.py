@@ -109,7 +109,7 @@ def commands_for(
 
 
 def format_commands(told: list[tuple[Worker, Told]]) -> str:
-    """Commands as they stand in a scenario's file."""
+    """Return commands as they stand in a scenario's file."""
     lines = ["commands:"]
     for worker, command in told:
         nodes = list(breadth_first(command.sdcs))

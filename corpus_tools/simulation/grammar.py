@@ -141,7 +141,7 @@ class _Speaker:
         return refer(self.wording, self.scene, thing, self.rng, vague=vague)
 
     def event(self, verb: str, load: str, goal: Callable[[], SDC] | None = None) -> SDC:
-        """Type an EVENT with a load; the particle of its verb may follow a noun, and follows pronouns."""
+        """Type an EVENT of a load; its verb's particle may follow a noun, and follows pronouns."""
         words = verb.split()
         short = self.short(load)
         apart = verb in LOOSE and (short == "it" or self.rng.random() < 0.4)

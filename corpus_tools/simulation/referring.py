@@ -133,7 +133,7 @@ def _distinctions(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Di
 
 
 def _likenesses(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By what it alone is like: its colour, or how tall it is."""
+    """Return distinctions by a look that it alone has: its colour, or its height."""
     found: list[str] = [
         colour
         for colour in thing.colours[:1]
@@ -148,7 +148,7 @@ def _likenesses(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
 
 
 def _sides(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """From left to right as the robot sees it, where all are in front of it."""
+    """Return distinctions from left to right as the robot sees it, if all are in front of it."""
     row = sorted((thing, *rivals), key=lambda t: -t.at[1])
     across = [t.at[1] for t in row]
     if min(t.at[0] for t in row) <= 0 or min(-np.diff(across)) < CLEARLY_M:
@@ -168,7 +168,7 @@ def _sides(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
 
 
 def _ranges(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By distance from the robot."""
+    """Return distinctions by distance from the robot."""
     own = np.hypot(*thing.at)
     others = [np.hypot(*rival.at) for rival in rivals]
     if own + CLEARLY_M < min(others):
@@ -179,14 +179,14 @@ def _ranges(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
 
 
 def _decks(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By what it stands on."""
+    """Return distinctions by its support."""
     if not thing.deck or any(rival.deck for rival in rivals):
         return []
     return [_Distinction(relation="on", landmark=scene.things[thing.deck])]
 
 
 def _neighbours(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By something of another kind, the only one of its kind, that it alone stands next to."""
+    """Return distinctions by a thing of another kind, unique in kind, that it alone is next to."""
     kinds = [t.kind for t in scene.things.values()]
     found = []
     for other in scene.things.values():

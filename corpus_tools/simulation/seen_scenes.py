@@ -82,7 +82,7 @@ def see(scenario: Scenario) -> Scene:
 
 
 def distance(a: Seen, b: Seen) -> float:
-    """Metres between the middles of two things."""
+    """Return the distance between the middles of two things, in metres."""
     return float(np.hypot(a.at[0] - b.at[0], a.at[1] - b.at[1]))
 
 

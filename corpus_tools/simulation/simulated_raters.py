@@ -98,7 +98,7 @@ def _points(
     model: RaterModel,
     rng: np.random.Generator,
 ) -> list[list[tuple[int, int]]]:
-    """For each pair its raters, and which of the five points each gives."""
+    """Return for each pair its raters, and each one's choice of the five points."""
     bias = rng.normal(0, model.bias, raters)
     careless = rng.random(raters) < model.careless
     own = np.array([_video(command) == shown for command, shown in pairs])

@@ -39,7 +39,7 @@ class Worker:
 
 
 def draw_workers(count: int, seed: int) -> tuple[Worker, ...]:
-    """Workers; the first are the same however many there are.
+    """Draw workers; the first are the same for any number of them.
 
     Misspelling is Beta(1, 30), vagueness Beta(2, 10), politeness Beta(1, 4); two in three
     use capitals and full stops.

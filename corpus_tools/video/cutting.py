@@ -169,7 +169,7 @@ class _OtherFramesError(Exception):
 
 @contextmanager
 def _named(file: Path, part: Span) -> Iterator[None]:
-    """Name the file and its part in what goes wrong."""
+    """Name the file and its part in errors."""
     import av  # noqa: PLC0415 - large, and not always installed
 
     try:

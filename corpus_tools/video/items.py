@@ -63,7 +63,7 @@ Item: TypeAlias = ScenarioItem | ContextItem
 
 
 def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
-    """Scenarios by their names or files; all of a dataset if none are given.
+    """Return scenarios by their names or files; all of a dataset if none are given.
 
     FormatError if one isn't there, or two have the same name.
     """

@@ -53,7 +53,7 @@ class Settings:
 
 
 def input_hash(story: Story, settings: Settings) -> str:
-    """Digest of what determines the files: what happens, the settings and the program."""
+    """Return a digest of all that determines the files: events, settings and program."""
     parts = [story.id, story.title, story.fingerprint, story.site, asdict(settings), _program()]
     return "sha256:" + hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()
 
@@ -123,7 +123,7 @@ def is_finished(folder: Path, wanted_hash: str) -> bool:
 
 @functools.cache
 def _program() -> str:
-    """Digest of the program and its libraries."""
+    """Return a digest of the program and its libraries."""
     digest = hashlib.sha256(program_digest(*_MAKERS).encode())
     for name in _LIBRARIES:
         try:

@@ -92,7 +92,7 @@ def write_sheet(found: list[Crop], out: Path, *, force: bool = False) -> None:
 
 
 def sheet(found: list[Crop]) -> Image:
-    """One picture of all crops: a row for each kind, a column for each camera."""
+    """Draw one picture of all crops: a row for each kind, a column for each camera."""
     kinds = list(dict.fromkeys(crop.kind for crop in found))
     cameras = list(TURNS_DEG)
     width, height = CELL

@@ -60,7 +60,7 @@ def check_pixels(width: int, height: int, *, where: str) -> None:
 
 
 def size_of(content: bytes, *, where: str) -> tuple[int, int]:
-    """Width and height that a picture's header names, in pixels; nothing is decoded.
+    """Return the width and height in a picture's header, in pixels; nothing is decoded.
 
     Raises
     ------

@@ -52,7 +52,7 @@ class Camera:
         return np.concatenate((rotation, -(rotation @ self.position)[:, None]), axis=1)
 
     def project(self, points: FloatArray, size: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-        """Pixels (n, 2) of points (n, 3), and how far ahead of the camera they are (n,)."""
+        """Return pixels (n, 2) of points (n, 3), and their distances ahead of the camera (n,)."""
         local = (points - self.position) @ self.axes.T
         depth = local[:, 2]
         focal = size[1] / 2 / math.tan(self.fovy / 2)
@@ -179,7 +179,7 @@ def _robot(recording: Recording) -> int:
 
 
 def _looking(recording: Recording) -> FloatArray:
-    """Down and to where the robot looks at the start, shape (3,)."""
+    """Return the direction down and to where the robot looks at the start, shape (3,)."""
     yaw = float(heading(recording.orientation[0, _robot(recording)]))
     level = math.cos(ELEVATION)
     return np.array([level * math.cos(yaw), level * math.sin(yaw), -math.sin(ELEVATION)])
@@ -210,7 +210,7 @@ def _is_cut(camera: Camera, corners: FloatArray, size: tuple[int, int]) -> bool:
 
 
 def _extent(recording: Recording) -> FloatArray:
-    """Corners (n, 3) of all that moves, at any moment, of what steps name, and what is near that.
+    """Return corners (n, 3) of moving things, of those that steps name, and of those near them.
 
     If nothing moves and there are no steps, of everything.
     """
@@ -236,7 +236,7 @@ def _extent(recording: Recording) -> FloatArray:
 
 
 def _corners(recording: Recording, i: int) -> FloatArray:
-    """Corners of an object's box at moments from the first to the last, shape (n, 3)."""
+    """Return the corners of an object's box at moments from the first to the last, shape (n, 3)."""
     return _placed(recording, i, slice(0, len(recording.t_ns)))
 
 
@@ -274,7 +274,7 @@ def _middle(x: FloatArray, depth: FloatArray) -> float:
 
 
 def _smooth(t: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
-    """Values (n, ...) averaged over a window of time, with the ends held."""
+    """Return values (n, ...) averaged over a window of time, with the ends held."""
     n = len(t)
     if n < 3:
         return values

@@ -110,7 +110,7 @@ class Canvas:
         self._options = mujoco.MjvOption()
 
     def close(self) -> None:
-        """Free what OpenGL holds."""
+        """Free the resources of OpenGL."""
         self._context.free()
         self._gl.free()
 
@@ -174,24 +174,24 @@ class Canvas:
         )
 
     def pixels(self) -> Image:
-        """Colours of the last drawing, shape (height, width, 3)."""
+        """Return the colours of the last drawing, shape (height, width, 3)."""
         image = np.empty((self._viewport.height, self._viewport.width, 3), np.uint8)
         mujoco.mjr_readPixels(image, None, self._viewport, self._context)
         return image
 
     def depth(self) -> Depth:
-        """Depths of the last drawing from 0, near, to 1, far or nothing, (height, width)."""
+        """Return depths of the last drawing from 0, near, to 1, far or nothing, (height, width)."""
         image = np.empty((self._viewport.height, self._viewport.width), np.float32)
         mujoco.mjr_readPixels(None, image, self._viewport, self._context)
         return image
 
     def clip(self) -> tuple[float, float]:
-        """Distances from the camera where the depth is 0 and 1, in metres."""
+        """Return the distances from the camera where the depth is 0 and 1, in metres."""
         view = self._scene.camera[0]
         return float(view.frustum_near), float(view.frustum_far)
 
     def objects(self, camera: Camera, size: tuple[int, int]) -> npt.NDArray[np.int64]:
-        """Index of the object that each pixel shows, -1 for none, shape (height, width)."""
+        """Return the index of the object at each pixel, -1 for none, shape (height, width)."""
         self._aim(camera)
         self.model.vis.global_.fovy = np.degrees(camera.fovy)
         self._update((BACKDROP, STILL, MOVING), sun=True)
@@ -216,7 +216,7 @@ class Canvas:
         return np.flatnonzero(self.model.geom_group == group)
 
     def corners(self, geoms: npt.NDArray[np.int64]) -> FloatArray:
-        """Corners of boxes around geoms as they are now, shape (8 n, 3)."""
+        """Return the corners of boxes around geoms at their present poses, shape (8 n, 3)."""
         rotation = self.data.geom_xmat[geoms].reshape(-1, 3, 3)
         turned = np.einsum("nij,nkj->nki", rotation, self._corners[geoms])
         placed: FloatArray = (turned + self.data.geom_xpos[geoms][:, None]).reshape(-1, 3)
@@ -263,7 +263,7 @@ class Canvas:
         mujoco.mjr_render(self._viewport, self._scene, self._context)
 
     def _group(self, moving: frozenset[int]) -> None:
-        """Sort what is seen into groups, by which :meth:`draw` chooses what to draw."""
+        """Sort visible geoms into groups, by which :meth:`draw` chooses its geoms."""
         plane = self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
         shadowless = plane | (self.model.geom_castshadow == 0)
         moves = np.isin(self.object_of_geom, list(moving))
@@ -281,7 +281,7 @@ def sun_of(model: mujoco.MjModel) -> int | None:
 
 
 def _objects(world: World) -> npt.NDArray[np.int64]:
-    """Index of the object that each geom belongs to, -1 for none, shape (ngeom,)."""
+    """Return the index of the object that each geom belongs to, -1 for none, shape (ngeom,)."""
     model = world.model
     of_body = np.full(model.nbody, -1)
     for i, item in enumerate(world.context.objects):
@@ -292,7 +292,7 @@ def _objects(world: World) -> npt.NDArray[np.int64]:
 
 
 def _local_corners(model: mujoco.MjModel) -> FloatArray:
-    """Corners of the boxes around all geoms in their frames, shape (ngeom, 8, 3)."""
+    """Return the corners of the boxes around all geoms in their frames, shape (ngeom, 8, 3)."""
     signs = np.stack(np.meshgrid(*[(-1, 1)] * 3, indexing="ij"), axis=-1).reshape(8, 3)
     box = model.geom_aabb.reshape(-1, 2, 3)
     corners: FloatArray = box[:, :1] + signs * box[:, 1:]

@@ -54,7 +54,7 @@ class Composite(Pasted):
         self._background = _averaged(lit(self._dark, self._sunshine, everywhere))
 
     def _texel(self, ahead_m: float) -> float:
-        """Edge of a shadow map's texels that suits pixels so far ahead."""
+        """Return the edge of a shadow map's texels that suits pixels so far ahead."""
         pixel = ahead_m * 2 * np.tan(self._camera.fovy / 2) / self._size[1]
         return float(np.clip(pixel / TEXELS_PER_PIXEL, FINEST_M, COARSEST_M))
 

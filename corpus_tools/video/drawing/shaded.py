@@ -128,7 +128,7 @@ class Shaded:
 
 
 def _nearness(depth: Depth, clip: tuple[float, float]) -> Float32Array:
-    """One over the distance ahead of the camera, of drawn depths."""
+    """Return one over the distance ahead of the camera, of drawn depths."""
     near, far = clip
     found: Float32Array = np.float32(1 / near) - depth * np.float32(1 / near - 1 / far)
     return found
@@ -192,7 +192,7 @@ def _without(picture: Image, taken: Image) -> Image:
 
 
 def _slope(values: Float32Array, step: tuple[int, int]) -> Float32Array:
-    """Difference to the next or to the last value, whichever is nearer: no leap at outlines."""
+    """Return the difference to the next or the last value, the nearer one: no leap at outlines."""
     x, y = step
     kernel = np.array([-1, 1], np.float32).reshape(1 + y, 1 + x)
     forth = cv2.filter2D(values, -1, kernel, anchor=(0, 0))

@@ -74,7 +74,7 @@ class Shadows:
         return self._map(corners, MOVING, self.texel)
 
     def moving_alone(self, corners: FloatArray, wanted: float) -> ShadowMap:
-        """Such a map, not to be merged with that of what never moves, as fine as wanted."""
+        """Return such a map, not to be merged with that of still things, as fine as needed."""
         texel = max(wanted, _extent(corners @ self.axes.T) / (LARGEST_MAP - 4))
         return self._map(corners, MOVING, texel)
 
@@ -101,7 +101,7 @@ def _extent(along: FloatArray) -> float:
 
 
 def merged(ours: ShadowMap, other: ShadowMap) -> ShadowMap:
-    """Our map with what else the light meets first there."""
+    """Return our map with the other things that the light meets first there."""
     height, width = ours.depth.shape
     x, y = ours.first[0] - other.first[0], ours.first[1] - other.first[1]
     rows = slice(max(0, y), max(0, min(other.depth.shape[0], y + height)))
@@ -157,7 +157,7 @@ def lit(dark: Image, sunshine: Image, sun: Image) -> Image:
 
 
 def ahead_of(depth: Depth, clip: tuple[float, float]) -> Float32Array:
-    """Metres ahead of a camera with perspective, of drawn depths."""
+    """Return the distances ahead of a camera with perspective, of drawn depths, in metres."""
     near, far = clip
     metres: Float32Array = np.float32(near * far) / (
         np.float32(far) - depth * np.float32(far - near)
@@ -178,7 +178,7 @@ def moving_parts(
     light: FloatArray,
     ground_m: float,
 ) -> list[tuple[Rectangle, FloatArray]]:
-    """Parts of the frame where something moves, and corners around what it is.
+    """Return the parts of the frame with moving things, and corners around these things.
 
     Something was drawn on the canvas already. `geoms` are those of all that moves; `light` is where
     the sunlight goes, shape (3,).
@@ -202,7 +202,7 @@ def moving_parts(
 
 
 def with_shadow(corners: FloatArray, light: FloatArray, ground_m: float) -> FloatArray:
-    """Corners (n, 3), and where their shadows are on the ground (2 n, 3)."""
+    """Return corners (n, 3), and those of their shadows on the ground (2 n, 3)."""
     height = np.maximum(corners[:, 2:] - ground_m, 0)
     return np.concatenate((corners, corners + height / max(1e-3, -light[2]) * light))
 

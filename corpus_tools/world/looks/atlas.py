@@ -55,7 +55,7 @@ class Finish:
     surface."""
 
     def uv(self, st: FloatArray, up: FloatArray) -> FloatArray:
-        """Places in the atlas of points (n, 2) of a surface, from 0 to 1, with light (n,)."""
+        """Return places in the atlas of points (n, 2) of a surface, 0 to 1, with light (n,)."""
         if self.shaded:
             st = np.stack((up, np.full(len(st), 0.5)), axis=1)
         low, high = np.array(self.low), np.array(self.high)

@@ -58,7 +58,7 @@ def yard_of(context: Context) -> Yard:
 
 
 def markings(context: Context, yard: Yard, ground_m: float) -> list[Part]:
-    """Lines around the yard and frames of the named places."""
+    """Build lines around the yard and frames of the named places."""
     z = ground_m + PAINT_M
     edge, lane = yard.half - _EDGE_LINE, yard.half - _LANE_LINE
     yellow, white = colour("yellow", 0.95, 0.95), colour("white", 0.97, 0.97)
@@ -80,7 +80,7 @@ def markings(context: Context, yard: Yard, ground_m: float) -> list[Part]:
 
 
 def barrier(yard: Yard, ground_m: float) -> list[Part]:
-    """Low concrete walls around the yard, in pieces."""
+    """Build low concrete walls around the yard, in pieces."""
     return [barrier_side(yard, ground_m, quarter) for quarter in range(4)]
 
 
@@ -152,5 +152,5 @@ def _crossing(
 
 
 def _flat(corners: FloatArray, z: float, finish: Finish) -> Part:
-    """Surfaces on the ground with corners of shape (n, 4, 2)."""
+    """Build surfaces on the ground with corners of shape (n, 4, 2)."""
     return quads(np.insert(corners, 2, z, axis=2), finish)

@@ -79,7 +79,7 @@ def add_names(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
 
 
 def _written(name: str) -> npt.NDArray[np.uint8]:
-    """Dark letters on yellow, rows from the top down, as textures have them."""
+    """Draw dark letters on yellow, rows from the top down, as textures have them."""
     text = name.encode("ascii", "replace").decode().upper()
     scale = 0.55 * _ROWS / 21  # letters of this font are 21 pixels high
     (width, height), _ = cv2.getTextSize(text, _FONT, scale, _STROKE)

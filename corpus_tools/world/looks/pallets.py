@@ -44,7 +44,7 @@ def on_pallet(kind: str) -> Callable[[LoadOf], LoadOf]:
 
 @on_pallet("tire-pallet")
 def tire_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """Four stacks of tyres on a pallet."""
+    """Build four stacks of tyres on a pallet."""
     size = high - low
     columns = [max(1, min(4, round(length / 0.55))) for length in size[:2]]
     pitch = size[:2] / columns
@@ -66,7 +66,7 @@ def tire_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> 
 
 @on_pallet("box-pallet")
 def box_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """Cartons of several sizes on a pallet, held by straps."""
+    """Build cartons of several sizes on a pallet, held by straps."""
     if rng.random() < 0.6:
         strap = np.array([0.006, 0.006, 0.003])
         return [*cartons(low, high - strap, rng), *_straps(low, high)]
@@ -110,7 +110,7 @@ def _braces(low: FloatArray, high: FloatArray) -> Part:
 def cartons(
     low: FloatArray, high: FloatArray, rng: np.random.Generator, *, missing: int = 0
 ) -> list[Part]:
-    """Cartons that fill a box between opposite corners, shape (3,), layer by layer.
+    """Build cartons that fill a box between opposite corners, shape (3,), layer by layer.
 
     `missing` is the number of missing cartons of the highest layer, where it has several and lies
     on another.
@@ -140,7 +140,7 @@ def cartons(
 def _floor_plan(
     low: FloatArray, high: FloatArray, least: float, rng: np.random.Generator
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Rectangles that fill one: it is cut across as long as it is longer than needed."""
+    """Return rectangles that fill one: it is cut across as long as it is longer than needed."""
     size = high - low
     axis = int(np.argmax(size))
     if size[axis] <= max(least, 0.75 if rng.random() < 0.5 else 0.5):
@@ -151,7 +151,7 @@ def _floor_plan(
 
 
 def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
-    """Two plastic bands around the load."""
+    """Build two plastic bands around the load."""
     band, finish = 0.03, colour("light", 0.8, 1.0)
     middles = low[1] + (high[1] - low[1]) * np.array([0.27, 0.73])
     ends = [((low[0], y - band / 2, low[2]), (high[0], y + band / 2, high[2])) for y in middles]
@@ -181,7 +181,7 @@ def _pallet(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, F
 
 
 def _feet(shape: Shape) -> tuple[Part, FloatArray, FloatArray]:
-    """Nine blocks on three boards, and the room above them."""
+    """Build nine blocks on three boards, and return the room above them."""
     low, high = shape.low.copy(), shape.high.copy()
     height = min(ENTRY_HEIGHT, 0.25 * float(high[2] - low[2]))
     foot = np.minimum(BLOCK, 0.2 * (high - low)[:2])

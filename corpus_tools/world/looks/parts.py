@@ -39,7 +39,7 @@ class Part:
 
 
 def join(parts: Iterable[Part]) -> Part:
-    """All parts as one."""
+    """Join parts into one."""
     parts = list(parts)
     starts = np.cumsum([0, *(len(part.at) for part in parts)])
     faces = [part.face + start for part, start in zip(parts, starts, strict=False)]
@@ -166,7 +166,7 @@ def quad(corners: npt.ArrayLike, finish: Finish) -> Part:
 def quads(
     corners: FloatArray, finish: Finish, *, up: npt.ArrayLike = 1.0, along: bool = False
 ) -> Part:
-    """Flat surfaces with four corners each.
+    """Build flat surfaces with four corners each.
 
     Parameters
     ----------

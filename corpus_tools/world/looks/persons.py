@@ -17,7 +17,7 @@ _SIZE = np.array([0.5, 0.5, 1.75])
 
 @drawn("person")
 def person(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """Add a worker with a warning vest and a hard hat, who looks ahead."""
+    """Build a worker with a warning vest and a hard hat, who looks ahead."""
     scale = shape.size / _SIZE
     figure = _figure()
     lengths = np.linalg.norm(figure.normal / scale, axis=1, keepdims=True)

@@ -60,7 +60,7 @@ class Site:
 
 
 def _hall(context: Context, yard: Yard, ground_m: float) -> list[Part]:
-    """Four walls with doors and windows, and a roof with beams and lamps."""
+    """Build four walls with doors and windows, and a roof with beams and lamps."""
     sides = [_wall(yard, quarter, ground_m, windows=True) for quarter in range(4)]
     return [*sides, moved(join(_roof(yard)), (*yard.middle, ground_m), yard.yaw)]
 
@@ -75,7 +75,7 @@ def _depot(context: Context, yard: Yard, ground_m: float) -> list[Part]:
 
 
 def _wall(yard: Yard, quarter: int, ground_m: float, *, windows: bool) -> Part:
-    """One side: cladding on a plinth, with doors; above, a row of windows, or a rim."""
+    """Build one side: cladding on a plinth, with doors; above, a row of windows, or a rim."""
     along, across = float(yard.half[quarter % 2]), float(yard.half[1 - quarter % 2])
     n = max(1, round(2 * along / PANEL_M))
     edges = np.linspace(-along, along, n + 1)
@@ -207,7 +207,7 @@ def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float, site: Site) -> 
 
 
 def _add_ground(spec: mujoco.MjSpec, yard: Yard, ground_m: float, site: Site) -> None:
-    """Slabs of concrete, laid along the yard, and outdoors grass up to the horizon."""
+    """Add slabs of concrete, laid along the yard, and outdoors grass up to the horizon."""
     surfaces = [("concrete", ground_m, yard.half + 0.5, 2 * SLAB_M, site.ground)]
     if site.grass:
         surfaces.append(("grass", ground_m - 0.03, np.zeros(2), GRASS_M, (1.0, 1.0, 1.0)))

@@ -195,7 +195,7 @@ def _deck_thickness(shape: Shape) -> float:
 def _beams(
     x: tuple[float, float], middle: float, width: float, z: tuple[float, float]
 ) -> list[Part]:
-    """Two beams along the vehicle, below its deck."""
+    """Build two beams along the vehicle, below its deck."""
     half = 0.04 * width
     return [
         box((x[0], y - half, z[0]), (x[1], y + half, z[1]), _DARK, without="+z")
@@ -204,7 +204,7 @@ def _beams(
 
 
 def _wheels(axles: list[float], shape: Shape, ground: float, frame: float) -> list[Part]:
-    """Wheels at both ends of the axles, below the deck."""
+    """Build wheels at both ends of the axles, below the deck."""
     room = frame - ground
     radius = 0.47 * room
     width = min(0.34, 0.16 * float(shape.size[1]))
@@ -257,7 +257,7 @@ def _tail(
 
 
 def _turned_back(y: tuple[float, float], z: tuple[float, float]) -> list[tuple[float, float]]:
-    """Corners of a rectangle that faces backwards; its finish is on its side."""
+    """Return the corners of a rectangle that faces backwards; its finish is on its side."""
     return [(y[1], z[1]), (y[1], z[0]), (y[0], z[0]), (y[0], z[1])]
 
 
@@ -276,7 +276,7 @@ def _headboard(x: float, shape: Shape, roof: float) -> list[Part]:
 
 
 def _tank(x: float, shape: Shape, ground: float, frame: float) -> list[Part]:
-    """Fuel tanks on both sides."""
+    """Build fuel tanks on both sides."""
     radius = 0.3 * (frame - ground)
     half, silver = 0.07 * float(shape.size[0]), colour("silver", 0.55, 1.0)
     profile = [(0, -half), (radius, -half), (radius, half), (0, half)]

@@ -87,7 +87,7 @@ class Robot(Protocol):
         ...
 
     def body_pose(self, thing: str) -> tuple[FloatArray, FloatArray]:
-        """Position (3,) and orientation (4,) of an object."""
+        """Return the position (3,) and orientation (4,) of an object."""
         ...
 
     def take(self, thing: str) -> None:

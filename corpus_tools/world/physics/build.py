@@ -143,7 +143,7 @@ def body_name(object_id: str) -> str:
 
 
 def ground_of(context: Context) -> float:
-    """Height of the ground: what the robot stands on."""
+    """Return the height of the ground under the robot, in metres."""
     return float(context.agent.trajectory.xyz[0, 2])
 
 

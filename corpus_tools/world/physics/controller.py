@@ -98,13 +98,13 @@ class Simulation:
         return shape_of(self.start.objects[self.index(thing)])
 
     def body_pose(self, thing: str) -> tuple[FloatArray, FloatArray]:
-        """Position (3,) and orientation (4,) of an object."""
+        """Return the position (3,) and orientation (4,) of an object."""
         i = self.index(thing)
         position, orientation = _states(self.world, self.data.qpos[None])
         return position[0, i], orientation[0, i]
 
     def lean(self, thing: str) -> float:
-        """Angle in radians that an object leans."""
+        """Return the lean of an object, in radians."""
         _, (_, x, y, _) = self.body_pose(thing)
         return float(2 * np.arcsin(min(np.hypot(x, y), 1.0)))
 
@@ -255,7 +255,7 @@ def _settled(world: World, data: mujoco.MjData) -> Context:
 
 
 def _states(world: World, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Positions (n, b, 3) and orientations (n, b, 4) of all objects at joint coordinates (n, q)."""
+    """Return positions (n, b, 3), orientations (n, b, 4) of all objects at coordinates (n, q)."""
     shape = len(joints), len(world.context.objects)
     position, orientation = np.empty((*shape, 3)), np.empty((*shape, 4))
     poses = joints[:, world.free_qpos[:, None] + np.arange(7)]
@@ -271,7 +271,7 @@ def _states(world: World, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _owners(world: World) -> npt.NDArray[np.int64]:
-    """For every geom the index of its object; the forks count as the robot, not its chassis."""
+    """Return the object's index for every geom; the forks count as the robot, not its chassis."""
     model = world.model
     names = {body_name(item.id): i for i, item in enumerate(world.context.objects)}
     names[body_name(world.context.agent_id)] = _CHASSIS

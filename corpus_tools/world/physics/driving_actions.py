@@ -71,7 +71,7 @@ def approach(robot: Robot, thing: str) -> Goal:
 
 
 def in_front(robot: Robot, thing: str, headings: FloatArray) -> FloatArray:
-    """Poses in front of an object in which the robot heads for its middle, shape (h, 3)."""
+    """Return poses in front of an object with the robot towards its middle, shape (h, 3)."""
     middle, corners, _ = footprint(robot, thing)
     reach = HEEL_X + FORK_LENGTH
     if robot.load is not None:
@@ -153,7 +153,7 @@ def gone(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> Go
 def _past(
     middle: FloatArray, corners: FloatArray, yaw: float, pose: FloatArray
 ) -> Iterator[FloatArray]:
-    """Poses (2, 3) beside an object and beyond it, along a heading."""
+    """Yield poses (2, 3) beside an object and beyond it, along a heading."""
     ahead, left = direction(np.array(yaw)), direction(np.array(yaw + np.pi / 2))
     depth, width = np.abs((corners - middle) @ np.column_stack((ahead, left))).max(axis=0)
     side = 1.0 if cross(ahead, direction(pose[2])) >= 0 else -1.0
@@ -182,7 +182,7 @@ def robot_goal(robot: Robot, pose: FloatArray) -> Goal:
 
 
 def footprint(robot: Robot, thing: str) -> tuple[FloatArray, FloatArray, float]:
-    """Middle (2,), corners (4, 2) and heading of an object that isn't on the forks."""
+    """Return middle (2,), corners (4, 2) and heading of an object that isn't on the forks."""
     if robot.load is not None and robot.load.id == thing:
         raise ActionError(f"{thing} is on the forks")
     i = robot.index(thing)

@@ -119,7 +119,7 @@ def put_down(robot: Robot, place: Place) -> Goal:
 
 
 def _dock(robot: Robot, dockings: list[_Docking], where: str, carrier: str | None) -> _Docking:
-    """Drive to where one of several dockings begins."""
+    """Drive to the start of one of several dockings."""
     if not dockings:
         reach = "" if carrier is None else f"the forks don't reach so far over {carrier}, or "
         raise ActionError(f"the robot can't get {where}: {reach}there is no room to go in and out")
@@ -128,7 +128,7 @@ def _dock(robot: Robot, dockings: list[_Docking], where: str, carrier: str | Non
 
 
 def _to_pick(robot: Robot, thing: str, bottom: float) -> list[_Docking]:
-    """From which sides the forks can lift a load."""
+    """Return the dockings by which the forks can lift a load."""
     shape, (xyz, orientation) = robot.shape(thing), robot.body_pose(thing)
     yaw = float(heading(orientation))
     middle = xyz[:2] + rotate(shape.middle[:2], np.array(yaw))
@@ -161,7 +161,7 @@ def _to_pick(robot: Robot, thing: str, bottom: float) -> list[_Docking]:
 
 
 def _to_put(robot: Robot, load: Load, place: Place, support: room.Support) -> list[_Docking]:
-    """From which sides the load can be put down in a place, as near to its middle as can be."""
+    """Return the dockings for putting the load down in a place, as near to its middle as can be."""
     shape, boxes, height = robot.shape(load.id), room.boxes_of(robot), support.height
     rect = room.load_rect(load, shape)
     corners = np.array([[x, y] for x in rect.x for y in rect.y])

@@ -42,7 +42,7 @@ _SPACING_M, _ANGLE = 0.02, 0.01
 
 
 def references(start: FloatArray, way: Way, limits: Limits, timestep_s: float) -> FloatArray:
-    """Poses (n, 3) of a way at every timestep, stopping where the direction changes."""
+    """Return poses (n, 3) of a way at every timestep, stopping where the direction changes."""
     legs, pose = [], start
     for _, motions in groupby(
         way, key=lambda motion: math.copysign(1, motion[0]) * bool(motion[0])
@@ -54,7 +54,7 @@ def references(start: FloatArray, way: Way, limits: Limits, timestep_s: float) -
 
 
 def ramp(start: float, end: float, pace: Pace, timestep_s: float) -> FloatArray:
-    """Values (n,) from one to another at every timestep."""
+    """Return values (n,) from one to another at every timestep."""
     along = np.linspace(0, abs(end - start), max(math.ceil(abs(end - start) / 0.005), 1) + 1)
     moved = _at_timesteps(along, np.full(len(along), pace.speed), pace.acceleration, timestep_s)
     return _smooth(start + math.copysign(1, end - start) * moved[:, None], timestep_s)[:, 0]

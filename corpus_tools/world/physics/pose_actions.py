@@ -45,7 +45,7 @@ def turn_away(robot: Robot, thing: str) -> Goal:
 
 
 def _bearing(robot: Robot, thing: str) -> float:
-    """In which heading the robot sees an object."""
+    """Return the heading in which the robot sees an object."""
     middle, _, _ = footprint(robot, thing)
     x, y = middle - robot.pose[:2]
     return float(np.arctan2(y, x))

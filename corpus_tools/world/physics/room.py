@@ -54,7 +54,7 @@ def robot_outline(robot: Robot, load: Load | None) -> FloatArray:
 
 
 def boxes_of(robot: Robot, *but: str | None) -> Boxes:
-    """Everything but the robot, what is on its forks, and some objects; heights above ground."""
+    """Return all but the robot, its load and some objects, as boxes with heights above ground."""
     held = robot.load.id if robot.load else None
     rows = []
     for item in robot.start.objects:
@@ -212,7 +212,7 @@ def carrier_under(robot: Robot, thing: str) -> str | None:
 
 
 def spots(place: Place, footprint: FloatArray, reach_m: float = 3.0) -> Iterator[FloatArray]:
-    """Offsets (2,) from a place's middle at which a footprint is in the place, nearest first.
+    """Yield offsets (2,) from a place's middle with a footprint in the place, nearest first.
 
     The middle comes first whether it is or not, then what is a nudge away. `footprint` has the
     corners relative to what stands in the middle, shape (k, 2).

@@ -41,7 +41,7 @@ def end_of(pose: FloatArray, motion: Motion) -> FloatArray:
 def poses_on(
     start: FloatArray, way: Way, spacing_m: float = _LENGTH_M, spacing: float = _ANGLE
 ) -> FloatArray:
-    """Poses (n, 3) along a way with its start and end, at most so many metres and radians apart."""
+    """Return poses (n, 3) on a way with both ends, at most so many metres and radians apart."""
     legs, pose = [start[None]], start
     for length, turn in way:
         n = max(math.ceil(abs(length) / spacing_m), math.ceil(abs(turn) / spacing), 1)
@@ -103,7 +103,7 @@ def dubins(start: FloatArray, goal: FloatArray, radius: float) -> Way | None:
 def _arc_straight_arc(
     start: FloatArray, goal: FloatArray, radius: float, first: int, last: int
 ) -> Way | None:
-    """Arcs turn left (1) or right (-1); the straight is a tangent of both circles."""
+    """Return arcs to the left (1) or right (-1), with a straight tangent between them."""
     ax, ay = _centre(start, first * radius)
     bx, by = _centre(goal, last * radius)
     dx, dy = bx - ax, by - ay

@@ -183,7 +183,7 @@ def _arrivals(
     room: _Room,
     cheapest: float,
 ) -> Iterator[_State]:
-    """Goals reached directly, each for less than those before; no other would be chosen."""
+    """Yield goals reached directly, each cheaper than those before; no other would be chosen."""
     for i, goal in goals:
         before = state.cost + extra[i]
         for way in _direct(state.pose, goal):

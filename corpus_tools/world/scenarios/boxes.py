@@ -60,7 +60,7 @@ class Box:
         return replace(self, size=(self.size[0] + 2 * margin_m, self.size[1] + 2 * margin_m))
 
     def offset(self, point: FloatArray) -> FloatArray:
-        """Points (..., 2) seen from the pose, along and across its heading."""
+        """Return points (..., 2) seen from the pose, along and across its heading."""
         away = np.asarray(point - self.pose[:2])
         return rotate(away, np.full(away.shape[:-1], -self.pose[2]))
 
@@ -104,18 +104,18 @@ def put_box(load: Box, place: Box) -> Box:
 
 
 def solid(kind: Kind, at: Point, yaw_deg: float, low: float) -> Box:
-    """Something of a kind that stands at a height."""
+    """Return the box of a thing of a kind that stands at a height."""
     bottom, top = kind.heights
     return Box(_pose(at, yaw_deg), kind.size, low + bottom, low + top, kind.ahead_m)
 
 
 def deck_height(carrier: str | None, objects: Mapping[str, Thing]) -> float:
-    """Height of the deck of an object; of the ground if there is none."""
+    """Return the height of an object's deck; of the ground if there is none."""
     return 0.0 if carrier is None else KINDS[objects[carrier].kind].heights[1]
 
 
 def overlapping(box: Box, others: Iterable[tuple[str, Box]]) -> list[str]:
-    """Names of those that share room with a box."""
+    """Return the names of the boxes that share room with a box."""
     level = [
         (name, other)
         for name, other in others
@@ -129,7 +129,7 @@ def overlapping(box: Box, others: Iterable[tuple[str, Box]]) -> list[str]:
 
 
 def start_boxes(objects: Mapping[str, Thing], robot: Robot) -> dict[str, Box]:
-    """Everything at the start, the robot last.
+    """Return the boxes of all at the start, the robot last.
 
     A thing with a deck reaches down to the ground: nothing stands below it.
     """

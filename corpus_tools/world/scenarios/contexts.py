@@ -45,7 +45,7 @@ def scenario_places(scenario: Scenario) -> dict[str, Place]:
 
 
 def in_map(points: FloatArray, layout: Layout) -> FloatArray:
-    """Points (..., 2) of a layout's frame in its map."""
+    """Return points (..., 2) of a layout's frame in its map."""
     turned = rotate(points, np.full(points.shape[:-1], np.deg2rad(layout.yaw_deg)))
     moved: FloatArray = turned + np.array(layout.at)
     return moved

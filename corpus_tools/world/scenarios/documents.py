@@ -136,7 +136,7 @@ def parse_document(content: bytes, name: str) -> Document:
 
 
 def _stand_ins(text: str) -> dict[int, str]:
-    """Characters that a text doesn't have, for those that end lines in YAML 1.1 and nowhere else.
+    """Return characters that a text lacks, for those that end lines only in YAML 1.1.
 
     So they stay what they are, and lines have the numbers that editors show.
     """

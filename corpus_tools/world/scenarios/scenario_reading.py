@@ -53,7 +53,7 @@ def read_layout(path: Path) -> Layout:
 
 
 def all_errors(path: Path) -> list[FormatError]:
-    """Everything that is wrong with a scenario's file, its commands' form included."""
+    """Return all errors of a scenario's file, its commands' form included."""
     try:
         document = read_document(path)
         _, errors = scenario_of(document, path)
@@ -160,7 +160,7 @@ def _fields(
 
 
 def _name_problems(given: Mapping[str, Any], file_type: type[msgspec.Struct]) -> Iterator[Problem]:
-    """Fields that are missing, and those that there are none of."""
+    """Yield the problems of missing fields, and of unknown ones."""
     known = msgspec.structs.fields(file_type)
     for field in known:
         if field.required and field.name not in given:

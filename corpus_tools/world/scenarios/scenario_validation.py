@@ -164,7 +164,7 @@ def _has_deck(thing: Thing) -> bool:
 def _room_problems(
     new: Mapping[str, object], boxes: Mapping[str, Box], carried: str | None
 ) -> Iterator[Problem]:
-    """Things that overlap; each pair once, at the one that is written later."""
+    """Yield problems of things that overlap; each pair once, at the later one in the file."""
     order = {name: i for i, name in enumerate(boxes)}
     for name in new:
         earlier = [
@@ -268,7 +268,7 @@ class _State:
     moved: set[str] = field(default_factory=set)
 
     def follow(self, step: ScriptStep) -> Iterator[tuple[str, str]]:
-        """Do a step, if nothing is wrong with it."""
+        """Follow a step, and yield its problems."""
         action = ACTIONS.get(step.action)
         if action is None:
             yield unknown_name("action", step.action, ACTIONS)

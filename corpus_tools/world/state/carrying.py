@@ -47,7 +47,7 @@ def carried(recording: Recording) -> npt.NDArray[np.int64]:
 def from_robot(
     xyz: FloatArray, yaw: FloatArray, shape: Shape, robot_xyz: FloatArray, robot_yaw: FloatArray
 ) -> FloatArray:
-    """Middles of an object's footprint in the robot's frame, shape (n, 2).
+    """Return the middles of an object's footprint in the robot's frame, shape (n, 2).
 
     `xyz` and `yaw` are the object's poses, shapes (n, 3) and (n,), `shape` its box in its own
     frame, `robot_xyz` and `robot_yaw` the robot's poses at the same times.

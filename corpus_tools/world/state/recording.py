@@ -75,7 +75,7 @@ class Recording:
 
 
 def heading(orientation: FloatArray) -> FloatArray:
-    """Yaw of unit quaternions w, x, y, z of shape (..., 4), in radians."""
+    """Return the yaw of unit quaternions w, x, y, z of shape (..., 4), in radians."""
     w, x, y, z = np.moveaxis(orientation, -1, 0)
     yaw: FloatArray = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return yaw

@@ -39,12 +39,12 @@ def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 
 
 
 def cab_top(deck_m: float) -> float:
-    """Height of a truck's cab above the ground: over its deck, however high that is."""
+    """Return the height of a truck's cab above the ground: over its deck, at any deck height."""
     return max(CAB_TOP, deck_m + CAB_OVER_DECK_M)
 
 
 def deck_of(kind: Kind, shape: Shape) -> tuple[float, float]:
-    """From and to along x, where an object's top can be loaded."""
+    """Return the part of an object's top that can be loaded, from and to along x."""
     if kind.deck is None:
         raise ValueError(f"a {kind.name} has no deck")
     scale = shape.size[0] / kind.size[0]

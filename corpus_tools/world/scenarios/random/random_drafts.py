@@ -68,7 +68,7 @@ class Draft:
         return {**self.objects, **self.layout.objects}
 
     def boxes(self) -> dict[str, Box]:
-        """Everything that stands somewhere."""
+        """Return the boxes of all placed things."""
         boxes = start_boxes(self.all_objects, self.robot)
         if self.robot is NOWHERE:
             del boxes[ROBOT]
@@ -89,7 +89,7 @@ class Draft:
         return [(n, _tall(self.region_box(n))) for n, r in places.items() if r.name and not r.deck]
 
     def somewhere(self, margin_m: float) -> Iterator[tuple[Point, float]]:
-        """Positions within the bounds and headings, mostly along the walls."""
+        """Yield positions within the bounds and headings, mostly along the walls."""
         bounds = self.layout.bounds
         if min(high - low for low, high in (bounds.x, bounds.y)) <= 2 * margin_m:
             return

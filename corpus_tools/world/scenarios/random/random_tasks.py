@@ -150,7 +150,7 @@ def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
 
 
 def _free_side(draft: Draft, carrier: str) -> int:
-    """1 for the left side of a carrier, -1 for the right one."""
+    """Return 1 for the left side of a carrier, -1 for the right one."""
     thing = draft.all_objects[carrier]
     low, high = deck_of(thing)
     box = thing_box(thing, draft.all_objects, draft.robot)
@@ -293,7 +293,7 @@ def _approach(draft: Draft, kind: str) -> tuple[str, Steps]:
 
 
 def _landmark(draft: Draft, room_m: float) -> tuple[str, str]:
-    """Something with room all around; the robot can get to each side of it."""
+    """Choose a thing with room all around; the robot can get to each side of it."""
     kind = _one_of(draft, LANDMARKS)
     for at, yaw in draft.somewhere(room_m + 1.0):
         box = solid(KINDS[kind], at, yaw, 0.0)
