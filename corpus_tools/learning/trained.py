@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from g3.language.parsing.extractor import SDCExtractor
 
 IN_MEMORY = 20_000
-"""Features of so many examples take 50 MiB, and while they are trained on four times as much."""
+"""Number of examples whose features take 50 MiB, and four times as much during training."""
 IN_A_FILE = 5_000
 """Number of examples whose features share a file, and are in memory at a time, where features are
 in files."""

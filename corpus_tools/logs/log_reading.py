@@ -1,4 +1,4 @@
-"""Reading logs back into the domain types, with errors that say what is wrong and where."""
+"""Reading of logs into the domain types, with errors that name problems and their places."""
 
 from __future__ import annotations
 

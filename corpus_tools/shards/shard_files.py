@@ -1,4 +1,4 @@
-"""Shards on disk: features of some examples as a Parquet file, and what a folder of them holds."""
+"""Shards on disk: features of some examples as a Parquet file, and the manifest of a folder."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def _read(path: Path) -> tuple[Shard, Origin, str]:
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
-    """Write what a folder holds, with its digest; it's complete when this is there."""
+    """Write a folder's manifest, with its digest; the folder is complete when this is there."""
     sealed = msgspec.structs.replace(manifest, digest=_manifest_digest(manifest))
     content = msgspec.json.format(msgspec.json.encode(sealed), indent=1)
     write_bytes(folder / MANIFEST, content + b"\n")
@@ -204,7 +204,7 @@ def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Read what a folder of shards holds.
+    """Read the manifest of a folder of shards.
 
     FormatError if it isn't one, or was made by another version of the program.
     """

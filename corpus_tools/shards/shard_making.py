@@ -26,9 +26,9 @@ from g3.storage.only_writer import only_writer
 from g3.storage.system_errors import named_error
 
 EXAMPLES = 20_000
-"""In one shard; what bounds the memory."""
+"""Number of examples in one shard, which bounds the memory."""
 SHARD_FILE = re.compile(r"\.?\d{5,}-\d{5,}\.parquet(\.new-\w+)?")
-"""A shard, or what a killed process left of one."""
+"""A shard, or the remains of one by a killed process."""
 PORTIONS = 8
 """For a cluster, whose size isn't known, into how many portions few corpora are divided."""
 

@@ -113,7 +113,7 @@ def fit_on_shards(
 
 @dataclass(frozen=True, slots=True)
 class _Survey:
-    """The features of a shard, and what distinguishes their columns, shape (k, 2)."""
+    """The features of a shard, and the signatures of their columns, shape (k, 2)."""
 
     space: FeatureSpace
     signatures: Signatures

@@ -1,4 +1,4 @@
-"""Referring to things: nouns, and what distinguishes a thing from others of its kind.
+"""References to things: nouns, and distinctions of a thing from others of its kind.
 
 A worker takes a noun that fits, and sees which other things it fits as well. Then they add
 something that is true of the thing meant alone: its colour or height, what it stands on or next to,

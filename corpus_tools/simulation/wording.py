@@ -116,7 +116,7 @@ class Wording:
         self.text += sign
 
     def ground(self, clause: SDC, *ids: str) -> SDC:
-        """Note what a clause is grounded in, and return it."""
+        """Note a clause's groundings, and return it."""
         self.groundings[id(clause)] = (clause, ids)
         return clause
 

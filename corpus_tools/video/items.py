@@ -50,7 +50,7 @@ class Story:
     title: str
     """Summary in a sentence; empty if none is given."""
     fingerprint: str
-    """Digest of all that determines what happens."""
+    """Digest of all that determines the events."""
     metadata: Mapping[str, str]
     """Metadata that the log keeps."""
     record: Callable[[], Recording]
@@ -88,7 +88,7 @@ def context_items(corpus: str) -> list[Item]:
 
 
 def story_of(item: Item) -> Story:
-    """Read what an item stands for; FormatError if something in it is wrong."""
+    """Read an item's story; FormatError if something in it is wrong."""
     if isinstance(item, ContextItem):
         return _replayed(open_corpus(item.corpus).contexts[item.context_id], item.corpus)
     scenario = read_scenario(item.path)

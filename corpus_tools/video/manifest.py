@@ -1,4 +1,4 @@
-"""The manifest of a rendered folder: what it shows, how it was made, and its files' hashes."""
+"""The manifest of a rendered folder: its content, its settings, and its files' hashes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MANIFEST = "manifest.json"
 PROGRAM = "corpus-tools-g3"
 
 _MAKERS = ("video", "world", "logs")
-"""Folders with the modules that determine what is rendered."""
+"""Folders with the modules that determine the rendering."""
 _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy")
 """Distributions that determine it too."""
 
@@ -45,7 +45,7 @@ class Settings:
     quality: Quality = "standard"
     """Quality of drawing and encoding."""
     speed: float = 1.0
-    """Seconds of what happens that a second of video shows."""
+    """Seconds of the recording that a second of video shows."""
     skip_idle: bool = False
     """True if long stretches in which nothing moves are cut short."""
     names: bool = False

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from g3.errors import FormatError
 
 MOST_PIXELS = 1 << 26
-"""A picture may have so many: as a square, 8192 on a side."""
+"""Largest number of pixels of a picture: as a square, 8192 on a side."""
 _AS = "save it as PNG or JPEG"
 
 

@@ -54,7 +54,7 @@ _VERSION = 2
 _FALLBACK_S = 0.04
 """The duration of a single frame whose container gives none."""
 _LEAST_LOSS_S = 0.5
-"""By so much the frames must be shorter than the header says to show that some are missing."""
+"""Least shortfall of the frames against the header's length that shows missing frames."""
 _SETTLED_NS = 2_000_000_000
 """The age of a file's last change from which its digest is kept by its path. A second change may
 have the same time as the first."""
@@ -311,7 +311,7 @@ def _decoded(file: Path, sha256: str, progress: OnShare | None) -> VideoInfo:
 
 
 def _decode(container: Any, stream: Any, size: int, progress: OnShare | None) -> _Pass:
-    """Decode a stream to its end, past what is damaged."""
+    """Decode a stream to its end, past damaged parts."""
     import av  # noqa: PLC0415 - large, and not always installed
 
     outcome = _Pass()

@@ -25,10 +25,10 @@ Depth: TypeAlias = npt.NDArray[np.float32]
 
 MAX_GEOMS = 20_000
 BACKDROP, STILL, MOVING = 0, 1, 2
-"""Groups of what is seen: planes and what else throws no shadow; what never moves; what does."""
+"""Groups of visible things: planes and others without a shadow; still things; moving things."""
 HIDDEN = 5
 NEAR = 1.0
-"""MuJoCo wants some distance to what is seen, without perspective too."""
+"""Distance to visible things that MuJoCo needs, without perspective too."""
 LOW_POLY = (1, 20, 10)
 """Facets along the edges of boxes, around cylinders, and along spheres."""
 

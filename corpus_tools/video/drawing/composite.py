@@ -1,4 +1,4 @@
-"""Frames of a fixed camera: what never moves is drawn once, what moves is put before it.
+"""Frames of a fixed camera: still things are drawn once, moving things are put before them.
 
 Everything is drawn once without the sun and once in nothing but its light, which shadows take away.
 Of the still background, both pictures, their depth and the places that the pixels show are kept. So

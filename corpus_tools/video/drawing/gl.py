@@ -58,7 +58,7 @@ def choose_back_end() -> str:
 
 
 def check_packages() -> None:
-    """Raise a CorpusError with what to install, if a package is missing that rendering needs."""
+    """Raise a CorpusError with the extra to install, if a package for rendering is missing."""
     missing = [name for name in PACKAGES if find_spec(name) is None]
     if missing:
         raise CorpusError(

@@ -1,4 +1,4 @@
-"""Frames of a camera that moves: all is drawn in the sun, and then what lies in shadow darkened.
+"""Frames of a camera that moves: all is drawn in the sun, and then shadows are darkened.
 
 How much light is left in the shadow follows from how a surface lies to the sun, which the
 depths show: one drawing is enough. Edges are smoothed in the finished picture.
@@ -30,7 +30,7 @@ from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
 
 TEXEL_M, MOVING_TEXEL_M = 0.015, 0.004
-"""Edges of texels in shadow maps: what moves is near the camera."""
+"""Edges of texels in shadow maps, in metres: moving things are near the camera."""
 BEHIND_M = 0.015
 """Least distance behind a thing in its shade, in metres: else grazing light leaves speckles."""
 SOFT = 3

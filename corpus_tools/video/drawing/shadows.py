@@ -37,7 +37,7 @@ class ShadowMap:
     texel: float
     """Length of a texel's edge."""
     depth: Depth
-    """The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w)."""
+    """The d of the first thing in the light, :data:`NOTHING` for nothing, shape (h, w)."""
 
     @property
     def bias(self) -> float:

@@ -21,7 +21,7 @@ _SLATS = 5
 _OUT = 0.012
 """Distance by which its posts stand out, as a share of its width."""
 _SLIT = 0.005
-"""Half of what is between two cartons."""
+"""Half of the gap between two cartons."""
 
 
 LoadOf: TypeAlias = Callable[[FloatArray, FloatArray, np.random.Generator], list[Part]]

@@ -158,7 +158,7 @@ _PICTURES = Path(__file__).parent
 def add_surroundings(
     spec: mujoco.MjSpec, context: Context, ground_m: float, site: str = "yard"
 ) -> None:
-    """Add what surrounds the objects: nothing of it collides or casts shadows on them.
+    """Add the surroundings of the objects: nothing of it collides or casts shadows on them.
 
     `site` is one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
     """

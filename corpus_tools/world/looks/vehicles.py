@@ -1,4 +1,4 @@
-"""Tyres and wheels, and what has them: trucks and trailers.
+"""Tyres and wheels, and vehicles with them: trucks and trailers.
 
 Their boxes are their decks; cabs, drawbars and wheels reach out of them.
 """

@@ -1,4 +1,4 @@
-"""Behaviours: what the actions of scripts do with a robot, in a simulation or in a rehearsal.
+"""Behaviours: effects of scripts' actions on a robot, in a simulation or in a rehearsal.
 
 A behaviour (:data:`BEHAVIOURS`) gets a robot and the argument of its action, moves the robot, and
 returns where it wants something to be. It refuses what it can't do with an :class:`ActionError`,
@@ -123,7 +123,7 @@ BEHAVIOURS: Registry[Behaviour] = Registry("action")
 
 
 def behaviour(action: ScriptAction) -> Callable[[Behaviour], Behaviour]:
-    """Register what an action does."""
+    """Register the behaviour of an action."""
     return lambda function: BEHAVIOURS.add(function, action.name)
 
 

@@ -1,4 +1,4 @@
-"""Drives the simulated robot along references, and watches what it touches.
+"""Control of the simulated robot along references, with a watch on its contacts.
 
 Behaviours move the simulation as a :class:`~corpus_tools.world.physics.behaviours.Robot`.
 """

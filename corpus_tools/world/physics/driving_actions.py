@@ -28,9 +28,9 @@ from g3.geometry.plane import cross, rotate, wrap
 from g3.groundings import FloatArray, Place
 
 STAND_OFF_M = 0.8
-"""From the tips of the forks, or the load on them, to what the robot stops in front of."""
+"""Distance from the tips of the forks, or the load on them, to the object ahead at a stop."""
 PAST_M = (1.0, 0.6, 1.6, 2.4)
-"""Room beside what is driven past, in the order in which it is tried."""
+"""Room beside an object that is passed, in the order in which it is tried."""
 BEYOND_M = 3.0
 SHIFT_COST = 20.0
 """Cost of a metre away from the middle of a place, in metres of way."""

@@ -1,4 +1,4 @@
-"""Carries out scripts in physics, and reports what came of them."""
+"""Execution of scripts in physics, with a report of the results."""
 
 from __future__ import annotations
 

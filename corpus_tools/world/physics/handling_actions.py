@@ -1,4 +1,4 @@
-"""Actions that lift loads, put them down, and move the forks with what is on them."""
+"""Actions that lift loads, put them down, and move the forks with their load."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def pick_up(robot: Robot, thing: str) -> Goal:
 
 @behaviour(PUT_DOWN)
 def put_down(robot: Robot, place: Place) -> Goal:
-    """Put the load on the forks down on what is in the middle of a place, and back off.
+    """Put the load on the forks down on the support in the middle of a place, and back off.
 
     Where the middle is taken or out of reach, the load goes to the free spot of the place
     that is nearest to it. Forks reach over a deck as far as the load on them is long.

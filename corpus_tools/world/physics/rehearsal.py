@@ -1,4 +1,4 @@
-"""Rehearsals: scripts carried out without physics, to know what can't be done.
+"""Rehearsals: scripts carried out without physics, to find impossible steps.
 
 The behaviours are those of the simulation, with the same tests of free space. In a rehearsal the
 robot gets exactly where it drives, and loads stay where they are put. What only contact shows, such

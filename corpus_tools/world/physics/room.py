@@ -131,7 +131,7 @@ NUDGE_M = 0.1
 FIRM_M = 0.3
 """Least distance of the middle of a load from the edge of a deck, in metres."""
 IN_THE_AIR_M = 0.4
-"""A place this far above what is under it is in the air."""
+"""Height of a place above its support, in metres, from which it is in the air."""
 _GRID_M = 0.1
 _TOUCH_M = 0.03
 

@@ -22,7 +22,7 @@ FORKS_TOP_M = 0.07
 CARRIED_M = 0.15
 """Height of the bottom of a load that is carried at the start above the ground, in metres."""
 PLACE_HEIGHT_M = 1.0
-"""Places reach so far above the ground or the deck that they are on."""
+"""Height of places above the ground or the deck that they are on, in metres."""
 TOUCHING_M2 = 1e-4
 """Footprints that share less than this only touch."""
 

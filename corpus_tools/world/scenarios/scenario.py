@@ -82,7 +82,7 @@ class Bounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A site: what is the same in all of its scenarios."""
+    """A site: the common part of all of its scenarios."""
 
     name: str
     """Name of its file without the ending."""

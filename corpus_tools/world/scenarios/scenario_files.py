@@ -29,7 +29,7 @@ KNOWN = tuple(name for name in KINDS if name not in (FORKLIFT.name, OTHER.name))
 """The kinds that scenarios can name."""
 
 Step: TypeAlias = Annotated[dict[str, str | float], msgspec.Meta(min_length=1, max_length=1)]
-"""One action and what it needs."""
+"""One action and its argument."""
 Steps: TypeAlias = Annotated[list[Step], msgspec.Meta(min_length=1)]
 
 

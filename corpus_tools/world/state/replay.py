@@ -39,7 +39,7 @@ class _Poses:
 
 
 def replay(context: Context, rate_hz: float) -> Recording:
-    """Play a context's trajectories again, with so many moments a second.
+    """Play a context's trajectories again, with a number of moments a second.
 
     The robot passes through its poses smoothly, a load keeps to the robot while it is carried, and
     what has one pose stands still. The forks aren't in the log. They are in a load that moves with

@@ -18,7 +18,7 @@ from g3.geometry.plane import rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 
 HEEL_GAP_M = 0.01
-"""Between the forks' heel and what is on them."""
+"""Gap between the forks' heel and the load on them."""
 
 
 def starting(context: Context) -> tuple[Context, str | None, float]:
