@@ -26,15 +26,16 @@ if TYPE_CHECKING:
     from g3.language.parsing.extractor import SDCExtractor
 
 IN_MEMORY = 20_000
-"""Features of so many examples take 50 MiB, and while they are trained on four times as much."""
+"""Number of examples whose features take 50 MiB, and four times as much during training."""
 IN_A_FILE = 5_000
-"""Of so many examples features are in a file and in memory at a time, where they are in files."""
+"""Number of examples whose features share a file, and are in memory at a time, where features are
+in files."""
 
 
 class Trained(NamedTuple):
     """A model, the corpus or the shards that it was trained on, and its examples by source.
 
-    `on_disk` tells whether features were kept in files meanwhile, as there are many examples.
+    `on_disk` is true if features were kept in files meanwhile, as there are many examples.
     """
 
     model: GroundingModel
@@ -152,7 +153,7 @@ def from_shards(
 
 
 def _chosen(by: Options | Manifest) -> dict[str, object]:
-    """Which examples and features were chosen."""
+    """Return the choice of examples and features."""
     return {
         "negatives": by.negatives,
         "seed": by.seed,

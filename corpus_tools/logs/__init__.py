@@ -1,5 +1,5 @@
-"""Logs of what happened in a world: MCAP files with the full state.
+"""Logs of events in a world: MCAP files with the full state.
 
-Start with :mod:`corpus_tools.logs.log_writing`, which says what goes to which channel, and
+Start with :mod:`corpus_tools.logs.log_writing`, which maps content to channels, and
 :mod:`corpus_tools.logs.log_reading`, which gives it back; ``docs/logs.md`` is for users.
 """

@@ -13,11 +13,11 @@ from corpus_tools.logs.foxglove import FrameTransforms, Log, SceneUpdate
 from corpus_tools.logs.log_records import ContextRecord, RobotRecord, StepsRecord
 
 VERSION = 1
-"""Of the format."""
+"""Version of the format."""
 LIBRARY = "corpus-tools-g3"
 """In the file's header, and the name of the metadata with the version and the scenario."""
 METADATA = "metadata"
-"""Name of the writer's own metadata."""
+"""Name of the writer's metadata."""
 
 CONTEXT, STEPS, TF, SCENE, ROBOT, ACTIONS = (
     "/context",
@@ -31,7 +31,7 @@ CONTEXT, STEPS, TF, SCENE, ROBOT, ACTIONS = (
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """What is on a topic."""
+    """Type of messages on a topic."""
 
     message: type[msgspec.Struct]
     schema: str
@@ -52,7 +52,7 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
 
 
 def json_schema(message: type[msgspec.Struct], name: str) -> dict[str, Any]:
-    """The JSON Schema of a type of messages, without references.
+    """Return the JSON Schema of a type of messages, without references.
 
     Viewers follow no references, so each is replaced by what it refers to.
     """

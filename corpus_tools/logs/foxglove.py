@@ -211,5 +211,5 @@ class Log(msgspec.Struct, frozen=True, gc=False):
 
 
 def time_of(t_ns: int) -> Time:
-    """Nanoseconds as seconds and a rest."""
+    """Return nanoseconds as seconds and a rest."""
     return Time(*divmod(t_ns, 1_000_000_000))

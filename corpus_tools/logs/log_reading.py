@@ -1,4 +1,4 @@
-"""Reading logs back into the domain types, with errors that say what is wrong and where."""
+"""Reading of logs into the domain types, with errors that name problems and their places."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ _NOT_A_LOG = "give a file that `ct render-videos` or write_log made"
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """What a log's file holds."""
+    """Content of a log's file."""
 
     recording: Recording
     name: str
-    """Of the scenario."""
+    """Name of the scenario."""
     metadata: Mapping[str, str]
-    """What the writer kept with it."""
+    """Metadata that the writer kept with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ def _recording(file: _File, path: Path) -> Recording:
 def _poses(
     messages: list[tuple[int, FrameTransforms]], start: Context, t_ns: npt.NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
-    """Positions (n, b, 3) and orientations (n, b, 4): each object's latest at each moment."""
+    """Return positions (n, b, 3), orientations (n, b, 4): each object's latest at each moment."""
     index = {item.id: i for i, item in enumerate(start.objects)}
     moment = {t: k for k, t in enumerate(t_ns.tolist())}
     values: list[tuple[float, ...]] = []

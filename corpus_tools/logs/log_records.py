@@ -1,4 +1,4 @@
-"""Messages of our own: the exact state, where the schemas of viewers have no place for it.
+"""Messages of this project: the exact state, where the schemas of viewers have no place for it.
 
 Viewers read schemas in which every value is a text, a number, a truth value, an object or a
 list of these; hence no lists of lists and no null.
@@ -31,7 +31,7 @@ class PrismRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=T
 
 
 _LIFTABLE: dict[bool | None, str] = {None: "", True: "yes", False: "no"}
-"""How a log writes it: viewers can't read fields that may be null."""
+"""Values of the field in logs: viewers can't read fields that may be null."""
 
 
 class ObjectRecord(
@@ -108,7 +108,7 @@ class StepsRecord(msgspec.Struct, frozen=True, gc=False, forbid_unknown_fields=T
 
 
 def context_record(context: Context, timestamp: Time) -> ContextRecord:
-    """A context as a message."""
+    """Return a context as a message."""
     return ContextRecord(
         timestamp,
         context.id,
@@ -145,7 +145,7 @@ def _known_colours(texts: tuple[str, ...]) -> tuple[Colour, ...]:
 
 
 def context_of(record: ContextRecord) -> Context:
-    """The context of a message; ValueError for a prism without corners or a missing agent."""
+    """Return a message's context; ValueError for a prism without corners or no agent."""
     context = Context(
         record.id,
         tuple(
@@ -173,7 +173,7 @@ def context_of(record: ContextRecord) -> Context:
 
 
 def steps_record(steps: tuple[Step, ...], timestamp: Time) -> StepsRecord:
-    """Steps as a message."""
+    """Return steps as a message."""
     return StepsRecord(
         timestamp,
         tuple(
@@ -189,7 +189,7 @@ def steps_record(steps: tuple[Step, ...], timestamp: Time) -> StepsRecord:
 
 
 def steps_of(record: StepsRecord) -> tuple[Step, ...]:
-    """The steps that a message holds."""
+    """Return the steps that a message holds."""
     return tuple(
         Step(
             step.action,

@@ -47,9 +47,9 @@ def write_log(recording: Recording, path: Path, *, name: str, metadata: Mapping[
     Parameters
     ----------
     path
-        Where the file shall be; what is there is replaced.
+        Path of the file; an existing file is replaced.
     name
-        Of the scenario.
+        Name of the scenario.
     metadata
         Anything to keep with it, such as versions and seeds.
 
@@ -62,7 +62,7 @@ def write_log(recording: Recording, path: Path, *, name: str, metadata: Mapping[
 
 
 def to_bytes(recording: Recording, *, name: str, metadata: Mapping[str, str]) -> bytes:
-    """The content of a log's file."""
+    """Return the content of a log's file."""
     stream = io.BytesIO()
     writer = Writer(
         stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
@@ -89,7 +89,7 @@ def _register(writer: Writer, topic: str) -> int:
 
 
 def _messages(recording: Recording) -> Iterator[_Message]:
-    """Everything that happened, in order."""
+    """Yield all messages, in order."""
     begin_ns = int(recording.t_ns[0])
     begin = time_of(begin_ns)
     yield begin_ns, channels.CONTEXT, context_record(recording.start, begin)
@@ -120,7 +120,7 @@ def _messages(recording: Recording) -> Iterator[_Message]:
 
 
 def _transforms(recording: Recording) -> Iterator[tuple[FrameTransform, ...]]:
-    """At every moment the frames that moved since the one before; every second all."""
+    """Yield at every moment the frames that moved since the one before; every second all."""
     site, forks = frames(recording.start)
     agent = recording.start.agent_id
     names = [item.id for item in recording.start.objects]
@@ -178,7 +178,7 @@ def _robots(recording: Recording, carries: list[str]) -> Iterator[RobotRecord]:
 
 
 def _speed(t: FloatArray, position: FloatArray, yaw: FloatArray) -> FloatArray:
-    """Speed ahead in metres per second, shape (n,)."""
+    """Return the speed ahead in metres per second, shape (n,)."""
     if len(t) == 1:
         return np.zeros(1)
     vx, vy = np.gradient(position[:, 0], t), np.gradient(position[:, 1], t)
@@ -187,7 +187,7 @@ def _speed(t: FloatArray, position: FloatArray, yaw: FloatArray) -> FloatArray:
 
 
 def _said(steps: tuple[Step, ...], begin_ns: int) -> Iterator[_Message]:
-    """Lines on what the robot does, in the order of their times."""
+    """Yield lines on the robot's actions, in the order of their times."""
     lines: list[tuple[int, str]] = []
     for step in steps:
         told = " ".join((step.action, *(f"{name}={value}" for name, value in step.arguments)))

@@ -1,4 +1,4 @@
-"""What viewers draw: boxes and outlines of objects with their labels, places, the forks."""
+"""Scenes for viewers: boxes and outlines of objects with their labels, places, the forks."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ _EMPTY = SceneEntity(_FOREVER, "", "", _FOREVER, True, (), (), (), (), (), (), (
 
 
 def frames(context: Context) -> tuple[str, str]:
-    """Names of the site's frame and the forks', which no object has."""
+    """Return the names of the site's frame and the forks', which no object has."""
     ids = {item.id for item in context.objects}
 
     def free(name: str) -> str:
@@ -72,7 +72,7 @@ def frames(context: Context) -> tuple[str, str]:
 
 
 def entities(context: Context, carries: str, timestamp: Time) -> tuple[SceneEntity, ...]:
-    """Everything to draw; the outline of what is on the forks, whose id is `carries`, is lit up."""
+    """Return all drawn entities; the outline of the load, whose id is `carries`, is lit up."""
     site, forks = frames(context)
     return (
         *(_place(place, i, site, timestamp) for i, place in enumerate(context.places)),
@@ -127,7 +127,7 @@ def _forks(frame: str, timestamp: Time) -> SceneEntity:
 
 
 def _entity(frame: str, name: str, timestamp: Time, **drawn: Any) -> SceneEntity:
-    """What stays in its frame until it is replaced, with all that the schema requires."""
+    """Return an entity that stays in its frame until replaced, with all required fields."""
     return msgspec.structs.replace(_EMPTY, timestamp=timestamp, frame_id=frame, id=name, **drawn)
 
 
@@ -140,7 +140,7 @@ def _cube(middle: FloatArray, size: FloatArray, colour: Color) -> CubePrimitive:
 def _outlines(
     xy: FloatArray, z_min: float, z_max: float, colour: Color
 ) -> tuple[LinePrimitive, ...]:
-    """The edges of a prism."""
+    """Return the edges of a prism."""
     low, high = ([Vector3(x, y, z) for x, y in xy.tolist()] for z in (z_min, z_max))
     upright = [corner for pair in zip(low, high, strict=True) for corner in pair]
     return tuple(

@@ -1,4 +1,4 @@
-"""What a log holds, in short."""
+"""Summaries of logs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from corpus_tools.world.state.recording import Step
 
 @dataclass(frozen=True, slots=True)
 class ObjectSummary:
-    """An object, and how far its way is in metres."""
+    """An object, and the length of its way in metres."""
 
     id: str
     labels: tuple[str, ...]
@@ -22,7 +22,7 @@ class ObjectSummary:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """What a log holds."""
+    """Summary of a log's content."""
 
     scenario: str
     duration_s: float
@@ -54,7 +54,7 @@ def summary(log: Log) -> Summary:
 
 
 def as_table(held: Summary) -> str:
-    """The summary for people."""
+    """Return the summary as a table for people."""
     lines = [
         f"scenario  {held.scenario}",
         f"duration  {held.duration_s:.2f} s, {held.moments} moments",

@@ -1,4 +1,4 @@
-"""Shards on disk: features of some examples as a Parquet file, and what a folder of them holds."""
+"""Shards on disk: features of some examples as a Parquet file, and the manifest of a folder."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ AGAIN = "make the shards again with: ct shards"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Shard:
-    """Examples with equal features are one row, with how many of them there are."""
+    """Examples, with those of equal features as one row and their number."""
 
     bases: tuple[str, ...]
     words: tuple[str, ...]
@@ -45,7 +45,7 @@ class Shard:
     """Row i has ``features[offsets[i]:offsets[i + 1]]``, shape (n + 1,)."""
     right: npt.NDArray[np.int32]
     wrong: npt.NDArray[np.int32]
-    """How many examples of a row have φ true, and false, shape (n,)."""
+    """Numbers of examples of a row with φ true, and false, shape (n,)."""
 
     @property
     def space(self) -> FeatureSpace:
@@ -60,23 +60,23 @@ class _Names(msgspec.Struct, frozen=True):
 
 
 class Origin(msgspec.Struct, frozen=True):
-    """What a shard was made of and how; two shards of the same origin are the same."""
+    """Input and options of a shard; two shards of the same origin are the same."""
 
     corpus: str
     """The corpus's hash."""
     first: int
     examples: int
-    """Which of the corpus's examples: the first one's number, and how many."""
+    """Number of the first one of its examples in the corpus, and their count."""
     catalogue_version: int
     sets: tuple[str, ...]
     """The features."""
     negatives: str
     seed: int
-    """As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them."""
+    """Arguments of :func:`corpus_tools.corpus.labelled_corpus.labelled_examples`."""
 
 
 class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A file of the folder: how many examples and different rows it has, and its digest."""
+    """A file of the folder: its numbers of examples and of different rows, and its digest."""
 
     file: str
     examples: int
@@ -85,7 +85,7 @@ class ShardRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a folder of shards holds."""
+    """Content of a folder of shards."""
 
     format_version: int
     catalogue_version: int
@@ -93,23 +93,23 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sets: tuple[str, ...]
     ablated: tuple[str, ...]
     added: tuple[str, ...]
-    """What was left out of the default sets and added to them."""
+    """Feature sets left out of the default sets, and added to them."""
     negatives: str
     seed: int
-    """As :func:`corpus_tools.corpus.labelled_corpus.labelled_examples` takes them."""
+    """Arguments of :func:`corpus_tools.corpus.labelled_corpus.labelled_examples`."""
     corpora: dict[str, str]
     """Hashes of the corpora by the names that they were given with."""
     sources: dict[str, int]
-    """How many examples there are of each source."""
+    """Number of examples of each source."""
     scenarios: tuple[str, ...]
     """:func:`corpus_tools.corpus.labelled_corpus.scenario_ids`."""
     shards: tuple[ShardRecord, ...]
     digest: str = ""
-    """Of all other fields."""
+    """Digest of all other fields."""
 
     @property
     def examples(self) -> int:
-        """How many there are in all shards."""
+        """Number of examples in all shards."""
         return sum(shard.examples for shard in self.shards)
 
 
@@ -144,7 +144,7 @@ def _digest(shard: Shard, origin: Origin) -> str:
 
 
 def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
-    """Rows and digest of the shard of an origin; None if it isn't there or is damaged."""
+    """Return rows and digest of an origin's shard; None if it is missing or damaged."""
     try:
         shard, found, digest = _read(path)
     except FormatError:
@@ -168,7 +168,7 @@ def read_shard(path: Path, digest: str = "") -> Shard:
 
 
 def _read(path: Path) -> tuple[Shard, Origin, str]:
-    """A shard, where it comes from, and its digest, which is checked."""
+    """Read a shard, its origin, and its digest, which is checked."""
     _, pq = import_pyarrow()
     try:
         with pq.ParquetFile(io.BytesIO(regular_file.read_bytes(path))) as file:
@@ -196,7 +196,7 @@ def _read(path: Path) -> tuple[Shard, Origin, str]:
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
-    """Write what a folder holds, with its digest; it's complete when this is there."""
+    """Write a folder's manifest, with its digest; the folder is complete when this is there."""
     sealed = msgspec.structs.replace(manifest, digest=_manifest_digest(manifest))
     content = msgspec.json.format(msgspec.json.encode(sealed), indent=1)
     write_bytes(folder / MANIFEST, content + b"\n")
@@ -204,7 +204,7 @@ def write_manifest(folder: Path, manifest: Manifest) -> Manifest:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Read what a folder of shards holds.
+    """Read the manifest of a folder of shards.
 
     FormatError if it isn't one, or was made by another version of the program.
     """

@@ -26,9 +26,9 @@ from g3.storage.only_writer import only_writer
 from g3.storage.system_errors import named_error
 
 EXAMPLES = 20_000
-"""In one shard; what bounds the memory."""
+"""Number of examples in one shard, which bounds the memory."""
 SHARD_FILE = re.compile(r"\.?\d{5,}-\d{5,}\.parquet(\.new-\w+)?")
-"""A shard, or what a killed process left of one."""
+"""A shard, or the remains of one by a killed process."""
 PORTIONS = 8
 """For a cluster, whose size isn't known, into how many portions few corpora are divided."""
 
@@ -108,7 +108,7 @@ def manifest_of(
     shards: Iterable[shard_files.ShardRecord],
     options: Options,
 ) -> shard_files.Manifest:
-    """What a folder of these shards holds.
+    """Return the manifest of a folder of these shards.
 
     `hashes` are those of the corpora by their names; `sources` counts the examples of each source;
     `scenarios` are those of all examples.
@@ -166,7 +166,7 @@ def _examples(corpus: str, negatives: Negatives, seed: int) -> tuple[str, list[E
 
 
 def to_shard(items: Sequence[Example], options: Options) -> shard_files.Shard:
-    """The features of examples.
+    """Return the features of examples.
 
     Examples with the same words and groundings are merged before their features are computed,
     rows with the same features after. The likelihood of the rows with their counts is exactly
@@ -204,7 +204,7 @@ def to_shard(items: Sequence[Example], options: Options) -> shard_files.Shard:
 
 
 def _inputs(example: Example) -> tuple[object, ...]:
-    """All that features see of an example."""
+    """Return all inputs of an example's features."""
     return (
         example.sdc.type,
         id(example.annotation.context),

@@ -30,9 +30,9 @@ from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.system_errors import about
 
 PARTS = 16
-"""Shards are summed in so many parts, whoever does it, so that the sums are always the same."""
+"""Number of parts in which shards are summed by any executor, so that sums never vary."""
 TOLERANCE, LEAST_EXAMPLES = 1e-8, 10_000
-"""Of the gradient of the mean over examples, and how few they are taken for at least."""
+"""Tolerance for the gradient of the mean over examples, and their least assumed number."""
 
 File = tuple[Path, str]
 """A shard and the digest that it must have."""
@@ -113,7 +113,7 @@ def fit_on_shards(
 
 @dataclass(frozen=True, slots=True)
 class _Survey:
-    """The features of a shard, and what distinguishes their columns, shape (k, 2)."""
+    """The features of a shard, and the signatures of their columns, shape (k, 2)."""
 
     space: FeatureSpace
     signatures: Signatures
@@ -138,7 +138,7 @@ def _survey(numbered: tuple[int, File], *, read: Read) -> _Survey:
 
 
 def _joined(surveys: Sequence[_Survey], sets: tuple[str, ...]) -> tuple[FeatureSpace, Signatures]:
-    """The features of all shards, and the sums of their signatures, shape (k, 2)."""
+    """Return the features of all shards, and the sums of their signatures, shape (k, 2)."""
     bases = tuple(sorted({name for s in surveys for name in s.space.bases}))
     words = tuple(sorted({name for s in surveys for name in s.space.words}))
     translated = [renumbered(survey.space, bases, words) for survey in surveys]
@@ -152,7 +152,7 @@ def _joined(surveys: Sequence[_Survey], sets: tuple[str, ...]) -> tuple[FeatureS
 def _distinct(
     signatures: Signatures, scale: FloatArray
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Where each distinct pair of a column and a prior comes first, and which each is."""
+    """Return first places of distinct pairs of a column and a prior, and the pair of each."""
     table = np.column_stack((signatures, scale.view(np.uint64)))
     _, first, copy_of = np.unique(table, axis=0, return_index=True, return_inverse=True)
     return first, copy_of.reshape(-1)
@@ -197,7 +197,7 @@ def _pack(file: File, *, scratch: Path, read: Read) -> Path:
 
 
 def _look(numbered: Sequence[tuple[int, Path]], *, weights: FloatArray, least: float) -> Local:
-    """The sum over some packed shards, without the units of their columns."""
+    """Return the sum over some packed shards, without the units of their columns."""
     return _sum([_look_at(number, path, weights, least) for number, path in numbered])
 
 

@@ -1,4 +1,4 @@
-"""Writing what simulated workers type as a dataset, which is a corpus wherever one is taken."""
+"""Writing of simulated workers' commands as a dataset, which is a corpus wherever one is taken."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ SOURCE = "Simulated: written by a grammar for random scenarios, by nobody. See d
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What shall be simulated; the same plan gives the same files."""
+    """Size and seed of a simulation; the same plan gives the same files."""
 
     scenarios: int
-    """How many, and that many videos."""
+    """Number of scenarios, and of videos."""
     commands: int
-    """For each, by different workers."""
+    """Number of commands for each scenario, by different workers."""
     workers: int
     seed: int
 
@@ -53,12 +53,12 @@ def write_dataset(
     workers: Workers | None = None,
     on_progress: OnProgress = no_progress,
 ) -> list[CorpusError]:
-    """Simulate workers, and write their commands with scenarios and logs; why some were left out.
+    """Simulate workers, write their commands with scenarios and logs, and return the failures.
 
     The folder `out` of the dataset is made if it isn't there. What is there already is kept, so
     that an interrupted run goes on where it stopped. Layouts and words are those of the dataset
-    `basis`. Whoever `workers` are that execute the scenarios, the files are the same. A scenario is
-    left out if the robot can't do what it says. FormatError if the folder holds something else, or
+    `basis`. The files don't depend on the `workers` that execute the scenarios. A scenario is
+    left out if the robot can't do its script. FormatError if the folder holds something else, or
     the layouts have no room.
     """
     if plan.commands > plan.workers:
@@ -101,7 +101,7 @@ def _layouts(basis: Path) -> Mapping[str, Layout]:
 def commands_for(
     scenario: Scenario, workers: tuple[Worker, ...], count: int, seed: int
 ) -> list[tuple[Worker, Told]]:
-    """What some of the workers type for a scenario, each at most once."""
+    """Return commands of some of the workers for a scenario, each at most once."""
     rng = np.random.default_rng([seed, count])
     scene = see(scenario)
     chosen = rng.choice(len(workers), size=count, replace=False)
@@ -109,7 +109,7 @@ def commands_for(
 
 
 def format_commands(told: list[tuple[Worker, Told]]) -> str:
-    """Commands as they stand in a scenario's file."""
+    """Return commands as they stand in a scenario's file."""
     lines = ["commands:"]
     for worker, command in told:
         nodes = list(breadth_first(command.sdcs))

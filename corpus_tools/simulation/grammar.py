@@ -1,4 +1,4 @@
-"""What simulated workers type for what the robot does.
+"""A grammar of simulated workers' commands for the robot's actions.
 
 The robot's script is cut into what it gets and what it does with it. Each has several plans: one
 clause for both ("Put the tires on the truck"), or a clause for each ("Go to the tires, pick them
@@ -46,7 +46,7 @@ class Told:
 
 
 def tell(scene: Scene, worker: Worker, rng: np.random.Generator) -> Told:
-    """What a worker types for what happens in a scene; CorpusError for an action without words."""
+    """Return a worker's command for a scene's events; CorpusError for an action without words."""
 
     def spell(word: str) -> str:
         return misspell(word, rng) if rng.random() < worker.misspelling else word
@@ -85,7 +85,7 @@ class _Speaker:
         self.wording.say(sign.lstrip(",."))
 
     def plan(self) -> list[Sayer]:
-        """How the script is put into words, a sayer for each clause."""
+        """Return the wording of the script, a sayer for each clause."""
         held = self.scene.scenario.robot.carries or ""
         plan: list[Sayer] = []
         steps = list(self.scene.scenario.script)
@@ -113,7 +113,7 @@ class _Speaker:
         return plan
 
     def _fetch(self, load: str, goal: str) -> list[Sayer]:
-        """Getting a load, and bringing it where it shall be, in one to three clauses."""
+        """Return sayers for getting a load and bringing it to its goal, in one to three clauses."""
         first: list[Sayer] = [_go_to_thing(load)] if self.rng.random() < 0.2 else []
         if not goal:
             return [*first, _pick(load)]
@@ -124,13 +124,13 @@ class _Speaker:
         return [*first, _pick(load), _put(load, goal)]
 
     def short(self, load: str) -> str:
-        """A pronoun or the like for a load on the forks or spoken of before; else empty."""
+        """Return a pronoun or the like for a load on the forks or named before; else empty."""
         if load not in self.scene.things:
             return self.one_of(("it", "the load", "your load"))
         return "it" if self.named == load else ""
 
     def load(self, id_: str, short: str) -> SDC:
-        """The load, in short or with a phrase."""
+        """Type the load, in short or with a phrase, and return its clause."""
         if short:
             return self.wording.leaf(short, id_)
         self.named = id_
@@ -141,7 +141,7 @@ class _Speaker:
         return refer(self.wording, self.scene, thing, self.rng, vague=vague)
 
     def event(self, verb: str, load: str, goal: Callable[[], SDC] | None = None) -> SDC:
-        """An EVENT with a load; the verb's particle may follow it, and a pronoun it does follow."""
+        """Type an EVENT of a load; its verb's particle may follow a noun, and follows pronouns."""
         words = verb.split()
         short = self.short(load)
         apart = verb in LOOSE and (short == "it" or self.rng.random() < 0.4)
@@ -152,7 +152,7 @@ class _Speaker:
         return clause("EVENT", relation, landmark, *([] if goal is None else [goal()]))
 
     def place(self, id_: str) -> SDC:
-        """The PLACE where something is put."""
+        """Type the PLACE where something is put, and return its clause."""
         place = self.scene.places[id_]
         if place.name and not place.deck:
             inside = self.wording.say(self.one_of(("in", "inside")))
@@ -169,7 +169,7 @@ class _Speaker:
         return self.wording.ground(clause("PLACE", relation, self.thing(about)), id_)
 
     def path(self, relations: Sequence[str], goal: str) -> SDC:
-        """The PATH to or past a place, a carrier or a thing."""
+        """Type the PATH to or past a place, a carrier or a thing, and return its clause."""
         relation = self.wording.say(self.one_of(relations))
         place = self.scene.places.get(goal)
         if place is not None and place.name:

@@ -1,4 +1,4 @@
-"""Referring to things: nouns, and what distinguishes a thing from others of its kind.
+"""References to things: nouns, and distinctions of a thing from others of its kind.
 
 A worker takes a noun that fits, and sees which other things it fits as well. Then they add
 something that is true of the thing meant alone: its colour or height, what it stands on or next to,
@@ -18,11 +18,11 @@ from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
 
 CLEARLY_M = 1.0
-"""What lies further to a side, or nearer, does so by this much at least."""
+"""Least distance by which a thing lies further to a side, or nearer, in metres."""
 CLEARLY_TALLER = 1.2
-"""What is tall is so many times as high as what is not."""
+"""Least ratio of a tall thing's height to that of one that is not tall."""
 BY_M = 4.0
-"""How far from a landmark a thing can stand that is "next to" it."""
+"""Largest distance from a landmark of a thing "next to" it, in metres."""
 
 
 @short_repr
@@ -31,11 +31,11 @@ class Noun:
     """A way to name a kind of thing."""
 
     labels: frozenset[str]
-    """What a thing must be for the noun to fit."""
+    """Labels that a thing must have for the noun to fit."""
     head: str
     """The noun, without an article."""
     of: str = ""
-    """What it is made up of, as in "pallet of tires"; empty if that isn't said."""
+    """Load of the thing, as in "pallet of tires"; empty if the noun doesn't name it."""
 
 
 def _nouns(labels: Sequence[str], *names: str) -> tuple[Noun, ...]:
@@ -64,7 +64,7 @@ NOUNS = {
     "person": _nouns(("person",), "person", "man", "worker"),
     "cone": _nouns(("cone",), "cone"),
 }
-"""What each kind is called; the first names are no commoner than the others."""
+"""Nouns for each kind; the first names are no commoner than the others."""
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 
@@ -95,7 +95,7 @@ def name_place(wording: Wording, place: Seen, rng: np.random.Generator) -> SDC:
 
 @dataclass(frozen=True, slots=True)
 class _Distinction:
-    """What is true of one thing alone: an adjective, or a relation with perhaps a landmark."""
+    """Property of one thing alone: an adjective, or a relation with perhaps a landmark."""
 
     adjective: str = ""
     relation: str = ""
@@ -133,7 +133,7 @@ def _distinctions(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Di
 
 
 def _likenesses(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By what it alone is like: its colour, or how tall it is."""
+    """Return distinctions by a look that it alone has: its colour, or its height."""
     found: list[str] = [
         colour
         for colour in thing.colours[:1]
@@ -148,7 +148,7 @@ def _likenesses(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
 
 
 def _sides(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """From left to right as the robot sees it, where all are in front of it."""
+    """Return distinctions from left to right as the robot sees it, if all are in front of it."""
     row = sorted((thing, *rivals), key=lambda t: -t.at[1])
     across = [t.at[1] for t in row]
     if min(t.at[0] for t in row) <= 0 or min(-np.diff(across)) < CLEARLY_M:
@@ -168,7 +168,7 @@ def _sides(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
 
 
 def _ranges(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By distance from the robot."""
+    """Return distinctions by distance from the robot."""
     own = np.hypot(*thing.at)
     others = [np.hypot(*rival.at) for rival in rivals]
     if own + CLEARLY_M < min(others):
@@ -179,14 +179,14 @@ def _ranges(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
 
 
 def _decks(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By what it stands on."""
+    """Return distinctions by its support."""
     if not thing.deck or any(rival.deck for rival in rivals):
         return []
     return [_Distinction(relation="on", landmark=scene.things[thing.deck])]
 
 
 def _neighbours(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
-    """By something of another kind, the only one of its kind, that it alone stands next to."""
+    """Return distinctions by a thing of another kind, unique in kind, that it alone is next to."""
     kinds = [t.kind for t in scene.things.values()]
     found = []
     for other in scene.things.values():

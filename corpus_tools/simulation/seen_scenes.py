@@ -1,4 +1,4 @@
-"""What a simulated worker sees: where things are for the robot, and what happens."""
+"""Scenes as a simulated worker sees them: positions of things relative to the robot, and events."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class Seen:
 
     id: str
     kind: str
-    """Of a thing; empty for a place."""
+    """Kind of a thing; empty for a place."""
     labels: frozenset[str]
     name: str
-    """What the map calls a place."""
+    """Name of a place on the map."""
     deck: str
-    """Id of what it stands on; empty for the ground."""
+    """Id of its support; empty for the ground."""
     at: tuple[float, float]
     """Metres ahead of the robot and to its left."""
     height: float
     colours: tuple[Colour, ...] = ()
-    """What it is painted; none for what its kind looks like."""
+    """Colours of its paint; none for the usual look of its kind."""
 
 
 @short_repr
@@ -43,11 +43,11 @@ class Scene:
     scenario: Scenario
     things: Mapping[str, Seen]
     places: Mapping[str, Seen]
-    """What there is; what the robot carries is not among the things that it sees."""
+    """Things and places in view; the robot's load is not among the things."""
 
 
 def see(scenario: Scenario) -> Scene:
-    """How a scenario looks from the robot's start."""
+    """Return a scenario as it looks from the robot's start."""
     context = scenario_context(scenario)
     start = context.agent.trajectory
     pose = (start.xyz[0, :2], float(start.yaw[0]))
@@ -82,7 +82,7 @@ def see(scenario: Scenario) -> Scene:
 
 
 def distance(a: Seen, b: Seen) -> float:
-    """Metres between the middles of two things."""
+    """Return the distance between the middles of two things, in metres."""
     return float(np.hypot(a.at[0] - b.at[0], a.at[1] - b.at[1]))
 
 

@@ -3,7 +3,7 @@
 The model: a pair has a quality, high for a command's own video and low for another one. A rater
 sees it with a bias of their own and with noise, and puts it on the five points at fixed
 thresholds. Some raters are careless and rate at random. With the values given here the parts of
-the judgments that agree are near those of the paper's own judgments (0.88 and 0.10).
+the judgments that agree are near those of the paper's judgments (0.88 and 0.10).
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from g3.errors import FormatError
 
 STUDY = "simulated"
 THRESHOLDS = (-1.5, -0.5, 0.5, 1.5)
-"""Between the five points."""
+"""Thresholds between the five points."""
 
 
 @dataclass(frozen=True, slots=True)
 class RaterModel:
-    """How people rate."""
+    """Distribution of ratings."""
 
     own: float = 1.9
     other: float = -1.2
@@ -36,7 +36,7 @@ class RaterModel:
     noise: float = 0.7
     """Standard deviation of one rating."""
     careless: float = 0.03
-    """Part of the raters who rate at random."""
+    """Share of the raters who rate at random."""
 
 
 def rate(
@@ -98,7 +98,7 @@ def _points(
     model: RaterModel,
     rng: np.random.Generator,
 ) -> list[list[tuple[int, int]]]:
-    """For each pair its raters, and which of the five points each gives."""
+    """Return for each pair its raters, and each one's choice of the five points."""
     bias = rng.normal(0, model.bias, raters)
     careless = rng.random(raters) < model.careless
     own = np.array([_video(command) == shown for command, shown in pairs])

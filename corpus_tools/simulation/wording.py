@@ -23,10 +23,10 @@ _SHORTEST = 4
 
 @dataclass(frozen=True, slots=True)
 class Worker:
-    """Somebody's habits."""
+    """Habits of a simulated worker."""
 
     id: str
-    """Says that the worker is simulated."""
+    """Identifier, which marks the worker as simulated."""
     misspelling: float
     """Probability that a word of four letters or more is misspelt."""
     vagueness: float
@@ -35,11 +35,11 @@ class Worker:
     """Probability of an introduction."""
     capitals: bool
     full_stop: bool
-    """Whether sentences begin and end as they should."""
+    """True if sentences begin with a capital, and end with a full stop."""
 
 
 def draw_workers(count: int, seed: int) -> tuple[Worker, ...]:
-    """Workers; the first are the same however many there are.
+    """Draw workers; the first are the same for any number of them.
 
     Misspelling is Beta(1, 30), vagueness Beta(2, 10), politeness Beta(1, 4); two in three
     use capitals and full stops.
@@ -59,7 +59,7 @@ def _draw(number: int, rng: np.random.Generator) -> Worker:
 
 
 def misspell(word: str, rng: np.random.Generator) -> str:
-    """A word with one slip: a letter left out, doubled, swapped with the next, or a key beside."""
+    """Return a word with one slip: a letter left out, doubled, swapped, or a key beside."""
     if len(word) < _SHORTEST or not word.isalpha():
         return word
     at = int(rng.integers(1, len(word) - 1))
@@ -82,7 +82,7 @@ def _beside(letter: str, rng: np.random.Generator) -> str:
 
 
 Spell: TypeAlias = Callable[[str], str]
-"""What somebody types for a word."""
+"""Spelling of a word by a worker."""
 
 
 @short_repr
@@ -91,11 +91,11 @@ class Wording:
     """A command as it is typed."""
 
     spell: Spell = str
-    """What is typed for each word."""
+    """Spelling of each word."""
     capitals: bool = False
-    """Whether sentences begin with one."""
+    """True if sentences begin with one."""
     text: str = ""
-    """What has been typed."""
+    """Text typed so far."""
     groundings: dict[int, tuple[SDC, tuple[str, ...]]] = field(default_factory=dict)
     """Ids of what clauses are grounded in, by the identity of the clause, which is kept too."""
 
@@ -116,12 +116,12 @@ class Wording:
         self.text += sign
 
     def ground(self, clause: SDC, *ids: str) -> SDC:
-        """Note what a clause is grounded in, and return it."""
+        """Note a clause's groundings, and return it."""
         self.groundings[id(clause)] = (clause, ids)
         return clause
 
     def grounding(self, clause: SDC) -> tuple[str, ...] | None:
-        """Ids of what a clause is grounded in; None if nothing was said of it."""
+        """Return ids of groundings of a clause; None if none were noted."""
         found = self.groundings.get(id(clause))
         return None if found is None else found[1]
 
@@ -136,7 +136,7 @@ def clause(
     *landmarks: SDC,
     figure: SDC | None = None,
 ) -> SDC:
-    """An internal clause; an EVENT without a figure is an imperative, whose agent is unnamed."""
+    """Return an internal clause; an EVENT without a figure is an imperative without its agent."""
     if figure is None and type_ == "EVENT":
         figure = SDC("OBJECT")
     return SDC(

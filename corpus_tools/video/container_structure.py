@@ -84,7 +84,7 @@ def _matroska(content: BinaryIO, size: int) -> Structure:
 
 
 def _kind(content: BinaryIO, end: int) -> str:
-    """The kind that a header names, which ends at a byte."""
+    """Return the kind that a header names, which ends at a byte."""
     while content.tell() < end:
         name, length = _number(content, has_marker=True), _number(content, has_marker=False)
         if name is None or length is None or not 0 <= length <= end:

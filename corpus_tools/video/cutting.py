@@ -106,7 +106,7 @@ def span(info: VideoInfo, start_s: float, end_s: float) -> Span:
 
 
 def _nearest(edges: NDArray[np.float64], t: float, slack: float) -> float:
-    """The edge that is near to a time, the later one in the middle of two; else the time."""
+    """Return the edge near to a time, the later one in the middle of two; else the time."""
     distances = np.abs(edges - t)
     near = np.flatnonzero(distances <= distances.min() + _SAME_S)[-1]
     return float(edges[near]) if distances[near] <= slack + _SAME_S else t
@@ -169,7 +169,7 @@ class _OtherFramesError(Exception):
 
 @contextmanager
 def _named(file: Path, part: Span) -> Iterator[None]:
-    """Name the file and its part in what goes wrong."""
+    """Name the file and its part in errors."""
     import av  # noqa: PLC0415 - large, and not always installed
 
     try:
@@ -188,7 +188,7 @@ class _Clock:
 
     part: Span
     times: NDArray[np.float64]
-    """Of the span's frames."""
+    """Times of the span's frames."""
     zero_s: float
     """The file's first frame on the container's clock."""
     after_s: float
@@ -206,17 +206,17 @@ class _Clock:
         return _Clock(part, times, info.first_time_s, after_s, slack_s)
 
     def seconds(self, item: Any) -> float | None:
-        """The time of a packet or a frame."""
+        """Return the time of a packet or a frame, in seconds."""
         if item.pts is None or item.time_base is None:
             return None
         return float(item.pts * item.time_base) - self.zero_s
 
     def has(self, seconds: float) -> bool:
-        """Whether a time is within the span."""
+        """Check that a time is within the span."""
         return bool(self.times[0] - self.slack_s <= seconds < self.after_s)
 
     def number(self, seconds: float) -> int:
-        """The number of the frame that has a time; -1 if none has it."""
+        """Return the number of the frame that has a time; -1 if none has it."""
         nearest = int(np.searchsorted(self.times, seconds - self.slack_s))
         is_near = nearest < len(self.times) and self.times[nearest] <= seconds + self.slack_s
         return nearest if is_near else -1
@@ -240,7 +240,7 @@ def _write(file: Path, info: VideoInfo, part: Span, target: Path, *, is_copied: 
 
 
 def _copied(file: Path, clock: _Clock, out: Any) -> Iterator[_Timed]:
-    """The packets of a span, with their times in it; an error if they need others."""
+    """Yield the packets of a span, copied, with their times in it; an error if they need others."""
     part, times = clock.part, clock.times
     if part.start_s != times[0]:
         raise _OtherFramesError  # it begins within a frame
@@ -272,7 +272,7 @@ def _copied(file: Path, clock: _Clock, out: Any) -> Iterator[_Timed]:
 
 
 def _encoded(file: Path, info: VideoInfo, clock: _Clock, out: Any) -> Iterator[_Timed]:
-    """The frames of a span, encoded upright, with their times in it."""
+    """Yield the frames of a span, encoded upright, with their times in it."""
     part = clock.part
     starts = np.maximum(clock.times - part.start_s, 0.0)
     ends = np.append(starts[1:], part.duration_s)
@@ -295,7 +295,7 @@ def _encoded(file: Path, info: VideoInfo, clock: _Clock, out: Any) -> Iterator[_
 
 
 def _encoder(out: Any, info: VideoInfo, frame: av.VideoFrame) -> Any:
-    """The stream that frames like an upright one are encoded into."""
+    """Add the stream into which frames like an upright one are encoded."""
     encoder, options = ENCODERS[out.format.name]
     stream = out.add_stream(encoder, rate=max(round(info.fps), 1))
     stream.width, stream.height, stream.pix_fmt = frame.width, frame.height, frame.format.name
@@ -309,7 +309,7 @@ def _encoder(out: Any, info: VideoInfo, frame: av.VideoFrame) -> Any:
 
 
 def _frames(file: Path, clock: _Clock) -> Iterator[av.VideoFrame]:
-    """The frames of a span; a ValueError if one isn't there."""
+    """Yield the frames of a span; a ValueError if one is missing."""
     count = 0
     for is_sought in (True, False):
         container, source = open_video(file)
@@ -332,7 +332,7 @@ def _frames(file: Path, clock: _Clock) -> Iterator[av.VideoFrame]:
 
 
 def _sound(file: Path, clock: _Clock, out: Any) -> Iterator[_Timed]:
-    """The packets of a span's sound, with their times in it."""
+    """Yield the packets of a span's sound, with their times in it."""
     part = clock.part
     container, pictures = open_video(file)
     with container:

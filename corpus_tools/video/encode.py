@@ -25,7 +25,7 @@ OPTIONS = MappingProxyType(
         "high": {"preset": "medium", "crf": "17"},
     }
 )
-"""Of the encoder, by quality."""
+"""Options of the encoder, by quality."""
 _KEY_FRAME_S = 2
 """Players can jump this finely without decoding much."""
 _REC_709_FROM = 720

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 CONTAINERS = "mov,matroska"
 """The formats that are opened, as FFmpeg calls them. Playlists, which name other files, aren't."""
 MOST_PIXELS = 1 << 26
-"""A stored frame may have so many; larger ones aren't decoded."""
+"""Largest number of pixels of a stored frame; larger ones aren't decoded."""
 WIDEST = 16_384
 """The greatest width and height of a picture as displayed."""
 

@@ -24,13 +24,13 @@ from g3.short_repr import short_repr
 
 SAMPLES = 4
 SHADOW_SIZE = 4096
-"""Of MuJoCo's shadow map, for the highest quality."""
+"""Size of MuJoCo's shadow map, for the highest quality."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Frames:
-    """What a video needs of a recording."""
+    """Source of the frames of a video of a recording."""
 
     cameras: list[Camera]
     """One for each frame, or a single one."""
@@ -81,12 +81,12 @@ def _whole(
     size: tuple[int, int],
     shadows: bool,
 ) -> Image:
-    """A frame drawn wholly by MuJoCo, with its own shadows or none."""
+    """Draw a frame wholly by MuJoCo, with its own shadows or none."""
     canvas.show(recording, k)
     canvas.draw(cameras[min(k, len(cameras) - 1)], size, shadows=shadows)
     return np.ascontiguousarray(canvas.pixels()[::-1])
 
 
 def canvas_size(size: tuple[int, int]) -> tuple[int, int]:
-    """How large a canvas must be for the finer pictures of frames, and for shadow maps."""
+    """Return the size of a canvas for the finer pictures of frames, and for shadow maps."""
     return max(size[0] * FINER, LARGEST_MAP), max(size[1] * FINER, LARGEST_MAP)

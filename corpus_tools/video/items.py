@@ -1,4 +1,4 @@
-"""What can be made a video of: scenarios, which are executed, and contexts, which are replayed."""
+"""Sources of videos: scenarios, which are executed, and contexts, which are replayed."""
 
 from __future__ import annotations
 
@@ -43,27 +43,27 @@ class ContextItem:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Story:
-    """What happens in a video."""
+    """Content of a video."""
 
     id: str
-    """Of the scenario or the context."""
+    """Identifier of the scenario or the context."""
     title: str
-    """What happens, in a sentence; empty if nobody has said."""
+    """Summary in a sentence; empty if none is given."""
     fingerprint: str
-    """Digest of all that determines what happens."""
+    """Digest of all that determines the events."""
     metadata: Mapping[str, str]
-    """What the log keeps."""
+    """Metadata that the log keeps."""
     record: Callable[[], Recording]
     """Makes it happen, and gives the recording."""
     site: str = "yard"
-    """What is around: one of :data:`~corpus_tools.world.looks.site_looks.SITES`."""
+    """Surroundings: one of :data:`~corpus_tools.world.looks.site_looks.SITES`."""
 
 
 Item: TypeAlias = ScenarioItem | ContextItem
 
 
 def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
-    """Scenarios by their names or files; all of a dataset if none are given.
+    """Return scenarios by their names or files; all of a dataset if none are given.
 
     FormatError if one isn't there, or two have the same name.
     """
@@ -80,7 +80,7 @@ def scenario_items(dataset: str, names: tuple[str, ...]) -> list[Item]:
 
 
 def context_items(corpus: str) -> list[Item]:
-    """The contexts of a corpus; FormatError if it can't be read."""
+    """Return the contexts of a corpus; FormatError if it can't be read."""
     return [
         ContextItem(key.replace("/", "-"), corpus, key)
         for key in sorted(open_corpus(corpus).contexts)
@@ -88,7 +88,7 @@ def context_items(corpus: str) -> list[Item]:
 
 
 def story_of(item: Item) -> Story:
-    """Read what an item stands for; FormatError if something in it is wrong."""
+    """Read an item's story; FormatError if something in it is wrong."""
     if isinstance(item, ContextItem):
         return _replayed(open_corpus(item.corpus).contexts[item.context_id], item.corpus)
     scenario = read_scenario(item.path)

@@ -1,4 +1,4 @@
-"""The manifest of a rendered folder: what it shows, how it was made, and its files' hashes."""
+"""The manifest of a rendered folder: its content, its settings, and its files' hashes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MANIFEST = "manifest.json"
 PROGRAM = "corpus-tools-g3"
 
 _MAKERS = ("video", "world", "logs")
-"""Folders with the modules that determine what is rendered."""
+"""Folders with the modules that determine the rendering."""
 _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy")
 """Distributions that determine it too."""
 
@@ -35,7 +35,7 @@ _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy"
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How videos are made."""
+    """Options of videos."""
 
     camera: str = "overview"
     """One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`."""
@@ -43,17 +43,17 @@ class Settings:
     """Width and height, pixels, both even."""
     fps: int = 25
     quality: Quality = "standard"
-    """How well they are drawn and encoded."""
+    """Quality of drawing and encoding."""
     speed: float = 1.0
-    """Seconds of what happens that a second of video shows."""
+    """Seconds of the recording that a second of video shows."""
     skip_idle: bool = False
-    """Whether long stretches in which nothing moves are cut short."""
+    """True if long stretches in which nothing moves are cut short."""
     names: bool = False
-    """Whether the names of places are painted on the ground."""
+    """True if the names of places are painted on the ground."""
 
 
 def input_hash(story: Story, settings: Settings) -> str:
-    """Digest of what determines the files: what happens, the settings and the program."""
+    """Return a digest of all that determines the files: events, settings and program."""
     parts = [story.id, story.title, story.fingerprint, story.site, asdict(settings), _program()]
     return "sha256:" + hashlib.sha256(msgspec.json.encode(parts, order="sorted")).hexdigest()
 
@@ -65,7 +65,7 @@ def manifest(
     cameras: list[Camera],
     files: Mapping[str, bytes],
 ) -> bytes:
-    """The manifest's content, of a recording sampled at the video's frames.
+    """Return the manifest's content, of a recording sampled at the video's frames.
 
     `files` are the other files of the folder by name.
     """
@@ -110,7 +110,7 @@ def manifest(
 
 
 def is_finished(folder: Path, wanted_hash: str) -> bool:
-    """Whether a folder holds all that was made of the same input, unchanged."""
+    """Check that a folder holds all files made of the same input, unchanged."""
     try:
         content = msgspec.json.decode((folder / MANIFEST).read_bytes())
         return content["input_hash"] == wanted_hash and all(
@@ -123,7 +123,7 @@ def is_finished(folder: Path, wanted_hash: str) -> bool:
 
 @functools.cache
 def _program() -> str:
-    """Digest of the program and its libraries."""
+    """Return a digest of the program and its libraries."""
     digest = hashlib.sha256(program_digest(*_MAKERS).encode())
     for name in _LIBRARIES:
         try:

@@ -1,7 +1,7 @@
 """Pictures of every kind of thing from each camera, and a study in which strangers name them.
 
-Whether people recognise things is seen by asking them. The sheet shows what they would see; the
-study asks them, and its export says what each clip shows.
+The study measures whether people recognise things. The sheet shows its pictures; the study asks for
+names, and its export has the thing in each clip.
 """
 
 from __future__ import annotations
@@ -36,13 +36,14 @@ FRAME = (1280, 720)
 CROP = (480, 360)
 CELL = (240, 180)
 MARGIN = 0.35
-"""What is around a thing in its crop, as a part of the thing's size."""
+"""Space around a thing in its crop, as a share of the thing's size."""
 AWAY_M = 9.0
-"""How far ahead of the robot things begin."""
+"""Distance ahead of the robot at which things begin, in metres."""
 ASIDE_M = {"overview": 2.5, "follow": 2.5, "operator": 0.0}
-"""How far to its left they are: ahead of its seat, where the mast leaves room, else beside it."""
+"""Distance of things to its left, in metres: ahead of its seat, where the mast leaves room, else
+beside it."""
 TURNS_DEG = {"overview": 215.0, "follow": 0.0, "operator": 90.0}
-"""How things stand before each camera: askew, from behind, from their side."""
+"""Headings of things before each camera, in degrees: askew, from behind, from their side."""
 _FPS, _SECONDS = 5, 2
 
 
@@ -54,13 +55,13 @@ class Crop:
     kind: str
     camera: str
     picture: Image
-    """Of the size :data:`CROP`; red, green and blue."""
+    """Picture of the size :data:`CROP`; red, green and blue."""
     pixels: tuple[int, int]
     """Width and height of the thing in the whole frame."""
 
 
 def crops(kinds: tuple[str, ...] = ()) -> Iterator[Crop]:
-    """Every kind of thing, or those that are named, as each camera sees it.
+    """Draw every kind of thing, or the given ones, as each camera sees it.
 
     The robot isn't seen from its own seat.
     """
@@ -91,7 +92,7 @@ def write_sheet(found: list[Crop], out: Path, *, force: bool = False) -> None:
 
 
 def sheet(found: list[Crop]) -> Image:
-    """One picture of all crops: a row for each kind, a column for each camera."""
+    """Draw one picture of all crops: a row for each kind, a column for each camera."""
     kinds = list(dict.fromkeys(crop.kind for crop in found))
     cameras = list(TURNS_DEG)
     width, height = CELL
@@ -128,7 +129,7 @@ def _crop(kind: str, camera: str) -> Crop:
 
 
 def _scene(kind: str, camera: str) -> Scenario:
-    """A yard with the robot, a cone far away, and the thing."""
+    """Return a yard with the robot, a cone far away, and the thing."""
     half = max(KINDS[kind].size) / 2
     things = {"far": Thing("cone", (24.0, -8.0)), "near": Thing("cone", (-3.0, 6.0))}
     if kind != FORKLIFT.name:
@@ -139,7 +140,7 @@ def _scene(kind: str, camera: str) -> Scenario:
 
 
 def _around(box: Any) -> tuple[int, int, int, int]:
-    """A rectangle with the shape of a crop around a box, x, y, width and height."""
+    """Return a rectangle with the shape of a crop around a box, x, y, width and height."""
     x, y, width, height = box
     aspect = CROP[0] / CROP[1]
     wide = max(width * (1 + 2 * MARGIN), height * (1 + 2 * MARGIN) * aspect, 48)

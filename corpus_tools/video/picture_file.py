@@ -13,7 +13,7 @@ import numpy.typing as npt
 from g3.errors import FormatError
 
 MOST_PIXELS = 1 << 26
-"""A picture may have so many: as a square, 8192 on a side."""
+"""Largest number of pixels of a picture: as a square, 8192 on a side."""
 _AS = "save it as PNG or JPEG"
 
 
@@ -30,7 +30,7 @@ def decoded(content: bytes, *, where: str) -> npt.NDArray[np.uint8]:
     Returns
     -------
     array of shape (height, width, 3)
-        Blue, green and red, turned as the file says that it is shown.
+        Blue, green and red, turned as the file's orientation states.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def check_pixels(width: int, height: int, *, where: str) -> None:
 
 
 def size_of(content: bytes, *, where: str) -> tuple[int, int]:
-    """Width and height that a picture's header names, in pixels; nothing is decoded.
+    """Return the width and height in a picture's header, in pixels; nothing is decoded.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _png(content: bytes) -> tuple[int, int]:
 
 
 def _jpeg(content: bytes) -> tuple[int, int]:
-    """The first frame header; segments before it are passed over."""
+    """Read the first frame header; segments before it are passed over."""
     at = 2
     while True:
         mark, kind, length = struct.unpack_from(">BBH", content, at)

@@ -1,8 +1,8 @@
-"""The properties of video files, found by decoding each file once.
+"""The properties of video files, measured by decoding each file once.
 
 A container's header may lack a length, give a mean frame rate, or list frames that the file doesn't
 hold. :func:`probe` therefore decodes all frames. It keeps the result in the cache folder by the
-file's SHA-256 digest, so that no file is decoded twice, under whichever name it is found.
+file's SHA-256 digest, so that no file is decoded twice, under any name.
 
 All times are on one clock: seconds since the first frame. On the container's own clock the first
 frame may be later than 0 (:attr:`VideoInfo.first_time_s`).
@@ -54,7 +54,7 @@ _VERSION = 2
 _FALLBACK_S = 0.04
 """The duration of a single frame whose container gives none."""
 _LEAST_LOSS_S = 0.5
-"""By so much the frames must be shorter than the header says to show that some are missing."""
+"""Least shortfall of the frames against the header's length that shows missing frames."""
 _SETTLED_NS = 2_000_000_000
 """The age of a file's last change from which its digest is kept by its path. A second change may
 have the same time as the first."""
@@ -81,7 +81,7 @@ class VideoInfo:
     rotation: int
     """Degrees by which stored frames are turned clockwise for display: 0, 90, 180 or 270."""
     is_mirrored: bool
-    """Whether stored frames are mirrored, left to right, before they are turned."""
+    """True if stored frames are mirrored, left to right, before they are turned."""
     pixel_aspect: Fraction
     """Width of a stored pixel divided by its height."""
     container: str
@@ -93,9 +93,9 @@ class VideoInfo:
     fps: float
     """Mean rate of the frames, per second."""
     has_audio: bool
-    """Whether there is sound."""
+    """True if there is sound."""
     is_playable: bool
-    """Whether all common browsers play this codec and pixel format in this container."""
+    """True if all common browsers play this codec and pixel format in this container."""
     stated_s: float
     """Length that the container's header gives, seconds; 0 if it gives none."""
     problem: str
@@ -228,7 +228,7 @@ def _packed(info: VideoInfo) -> bytes:
 
 
 def _kept(sha256: str) -> VideoInfo | None:
-    """The result for a digest; None if none is kept, or a damaged one."""
+    """Return the result for a digest; None if none is kept, or a damaged one."""
     if (recent := _RECENT.get(sha256)) is not None:
         return recent
     try:
@@ -259,7 +259,7 @@ class _Pass:
     marks: list[tuple[int, int]] = field(default_factory=list)
     """Time and duration of each frame in the stream's unit; a duration may be 0."""
     damaged: int = 0
-    """How many packets or frames are damaged."""
+    """Number of damaged packets or frames."""
     damaged_at: int | None = None
     """The time of the first of them."""
     end: str = ""
@@ -272,7 +272,7 @@ class _Pass:
 
 
 def _decoded(file: Path, sha256: str, progress: OnShare | None) -> VideoInfo:
-    """The properties of a file, by decoding it."""
+    """Return the properties of a file, by decoding it."""
     structure = read_structure(file)
     if not structure.kind:
         raise unreadable(file, "it is no MP4, QuickTime, WebM or Matroska file")
@@ -311,7 +311,7 @@ def _decoded(file: Path, sha256: str, progress: OnShare | None) -> VideoInfo:
 
 
 def _decode(container: Any, stream: Any, size: int, progress: OnShare | None) -> _Pass:
-    """Decode a stream to its end, past what is damaged."""
+    """Decode a stream to its end, past damaged parts."""
     import av  # noqa: PLC0415 - large, and not always installed
 
     outcome = _Pass()
@@ -354,7 +354,7 @@ def _note_frame(outcome: _Pass, frame: av.VideoFrame) -> None:
 def _clock(
     outcome: _Pass, unit: Fraction, rate: Fraction | None
 ) -> tuple[NDArray[np.float64], float]:
-    """The frames' times from the first one on, and their length, in seconds."""
+    """Return the frames' times from the first one on, and their length, in seconds."""
     marks = np.array(sorted(outcome.marks), np.int64)
     times = (marks[:, 0] - marks[0, 0]) * float(unit)
     last_s = float(marks[-1, 1] * unit)
@@ -371,7 +371,7 @@ def _mean_rate(times: NDArray[np.float64], duration_s: float) -> float:
 
 
 def _problem(outcome: _Pass, structure: Structure, stream: Any, duration_s: float) -> str:
-    """The reason why a file isn't whole; empty if it is."""
+    """Return the reason why a file isn't whole; empty if it is."""
     if structure.problem:
         return structure.problem
     unit = float(stream.time_base or 1)

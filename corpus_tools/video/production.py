@@ -46,12 +46,12 @@ def produce(
     out
         The folder of that folder.
     force
-        Whether to make it again if it is finished.
+        True to make it again if it is finished.
 
     Returns
     -------
     bool
-        Whether it was made; else it was finished.
+        True if it was made; else it was finished.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def produce(
 
 
 def telling_moment(recording: Recording) -> int:
-    """The moment when half of all motion has been: carrying, in most recordings that carry."""
+    """Return the moment after half of all motion: carrying, in most recordings that carry."""
     way = np.linalg.norm(np.diff(recording.position, axis=0), axis=2).sum(axis=1)
     done = np.concatenate(([0.0], np.cumsum(way)))
     return int(np.searchsorted(done, done[-1] / 2))

@@ -17,20 +17,20 @@ from g3.errors import CorpusError
 from g3.storage.system_errors import named_error
 
 THREADS = "LP_NUM_THREADS"
-"""How many threads Mesa starts in a process; it would start them for all cores in each."""
+"""Number of threads that Mesa starts in a process; it would start them for all cores in each."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of an item."""
+    """Result of rendering an item."""
 
     name: str
     made: bool
-    """Whether its files were made; else they were there, or it failed."""
+    """True if its files were made; else they were there, or it failed."""
     problem: str = ""
-    """Why it failed; empty if it didn't."""
+    """Reason why it failed; empty if it didn't."""
     is_bug: bool = False
-    """Whether that is not the input's fault."""
+    """True if the input is not to blame."""
 
 
 def produce_all(

@@ -1,4 +1,4 @@
-"""The simulated world: scenarios, physics, and what happened in it.
+"""The simulated world: scenarios, physics, and recordings.
 
 Read :mod:`~corpus_tools.world.state.thing_kinds` and
 :mod:`~corpus_tools.world.state.recording` first. A scenario (``scenarios``) is set up as a

@@ -1,4 +1,4 @@
-"""Where the camera stands."""
+"""Cameras: their poses, and the part of the world in the picture."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Camera:
         return np.stack((right, np.cross(ahead, right), ahead))
 
     def intrinsics(self, size: tuple[int, int]) -> FloatArray:
-        """The matrix K, shape (3, 3), of pictures of a size (width, height) in pixels.
+        """Return the matrix K, shape (3, 3), of pictures of a size (width, height) in pixels.
 
         Pixels count to the right and down; (0, 0) is the upper left corner of the picture.
         """
@@ -47,12 +47,12 @@ class Camera:
         return np.array([[focal, 0, size[0] / 2], [0, focal, size[1] / 2], [0, 0, 1]])
 
     def extrinsics(self) -> FloatArray:
-        """The matrix [R | t], shape (3, 4), from the world's frame to the camera's."""
+        """Return the matrix [R | t], shape (3, 4), from the world's frame to the camera's."""
         rotation = self.axes
         return np.concatenate((rotation, -(rotation @ self.position)[:, None]), axis=1)
 
     def project(self, points: FloatArray, size: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-        """Pixels (n, 2) of points (n, 3), and how far ahead of the camera they are (n,)."""
+        """Return pixels (n, 2) of points (n, 3), and their distances ahead of the camera (n,)."""
         local = (points - self.position) @ self.axes.T
         depth = local[:, 2]
         focal = size[1] / 2 / math.tan(self.fovy / 2)
@@ -62,32 +62,33 @@ class Camera:
 
 ELEVATION = math.radians(33)
 MARGIN = 0.04
-"""What stays free along the picture's edges, as a part of its width and height."""
+"""Free space along the picture's edges, as a share of its width and height."""
 AROUND_M = 1.0
-"""How far around what it shows the picture reaches at least."""
+"""Least distance around its subject that the picture shows, in metres."""
 NEAR_M = 4.0
-"""What stands so near to what happens is in the picture, too."""
+"""Distance from the motion within which standing things are in the picture, too, in metres."""
 OVERVIEW_FOVY = math.radians(38)
 MOST_ROUNDS = 4
-"""How often the picture is made larger for what its edge would cut off."""
+"""Largest number of times that the picture grows for things that its edge would cut off."""
 
 BEFORE_S, AFTER_S = 2.0, 5.0
-"""Which part of the robot's way :func:`track` has in the picture."""
+"""Part of the robot's way in the picture of :func:`track`: before and after, in seconds."""
 LOOK_AGAIN_S = 0.5
 TRACK_AROUND_M = 2.5
-"""How far around that its picture reaches at least."""
+"""Least distance around that way that its picture shows, in metres."""
 BESIDE_M, LOAD_NEAR_M = 5.0, 6.0
-"""What stands, and what will be moved, is in its picture from so near to the robot."""
+"""Distances from the robot within which standing things, and things that will be moved, are in its
+picture."""
 SMOOTH_S = 3.0
-"""How slowly it moves."""
+"""Time over which its movement is smoothed, in seconds."""
 OPENING_S = 2.0
-"""How long everything is seen first; for as long it draws near."""
+"""Time for which everything is seen first, in seconds; for as long it draws near."""
 
 
 def overview(recording: Recording, size: tuple[int, int]) -> list[Camera]:
-    """A fixed camera high behind the robot's start that sees all that happens.
+    """Return a fixed camera high behind the robot's start that sees all that happens.
 
-    What moves, what the steps name and what stands near that is in the picture. The camera
+    The picture has the moving things, those that steps name, and those near them. The camera
     looks as the robot does at the start, so that left and right are the robot's.
     """
     ahead = _looking(recording)
@@ -105,7 +106,7 @@ def overview(recording: Recording, size: tuple[int, int]) -> list[Camera]:
 
 
 def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
-    """A camera that begins as :func:`overview` and then keeps near what happens.
+    """Return a camera that begins as :func:`overview` and then keeps near the motion.
 
     It looks the same way all the time, and moves slowly: what the robot passes in the next
     seconds, and what stands beside it, is in the picture.
@@ -137,7 +138,7 @@ def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
 
 
 def follow(recording: Recording, size: tuple[int, int]) -> list[Camera]:
-    """A camera that is drawn along behind the robot, and looks over it."""
+    """Return a camera that is drawn along behind the robot, and looks over it."""
     del size
     robot = _robot(recording)
     position = recording.position[:, robot]
@@ -156,7 +157,7 @@ SEAT = (-0.55, 0.0, 1.66)
 
 
 def operator(recording: Recording, size: tuple[int, int]) -> list[Camera]:
-    """What the driver sees from the seat, looking ahead and down at the forks."""
+    """Return a camera in the driver's seat that looks ahead and down at the forks."""
     del size
     robot = _robot(recording)
     yaw = heading(recording.orientation[:, robot])
@@ -178,7 +179,7 @@ def _robot(recording: Recording) -> int:
 
 
 def _looking(recording: Recording) -> FloatArray:
-    """Down and to where the robot looks at the start, shape (3,)."""
+    """Return the direction down and to where the robot looks at the start, shape (3,)."""
     yaw = float(heading(recording.orientation[0, _robot(recording)]))
     level = math.cos(ELEVATION)
     return np.array([level * math.cos(yaw), level * math.sin(yaw), -math.sin(ELEVATION)])
@@ -187,7 +188,7 @@ def _looking(recording: Recording) -> FloatArray:
 def _framing(
     points: FloatArray, ahead: FloatArray, size: tuple[int, int], around_m: float
 ) -> Camera:
-    """The nearest camera that looks ahead and sees all points (n, 3), and so far around them."""
+    """Return the nearest camera ahead of all points (n, 3) that sees so far around them."""
     unit = Camera(np.zeros(3), ahead, OVERVIEW_FOVY)
     around = np.array([[x, y, 0.0] for x in (-around_m, around_m) for y in (-around_m, around_m)])
     local = (points[:, None] + around).reshape(-1, 3) @ unit.axes.T
@@ -200,7 +201,7 @@ def _framing(
 
 
 def _is_cut(camera: Camera, corners: FloatArray, size: tuple[int, int]) -> bool:
-    """Whether a part of a thing is in the picture, and a part of it isn't."""
+    """Check whether a part of a thing is in the picture, and another part isn't."""
     pixels, depth = camera.project(corners, size)
     seen = ((pixels >= 0) & (pixels <= size)).all(axis=1) & (depth > 0)
     low, high = pixels.min(axis=0), pixels.max(axis=0)
@@ -209,9 +210,9 @@ def _is_cut(camera: Camera, corners: FloatArray, size: tuple[int, int]) -> bool:
 
 
 def _extent(recording: Recording) -> FloatArray:
-    """Corners (n, 3) of all that moves, at any moment, of what steps name, and what is near that.
+    """Return corners (n, 3) of moving things, of those that steps name, and of those near them.
 
-    Where nothing moves and there are no steps, of everything.
+    If nothing moves and there are no steps, of everything.
     """
     start = recording.start
     named = {start.agent_id, *(value for step in recording.steps for _, value in step.arguments)}
@@ -235,12 +236,12 @@ def _extent(recording: Recording) -> FloatArray:
 
 
 def _corners(recording: Recording, i: int) -> FloatArray:
-    """Corners of an object's box at moments from the first to the last, shape (n, 3)."""
+    """Return the corners of an object's box at moments from the first to the last, shape (n, 3)."""
     return _placed(recording, i, slice(0, len(recording.t_ns)))
 
 
 def _placed(recording: Recording, i: int, window: slice) -> FloatArray:
-    """The same from the first to the last moment of a window."""
+    """Repeat a pose from the first to the last moment of a window."""
     last = min(window.stop, len(recording.t_ns)) - 1
     moments = np.unique(np.linspace(min(window.start, last), last, 50).astype(int))
     shape, poses = shape_of(recording.start.objects[i]), recording.position[moments, i]
@@ -256,14 +257,14 @@ def _placed(recording: Recording, i: int, window: slice) -> FloatArray:
 
 
 def _apex(x: FloatArray, z: FloatArray, slope: float) -> float:
-    """The greatest z0 from which all points are in view: |x - x0| <= slope (z - z0) for some x0."""
+    """Return the greatest z0 with all points in view: |x - x0| <= slope (z - z0) for some x0."""
     right = float((x - slope * z).max())
     left = float((x + slope * z).min())
     return (left - right) / (2 * slope)
 
 
 def _middle(x: FloatArray, depth: FloatArray) -> float:
-    """The x0 from which the outermost points x / depth are equally far to both sides."""
+    """Return the x0 from which the outermost points x / depth are equally far to both sides."""
     low, high = float(x.min()), float(x.max())
     for _ in range(60):
         middle = (low + high) / 2
@@ -273,7 +274,7 @@ def _middle(x: FloatArray, depth: FloatArray) -> float:
 
 
 def _smooth(t: FloatArray, values: FloatArray, seconds: float) -> FloatArray:
-    """Values (n, ...) averaged over a window of time, with the ends held."""
+    """Return values (n, ...) averaged over a window of time, with the ends held."""
     n = len(t)
     if n < 3:
         return values

@@ -25,10 +25,10 @@ Depth: TypeAlias = npt.NDArray[np.float32]
 
 MAX_GEOMS = 20_000
 BACKDROP, STILL, MOVING = 0, 1, 2
-"""Groups of what is seen: planes and what else throws no shadow; what never moves; what does."""
+"""Groups of visible things: planes and others without a shadow; still things; moving things."""
 HIDDEN = 5
 NEAR = 1.0
-"""MuJoCo wants some distance to what is seen, without perspective too."""
+"""Distance to visible things that MuJoCo needs, without perspective too."""
 LOW_POLY = (1, 20, 10)
 """Facets along the edges of boxes, around cylinders, and along spheres."""
 
@@ -48,7 +48,7 @@ class Rectangle:
         return slice(self.y, self.y + self.height), slice(self.x, self.x + self.width)
 
     def overlaps(self, other: Rectangle) -> bool:
-        """Whether both have a pixel in common."""
+        """Check that both have a pixel in common."""
         return (
             self.x < other.x + other.width
             and other.x < self.x + self.width
@@ -57,14 +57,14 @@ class Rectangle:
         )
 
     def union(self, other: Rectangle) -> Rectangle:
-        """The smallest rectangle around both."""
+        """Return the smallest rectangle around both."""
         x, y = min(self.x, other.x), min(self.y, other.y)
         right = max(self.x + self.width, other.x + other.width)
         top = max(self.y + self.height, other.y + other.height)
         return Rectangle(x, y, right - x, top - y)
 
     def scaled(self, factor: int) -> Rectangle:
-        """The same part of a picture that is larger by a factor."""
+        """Return the same part of a picture that is larger by a factor."""
         return Rectangle(
             self.x * factor, self.y * factor, self.width * factor, self.height * factor
         )
@@ -110,7 +110,7 @@ class Canvas:
         self._options = mujoco.MjvOption()
 
     def close(self) -> None:
-        """Free what OpenGL holds."""
+        """Free the resources of OpenGL."""
         self._context.free()
         self._gl.free()
 
@@ -134,9 +134,9 @@ class Canvas:
     ) -> None:
         """Draw what :meth:`pixels` and :meth:`depth` then read.
 
-        `size` is the width and height of the whole picture, `rows` how many rows are drawn for each
-        of the picture's. `sun` says whether the sun shines, `other_light` whether anything else
-        does: light from everywhere, lamps. `shadows` are MuJoCo's own. `sky` is the sky, and the
+        `size` is the width and height of the whole picture, `rows` the number of rows drawn for
+        each of the picture's. `sun` is true if the sun shines, `other_light` if anything else does:
+        light from everywhere, lamps. `shadows` are MuJoCo's own. `sky` is the sky, and the
         haze before it.
         """
         part = part or Rectangle(0, 0, *size)
@@ -174,24 +174,24 @@ class Canvas:
         )
 
     def pixels(self) -> Image:
-        """Colours of the last drawing, shape (height, width, 3)."""
+        """Return the colours of the last drawing, shape (height, width, 3)."""
         image = np.empty((self._viewport.height, self._viewport.width, 3), np.uint8)
         mujoco.mjr_readPixels(image, None, self._viewport, self._context)
         return image
 
     def depth(self) -> Depth:
-        """Depths of the last drawing from 0, near, to 1, far or nothing, (height, width)."""
+        """Return depths of the last drawing from 0, near, to 1, far or nothing, (height, width)."""
         image = np.empty((self._viewport.height, self._viewport.width), np.float32)
         mujoco.mjr_readPixels(None, image, self._viewport, self._context)
         return image
 
     def clip(self) -> tuple[float, float]:
-        """Distances from the camera where the depth is 0 and 1, in metres."""
+        """Return the distances from the camera where the depth is 0 and 1, in metres."""
         view = self._scene.camera[0]
         return float(view.frustum_near), float(view.frustum_far)
 
     def objects(self, camera: Camera, size: tuple[int, int]) -> npt.NDArray[np.int64]:
-        """Index of the object that each pixel shows, -1 for none, shape (height, width)."""
+        """Return the index of the object at each pixel, -1 for none, shape (height, width)."""
         self._aim(camera)
         self.model.vis.global_.fovy = np.degrees(camera.fovy)
         self._update((BACKDROP, STILL, MOVING), sun=True)
@@ -212,11 +212,11 @@ class Canvas:
         return found
 
     def geoms_of(self, group: int) -> npt.NDArray[np.int64]:
-        """Indices of a group's geoms."""
+        """Return the indices of a group's geoms."""
         return np.flatnonzero(self.model.geom_group == group)
 
     def corners(self, geoms: npt.NDArray[np.int64]) -> FloatArray:
-        """Corners of boxes around geoms as they are now, shape (8 n, 3)."""
+        """Return the corners of boxes around geoms at their present poses, shape (8 n, 3)."""
         rotation = self.data.geom_xmat[geoms].reshape(-1, 3, 3)
         turned = np.einsum("nij,nkj->nki", rotation, self._corners[geoms])
         placed: FloatArray = (turned + self.data.geom_xpos[geoms][:, None]).reshape(-1, 3)
@@ -263,7 +263,7 @@ class Canvas:
         mujoco.mjr_render(self._viewport, self._scene, self._context)
 
     def _group(self, moving: frozenset[int]) -> None:
-        """Sort what is seen into groups, by which :meth:`draw` chooses what to draw."""
+        """Sort visible geoms into groups, by which :meth:`draw` chooses its geoms."""
         plane = self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
         shadowless = plane | (self.model.geom_castshadow == 0)
         moves = np.isin(self.object_of_geom, list(moving))
@@ -274,14 +274,14 @@ class Canvas:
 
 
 def sun_of(model: mujoco.MjModel) -> int | None:
-    """The directional light that throws shadows; None if there is none."""
+    """Return the directional light that throws shadows; None if there is none."""
     directional = model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     found = np.flatnonzero(directional & model.light_castshadow.astype(bool))
     return int(found[0]) if len(found) else None
 
 
 def _objects(world: World) -> npt.NDArray[np.int64]:
-    """Index of the object that each geom belongs to, -1 for none, shape (ngeom,)."""
+    """Return the index of the object that each geom belongs to, -1 for none, shape (ngeom,)."""
     model = world.model
     of_body = np.full(model.nbody, -1)
     for i, item in enumerate(world.context.objects):
@@ -292,7 +292,7 @@ def _objects(world: World) -> npt.NDArray[np.int64]:
 
 
 def _local_corners(model: mujoco.MjModel) -> FloatArray:
-    """Corners of the boxes around all geoms in their frames, shape (ngeom, 8, 3)."""
+    """Return the corners of the boxes around all geoms in their frames, shape (ngeom, 8, 3)."""
     signs = np.stack(np.meshgrid(*[(-1, 1)] * 3, indexing="ij"), axis=-1).reshape(8, 3)
     box = model.geom_aabb.reshape(-1, 2, 3)
     corners: FloatArray = box[:, :1] + signs * box[:, 1:]

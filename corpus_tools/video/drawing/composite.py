@@ -1,4 +1,4 @@
-"""Frames of a fixed camera: what never moves is drawn once, what moves is put before it.
+"""Frames of a fixed camera: still things are drawn once, moving things are put before them.
 
 Everything is drawn once without the sun and once in nothing but its light, which shadows take away.
 Of the still background, both pictures, their depth and the places that the pixels show are kept. So
@@ -17,11 +17,11 @@ from corpus_tools.video.drawing.shadows import Shadows, ahead_of, lit, merged, p
 from g3.groundings import FloatArray
 
 FINER = 2
-"""How many times wider and higher pictures are than frames."""
+"""Ratio of pictures' width and height to those of frames."""
 SOFT = 5
 """Width of shadows' edges, pixels of the finer pictures."""
 TOUCHING_M = 0.02
-"""How far from what shades it something must be; less, and they touch."""
+"""Least distance of a thing from its shade, in metres; nearer, and they touch."""
 TEXELS_PER_PIXEL = 1.4
 FINEST_M, COARSEST_M = 0.008, 0.05
 """Limits of texels' edges in shadow maps."""
@@ -54,7 +54,7 @@ class Composite(Pasted):
         self._background = _averaged(lit(self._dark, self._sunshine, everywhere))
 
     def _texel(self, ahead_m: float) -> float:
-        """Edge of a shadow map's texels that suits pixels so far ahead."""
+        """Return the edge of a shadow map's texels that suits pixels so far ahead."""
         pixel = ahead_m * 2 * np.tan(self._camera.fovy / 2) / self._size[1]
         return float(np.clip(pixel / TEXELS_PER_PIXEL, FINEST_M, COARSEST_M))
 

@@ -12,19 +12,19 @@ from corpus_tools.world.state.recording import NS_PER_S, Recording
 from g3.geometry.plane import BoolArray
 
 SAME = 1e-6
-"""Metres, or parts of a quaternion, that nobody sees."""
+"""Invisible difference in metres, or parts of a quaternion."""
 
 
 SEEN = 0.002
-"""Metres, or parts of a quaternion, from which somebody might see a difference."""
+"""Least visible difference in metres, or parts of a quaternion."""
 STILL_S = 2.0
-"""What is idle for longer than this is cut to this."""
+"""Longest idle stretch, in seconds; longer ones are cut to this."""
 
 
 def sampled(
     recording: Recording, fps: int, *, speed: float = 1.0, skip_idle: bool = False
 ) -> Recording:
-    """The recording at the times of a video's frames, by its own clock.
+    """Sample the recording at the times of a video's frames, by its own clock.
 
     Between moments positions and heights are interpolated, and orientations along the shorter arc.
     Where a recording was made at the video's rate, its moments come through unchanged. A second of
@@ -55,7 +55,7 @@ def sampled(
 
 
 def _frame_times(last_ns: int, fps: int, speed: float) -> npt.NDArray[np.int64]:
-    """Times of frames from 0 to the last, nanoseconds."""
+    """Return times of frames from 0 to the last, nanoseconds."""
     if speed == 1.0:
         return np.arange(last_ns * fps // NS_PER_S + 1, dtype=np.int64) * NS_PER_S // fps
     step = speed * NS_PER_S / fps
@@ -64,7 +64,7 @@ def _frame_times(last_ns: int, fps: int, speed: float) -> npt.NDArray[np.int64]:
 
 
 def _idle(recording: Recording, t_ns: npt.NDArray[np.int64]) -> BoolArray:
-    """Which times are in the middle of long stretches in which nothing moves, shape (n,)."""
+    """Mark the times in the middle of long stretches in which nothing moves, shape (n,)."""
     state = np.concatenate(
         (
             recording.position.reshape(len(recording.t_ns), -1),
@@ -84,7 +84,7 @@ def _idle(recording: Recording, t_ns: npt.NDArray[np.int64]) -> BoolArray:
 
 
 def clock(recording: Recording, fps: int) -> list[tuple[float, float]]:
-    """Which time of a log each moment of its video shows, for a recording sampled at its frames.
+    """Return the time of a log at each moment of its video, for a recording sampled at its frames.
 
     Seconds of the video and of the log at the beginning, where the pace changes, and at the end,
     when the last frame has been shown. Between two of them both grow evenly.
@@ -98,7 +98,7 @@ def clock(recording: Recording, fps: int) -> list[tuple[float, float]]:
 
 
 def moving_objects(recording: Recording) -> list[int]:
-    """Indices of the robot and of all objects that don't stay where they were at first.
+    """Return the indices of the robot and of all objects that leave their first pose.
 
     Physics lets loads settle by less than anybody can see; they count as standing still.
     """
@@ -113,7 +113,7 @@ def moving_objects(recording: Recording) -> list[int]:
 
 
 def same_state(recording: Recording, j: int, k: int) -> bool:
-    """Whether everything is at the k-th moment as at the j-th."""
+    """Check that everything is at the k-th moment as at the j-th."""
     return bool(
         (recording.position[j] == recording.position[k]).all()
         and (recording.orientation[j] == recording.orientation[k]).all()

@@ -19,7 +19,7 @@ BACK_ENDS = ("egl", "osmesa") if sys.platform == "linux" else ("glfw",)
 """In the order in which they are tried."""
 
 PACKAGES = ("av", "cv2", "mujoco")
-"""What the extra ``render`` installs, as it is imported."""
+"""Packages of the extra ``render``, as they are imported."""
 
 _KNOWN = ("egl", "osmesa", "glfw", "cgl", "wgl")
 _PROBE_TIMEOUT_S = 60
@@ -58,7 +58,7 @@ def choose_back_end() -> str:
 
 
 def check_packages() -> None:
-    """Raise a CorpusError with what to install, if a package is missing that rendering needs."""
+    """Raise a CorpusError with the extra to install, if a package for rendering is missing."""
     missing = [name for name in PACKAGES if find_spec(name) is None]
     if missing:
         raise CorpusError(
@@ -68,7 +68,7 @@ def check_packages() -> None:
 
 
 def gl_context(width: int, height: int) -> Any:  # MuJoCo's back ends share no type
-    """A context of the chosen back end; have its ``make_current`` and ``free`` called."""
+    """Create a context of the chosen back end; have its ``make_current`` and ``free`` called."""
     name = os.environ.get(VARIABLE) or choose_back_end()
     return importlib.import_module(f"mujoco.{name.lower()}").GLContext(width, height)
 

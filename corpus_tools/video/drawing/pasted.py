@@ -1,4 +1,4 @@
-"""Frames of a fixed camera without shadows: what moves is put before one picture of the rest."""
+"""Frames of a fixed camera without shadows: moving things go before one picture of the rest."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Pasted:
         self._last: tuple[int, Image] | None = None
 
     def frame(self, k: int) -> Image:
-        """The k-th frame, shape (height, width, 3), rows from the top down."""
+        """Draw the k-th frame, shape (height, width, 3), rows from the top down."""
         if self._last is not None and same_state(self._recording, self._last[0], k):
             return self._last[1]
         self._canvas.show(self._recording, k)
@@ -53,13 +53,13 @@ class Pasted:
         return picture
 
     def _draw_background(self) -> None:
-        """Draw what never moves."""
+        """Draw the still things."""
         self._canvas.draw(self._camera, self._size, groups=(BACKDROP, STILL))
         self._background, self._depth = self._canvas.pixels(), self._canvas.depth()
         self._light = DOWN
 
     def _draw_part(self, frame: Image, part: Rectangle, corners: FloatArray) -> None:
-        """Draw what moves into a part of a frame."""
+        """Draw the moving things into a part of a frame."""
         canvas, here = self._canvas, part.slices
         canvas.draw(self._camera, self._size, groups=(MOVING,), part=part, sky=False)
         behind = np.ascontiguousarray(self._depth[here])

@@ -1,4 +1,4 @@
-"""What is where in a picture: a map of objects by pixel, and their outlines."""
+"""Segmentation of a picture: a map of objects by pixel, and their outlines."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from g3.groundings import Context
 
 SCHEMA_VERSION = 1
 TOLERANCE_PX = 1.0
-"""How far outlines are from the pixels' edges at most."""
+"""Largest distance of outlines from the pixels' edges, in pixels."""
 SMALLEST_PX2 = 4.0
 """Specks smaller than this get no outline."""
 
 
 def label_image(objects: npt.NDArray[np.int64]) -> npt.NDArray[np.uint16]:
-    """The map that is saved: 0 for no object, i + 1 for the i-th, shape (height, width)."""
+    """Return the map to save: 0 for no object, i + 1 for the i-th, shape (height, width)."""
     return (objects + 1).astype(np.uint16)
 
 
 def describe(objects: npt.NDArray[np.int64], context: Context, camera: Camera) -> dict[str, Any]:
-    """What the map shows, as it is saved beside it.
+    """Return the map's description, as it is saved beside it.
 
     Coordinates are pixels to the right and down from the upper left corner of the picture.
     `objects` has the index of the object that each pixel shows, -1 for none, shape (height, width),
@@ -71,7 +71,7 @@ def _outline(mask: npt.NDArray[np.uint8]) -> dict[str, Any]:
 def _on_picture(
     xy: npt.NDArray[np.float64], z: float, camera: Camera, size: tuple[int, int]
 ) -> list[list[float]] | None:
-    """A footprint's corners on the picture; None where one is behind the camera."""
+    """Project a footprint's corners on the picture; None where one is behind the camera."""
     points = np.concatenate((xy, np.full((len(xy), 1), z)), axis=1)
     pixels, ahead = camera.project(points, size)
     return None if (ahead <= 0).any() else np.round(pixels, 2).tolist()

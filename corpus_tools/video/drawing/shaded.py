@@ -1,4 +1,4 @@
-"""Frames of a camera that moves: all is drawn in the sun, and then what lies in shadow darkened.
+"""Frames of a camera that moves: all is drawn in the sun, and then shadows are darkened.
 
 How much light is left in the shadow follows from how a surface lies to the sun, which the
 depths show: one drawing is enough. Edges are smoothed in the finished picture.
@@ -30,9 +30,9 @@ from corpus_tools.world.state.recording import Recording
 from g3.groundings import FloatArray
 
 TEXEL_M, MOVING_TEXEL_M = 0.015, 0.004
-"""Edges of texels in shadow maps: what moves is near the camera."""
+"""Edges of texels in shadow maps, in metres: moving things are near the camera."""
 BEHIND_M = 0.015
-"""How far from what shades it something must be: else what light only grazes would be speckled."""
+"""Least distance behind a thing in its shade, in metres: else grazing light leaves speckles."""
 SOFT = 3
 """Width of shadows' edges, pixels."""
 ROWS = 1.5
@@ -69,7 +69,7 @@ class Shaded:
         self._cast: dict[int, tuple[int, ShadowMap]] = {}
 
     def frame(self, k: int) -> Image:
-        """The k-th frame, shape (height, width, 3), rows from the top down."""
+        """Draw the k-th frame, shape (height, width, 3), rows from the top down."""
         canvas, camera = self._canvas, self._cameras[k]
         canvas.show(self._recording, k)
         canvas.draw(camera, self._size, rows=ROWS)
@@ -87,7 +87,7 @@ class Shaded:
         return smoothed(np.ascontiguousarray(picture[::-1]))
 
     def _sun(self, k: int, place: Float32Array) -> Image:
-        """How much sun comes to places, as :func:`shade` gives it."""
+        """Return the sun's share at places, as :func:`shade` gives it."""
         still = self._shadows.still
         if still is None:
             sun = np.full(place.shape[1:], 255, np.uint8)
@@ -106,9 +106,9 @@ class Shaded:
         return sun
 
     def _casting(self, item: int, k: int) -> tuple[ShadowMap, float]:
-        """Where an object that moves stops the sunlight, and how far along it the map is moved.
+        """Return the shadow map of a moving object, and its shift along the sunlight.
 
-        What has not turned since it was drawn last needs not be drawn again.
+        An object that has not turned since it was drawn last isn't drawn again.
         """
         if item not in self._cast or self._turned(item, self._cast[item][0], k):
             corners = self._canvas.corners(self._geoms[item])
@@ -120,7 +120,7 @@ class Shaded:
         return replace(map_, first=first), float(d)
 
     def _turned(self, item: int, j: int, k: int) -> bool:
-        """Whether an object is of another shape as the sun sees it, at two moments."""
+        """Check whether an object has another shape as the sun sees it, at two moments."""
         start, orientation = self._recording.start, self._recording.orientation
         height = self._recording.fork_height_m
         raised = start.objects[item].id == start.agent_id and abs(height[j] - height[k]) > RAISED_M
@@ -128,14 +128,14 @@ class Shaded:
 
 
 def _nearness(depth: Depth, clip: tuple[float, float]) -> Float32Array:
-    """One over the distance ahead of the camera, of drawn depths."""
+    """Return one over the distance ahead of the camera, of drawn depths."""
     near, far = clip
     found: Float32Array = np.float32(1 / near) - depth * np.float32(1 / near - 1 / far)
     return found
 
 
 def _sunshine(canvas: Canvas) -> Image:
-    """Which part of the light on a surface is the sun's, of 255 each, shape (1, 256, 3).
+    """Return the sun's share of the light on a surface, of 255 each, shape (1, 256, 3).
 
     The second axis is the cosine between the surface's normal and the sun, from 0 to 1.
     The lamp at the camera counts as if it met all surfaces at 60 degrees.
@@ -157,7 +157,7 @@ def _share_of_sun(
     share: Image,
     part: tuple[slice, slice],
 ) -> Image:
-    """Which part of a pixel's light is the sun's, of 255, in a part of the picture, (h, w, 3).
+    """Return the sun's share of each pixel's light, of 255, in a part of the picture, (h, w, 3).
 
     Where a surface is flat, one over the distance ahead is linear in the picture's coordinates: its
     slopes are the surface's normal. Rows run from the bottom up. `light` is where the sunlight
@@ -182,17 +182,17 @@ def _share_of_sun(
 
 
 def _product(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> Image:
-    """Of what is measured in 255ths."""
+    """Multiply quantities that are measured in 255ths."""
     return np.asarray(cv2.multiply(one, other, scale=1 / 255), np.uint8)
 
 
 def _without(picture: Image, taken: Image) -> Image:
-    """A picture from which parts of its light, of 255, are taken."""
+    """Return a picture from which parts of its light, of 255, are taken."""
     return np.asarray(cv2.subtract(picture, _product(picture, taken)), np.uint8)
 
 
 def _slope(values: Float32Array, step: tuple[int, int]) -> Float32Array:
-    """Difference to the next or to the last value, whichever is nearer: no leap at outlines."""
+    """Return the difference to the next or the last value, the nearer one: no leap at outlines."""
     x, y = step
     kernel = np.array([-1, 1], np.float32).reshape(1 + y, 1 + x)
     forth = cv2.filter2D(values, -1, kernel, anchor=(0, 0))
@@ -202,18 +202,19 @@ def _slope(values: Float32Array, step: tuple[int, int]) -> Float32Array:
 
 
 LEAST_CONTRAST = 20
-"""Of 255: weaker edges are left alone."""
+"""Least contrast of an edge, of 255: weaker edges are left alone."""
 LONGEST_PX = 8.0
-"""How far along an edge colours are averaged, both ways together; stairs can be longer."""
+"""Longest way along an edge over which colours are averaged, both ways together, in pixels; stairs
+can be longer."""
 ALONG = (-0.5, -1 / 6, 1 / 6, 0.5)
-"""Where colours are taken on that way."""
+"""Positions on that way at which colours are taken."""
 ROW = 256
 """OpenCV looks up colours in tables whose rows are not too long, nor too many."""
 BORDER = cv2.BORDER_REPLICATE
 
 
 def smoothed(picture: Image) -> Image:
-    """A picture (h, w, 3) whose pixels at edges have the mean colour along their edge.
+    """Return a picture (h, w, 3) whose edge pixels have the mean colour along their edge.
 
     An edge that is nearly level or upright has long stairs, and is averaged farther. Where that
     leads past the edge's end only the nearer half counts.

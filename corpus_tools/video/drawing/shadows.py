@@ -1,4 +1,4 @@
-"""Shadows of the sun, and which parts of a picture what moves takes up with its own.
+"""Shadows of the sun, and the parts of a picture that moving things and their shadows take up.
 
 Shadows are looked up in depths that are drawn as the sun sees them.
 
@@ -23,30 +23,30 @@ Float32Array = npt.NDArray[np.float32]
 LARGEST_MAP = 2048
 """Most texels along one edge."""
 BIAS_TEXELS = 2.5
-"""How far behind what casts a shadow something must be, or it would shade itself."""
+"""Least distance behind the caster of a shadow, in texels; nearer, a thing would shade itself."""
 NOTHING = np.float32(1e6)
 
 
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class ShadowMap:
-    """How far along the sunlight the first thing is."""
+    """Distances along the sunlight to the first thing."""
 
     first: tuple[float, float]
     """Column and row of the map's corner, in texels from u = v = 0."""
     texel: float
     """Length of a texel's edge."""
     depth: Depth
-    """The d of what the light meets first, :data:`NOTHING` for nothing, shape (h, w)."""
+    """The d of the first thing in the light, :data:`NOTHING` for nothing, shape (h, w)."""
 
     @property
     def bias(self) -> float:
-        """How far behind what casts a shadow something on the map itself must be."""
+        """Least distance behind the caster of a shadow for things on the map itself."""
         return BIAS_TEXELS * self.texel
 
 
 def sunlight(direction: FloatArray) -> FloatArray:
-    """Unit vectors along u, v and d, shape (3, 3), for light in a direction (3,)."""
+    """Return unit vectors along u, v and d, shape (3, 3), for light in a direction (3,)."""
     ahead = direction / np.linalg.norm(direction)
     side = np.array([0.0, 1.0, 0.0]) if abs(ahead[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
     right = np.cross(ahead, side)
@@ -55,7 +55,7 @@ def sunlight(direction: FloatArray) -> FloatArray:
 
 
 class Shadows:
-    """What casts shadows in a canvas's world with a sun; at the start as the canvas's data are.
+    """Casters of shadows in a canvas's world with a sun; at the start as the canvas's data are.
 
     `wanted` is the edge of the maps' texels in metres; longer where the world is large. `axes` are
     as :func:`sunlight` gives them; `still` is the map of what never moves, None if nothing does.
@@ -70,11 +70,11 @@ class Shadows:
         self.still = self._map(still, STILL, self.texel) if len(still) else None
 
     def moving(self, corners: FloatArray) -> ShadowMap:
-        """The map of what moves, where it is now, within corners (n, 3)."""
+        """Return the map of the moving things at their present poses, within corners (n, 3)."""
         return self._map(corners, MOVING, self.texel)
 
     def moving_alone(self, corners: FloatArray, wanted: float) -> ShadowMap:
-        """Such a map, not to be merged with that of what never moves, as fine as wanted."""
+        """Return such a map, not to be merged with that of still things, as fine as needed."""
         texel = max(wanted, _extent(corners @ self.axes.T) / (LARGEST_MAP - 4))
         return self._map(corners, MOVING, texel)
 
@@ -101,7 +101,7 @@ def _extent(along: FloatArray) -> float:
 
 
 def merged(ours: ShadowMap, other: ShadowMap) -> ShadowMap:
-    """Our map with what else the light meets first there."""
+    """Return our map with the other things that the light meets first there."""
     height, width = ours.depth.shape
     x, y = ours.first[0] - other.first[0], ours.first[1] - other.first[1]
     rows = slice(max(0, y), max(0, min(other.depth.shape[0], y + height)))
@@ -114,7 +114,7 @@ def merged(ours: ShadowMap, other: ShadowMap) -> ShadowMap:
 
 
 def shade(map_: ShadowMap, place: Float32Array, bias: float, soft: int) -> Image:
-    """How much sun comes to places, from 0, none, to 255, all of it; shape (h, w).
+    """Return the share of the sun at places, from 0, none, to 255, all of it; shape (h, w).
 
     `place` has u, v and d of each pixel, shape (3, h, w). `bias` is how far behind another thing a
     place must be to be in its shadow, `soft` the width of shadows' edges in pixels.
@@ -137,7 +137,7 @@ def shade(map_: ShadowMap, place: Float32Array, bias: float, soft: int) -> Image
 
 
 def places(camera: Camera, size: tuple[int, int], axes: FloatArray) -> tuple[Float32Array, ...]:
-    """How far u, v and d go for each metre ahead at each pixel (3, h, w), and start (3, 1, 1).
+    """Return u, v and d for each metre ahead at each pixel (3, h, w), and start (3, 1, 1).
 
     Rows run from the bottom up.
     """
@@ -151,13 +151,13 @@ def places(camera: Camera, size: tuple[int, int], axes: FloatArray) -> tuple[Flo
 
 
 def lit(dark: Image, sunshine: Image, sun: Image) -> Image:
-    """A picture without the sun, and as much of the sun's light as :func:`shade` says."""
+    """Add the share of the sun's light that :func:`shade` gives to a picture without the sun."""
     share = cv2.merge((sun, sun, sun))
     return np.asarray(cv2.add(dark, cv2.multiply(sunshine, share, scale=1 / 255)), np.uint8)
 
 
 def ahead_of(depth: Depth, clip: tuple[float, float]) -> Float32Array:
-    """Metres ahead of a camera with perspective, of drawn depths."""
+    """Return the distances ahead of a camera with perspective, of drawn depths, in metres."""
     near, far = clip
     metres: Float32Array = np.float32(near * far) / (
         np.float32(far) - depth * np.float32(far - near)
@@ -166,7 +166,7 @@ def ahead_of(depth: Depth, clip: tuple[float, float]) -> Float32Array:
 
 
 PAD = 4
-"""Pixels of frames around what moves that are drawn anew: shadows' edges are soft."""
+"""Pixels of frames around moving things that are drawn again: shadows' edges are soft."""
 
 
 def moving_parts(
@@ -178,7 +178,7 @@ def moving_parts(
     light: FloatArray,
     ground_m: float,
 ) -> list[tuple[Rectangle, FloatArray]]:
-    """Parts of the frame where something moves, and corners around what it is.
+    """Return the parts of the frame with moving things, and corners around these things.
 
     Something was drawn on the canvas already. `geoms` are those of all that moves; `light` is where
     the sunlight goes, shape (3,).
@@ -202,7 +202,7 @@ def moving_parts(
 
 
 def with_shadow(corners: FloatArray, light: FloatArray, ground_m: float) -> FloatArray:
-    """Corners (n, 3), and where their shadows are on the ground (2 n, 3)."""
+    """Return corners (n, 3), and those of their shadows on the ground (2 n, 3)."""
     height = np.maximum(corners[:, 2:] - ground_m, 0)
     return np.concatenate((corners, corners + height / max(1e-3, -light[2]) * light))
 
@@ -210,7 +210,7 @@ def with_shadow(corners: FloatArray, light: FloatArray, ground_m: float) -> Floa
 def covering(
     corners: FloatArray, camera: Camera, size: tuple[int, int], *, near_m: float
 ) -> Rectangle | None:
-    """The part of the frame with what is inside corners (n, 3); None if there is none."""
+    """Return the part of the frame with all inside corners (n, 3); None if there is none."""
     pixels, depth = camera.project(corners, size)
     if (depth < near_m).any():
         return Rectangle(0, 0, *size)

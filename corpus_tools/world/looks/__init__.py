@@ -1,4 +1,4 @@
-"""What kinds of objects look like: geoms that don't collide, one module a family of things.
+"""Looks of kinds of objects: geoms that don't collide, one module a family of things.
 
 Read :mod:`~corpus_tools.world.looks.look_registry` first, then any family, such as
 :mod:`~corpus_tools.world.looks.pallets`. A family makes things of surfaces

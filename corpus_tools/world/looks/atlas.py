@@ -45,17 +45,17 @@ _DARKEST, _BRIGHTEST = 0.35, 1.1
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Finish:
-    """How a surface is coloured: a rectangle of the atlas."""
+    """Colouring of a surface: a rectangle of the atlas."""
 
     low: tuple[float, float]
     high: tuple[float, float]
     """Opposite corners in the atlas, from 0 to 1."""
     shaded: bool = False
-    """Whether the place in the rectangle says how much light there is, instead of where on the
-    surface it is."""
+    """True if places in the rectangle stand for the amount of light, instead of for places on the
+    surface."""
 
     def uv(self, st: FloatArray, up: FloatArray) -> FloatArray:
-        """Places in the atlas of points (n, 2) of a surface, from 0 to 1, with light (n,)."""
+        """Return places in the atlas of points (n, 2) of a surface, 0 to 1, with light (n,)."""
         if self.shaded:
             st = np.stack((up, np.full(len(st), 0.5)), axis=1)
         low, high = np.array(self.low), np.array(self.high)
@@ -64,7 +64,7 @@ class Finish:
 
 
 def colour(name: str, low: float = 0.75, high: float = 1.0) -> Finish:
-    """A plain colour; the lowest and the highest points get that much of the light."""
+    """Return a plain colour; the lowest and the highest points get that much of the light."""
     row, column = divmod(_COLOURS.index(name), _COLUMNS)
     v = (row + 0.5) * _SWATCH_HEIGHT / SIZE
     start, width = column * _SWATCH_WIDTH + 1.5, _SWATCH_WIDTH - 3
@@ -77,7 +77,7 @@ def colour(name: str, low: float = 0.75, high: float = 1.0) -> Finish:
 
 
 def patch(name: str, s: tuple[float, float] = (0, 1), t: tuple[float, float] = (0, 1)) -> Finish:
-    """A surface of the atlas, or the part of it from `s` and `t` to `s` and `t`."""
+    """Return a surface of the atlas, or the part of it from `s` and `t` to `s` and `t`."""
     row, column = divmod(1 + _PATCHES.index(name), CELLS)
     margin = 2.0
     start = np.array([column, row]) * CELL + margin
@@ -86,5 +86,5 @@ def patch(name: str, s: tuple[float, float] = (0, 1), t: tuple[float, float] = (
 
 
 def board(k: int) -> Finish:
-    """The grain of the k-th of eight boards of raw wood, to be used ``along`` the edges."""
+    """Return the grain of the k-th of eight boards of raw wood, to be used ``along`` the edges."""
     return patch("boards", t=((k % 8 + 0.12) / 8, (k % 8 + 0.88) / 8))

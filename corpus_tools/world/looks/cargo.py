@@ -15,18 +15,18 @@ _GAP_M = 0.02
 
 @on_pallet("refrigerator-pallet")
 def refrigerators(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """Tall white boxes with two doors, each with a handle."""
+    """Build tall white boxes with two doors, each with a handle."""
     return _machines(low, high, "fridge", 2.7)
 
 
 @on_pallet("washing-machine-pallet")
 def washing_machines(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """White boxes with a round window below a panel."""
+    """Build white boxes with a round window below a panel."""
     return _machines(low, high, "washer", 1.5)
 
 
 def _machines(low: FloatArray, high: FloatArray, front: str, slender: float) -> list[Part]:
-    """Machines some times as high as wide, one or two a side; each shows a front to all sides."""
+    """Build machines some times as high as wide, one or two a side, with a front to all sides."""
     size = high - low
     counts = [1 if slender * length < 1.5 * size[2] else 2 for length in size[:2]]
     pitch = size[:2] / counts
@@ -40,7 +40,7 @@ def _machines(low: FloatArray, high: FloatArray, front: str, slender: float) -> 
 
 @on_pallet("bricks-pallet")
 def bricks(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """Red bricks in courses; some of the upper ones are gone."""
+    """Build red bricks in courses; some of the upper ones are gone."""
     part, courses = inside(low, high), patch("bricks")
     return [
         part((0.02, 0.98), (0.02, 0.98), (0.0, 0.75), courses, tops=courses),
@@ -50,7 +50,7 @@ def bricks(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[
 
 @on_pallet("generator-pallet")
 def generator(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """A green housing with louvres and a panel, a fuel tank before it, and an exhaust on it."""
+    """Build a green housing with louvres and a panel, a fuel tank before it, an exhaust on it."""
     part, size = inside(low, high), high - low
     dark, green, black = colour("dark"), colour("green", 0.7, 1.1), colour("black", 0.8, 1.1)
     vents, steel = patch("vents"), colour("steel", 0.7, 1.1)
@@ -78,7 +78,7 @@ def generator(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> li
 
 @on_pallet("generator-accessories-pallet")
 def accessories(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """A drum of orange cable, red cans of fuel, and cartons."""
+    """Build a drum of orange cable, red cans of fuel, and cartons."""
     part, size = inside(low, high), high - low
     radius = 0.48 * float(min(size[2], 0.55 * size[0]))
     half = 0.2 * float(size[1])

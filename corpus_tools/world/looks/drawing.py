@@ -28,7 +28,7 @@ def draw(
     Parameters
     ----------
     gloss
-        Whether the surface shines, as paint and glass do.
+        True if the surface shines, as paint and glass do.
     """
     name = "gloss" if gloss else "matt"
     if spec.material(name) is None:
@@ -98,5 +98,5 @@ def _add_mesh_geom(
 
 
 def variation(body: mujoco.MjsBody) -> np.random.Generator:
-    """Numbers that make a thing look a bit different from others, always the same for its name."""
+    """Return a generator for a thing's variations, always the same for its name."""
     return np.random.default_rng(zlib.crc32(body.name.encode()))

@@ -29,14 +29,14 @@ _FENDER = (
 
 @look("forklift")
 def forklift(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A counterbalanced forklift without a driver."""
+    """Add a counterbalanced forklift without a driver."""
     draw(spec, body, [*_hull(), *_seat(), *_guard(), *_rails(), *_wheels()], gloss=True)
     forks = next(child for child in body.bodies if child.name == FORKS)
     draw(spec, forks, [*_carriage(), *_tines()])
 
 
 def _hull() -> list[Part]:
-    """Counterweight, bonnet, floor and dashboard."""
+    """Build counterweight, bonnet, floor and dashboard."""
     lamp = colour("red", 1.0, 1.1)
     rear = _REAR + 0.03
     weight = [(rear + 0.08, 0.22), (-0.62, 0.22), (-0.62, 1.0)]
@@ -64,7 +64,7 @@ def _hull() -> list[Part]:
 
 
 def _seat() -> list[Part]:
-    """Seat and steering wheel."""
+    """Build seat and steering wheel."""
     cushion = colour("black", 0.9, 1.15)
     wheel_at, half_spoke = np.array([0.08, 0.0, 1.12]), np.array([0.14, 0.015, 0.01])
     ring = [(0.135, -0.015), (0.165, -0.015), (0.165, 0.015), (0.135, 0.015), (0.135, -0.015)]
@@ -78,7 +78,7 @@ def _seat() -> list[Part]:
 
 
 def _guard() -> list[Part]:
-    """Overhead guard on four posts, with headlamps and a beacon."""
+    """Build the overhead guard on four posts, with headlamps and a beacon."""
     roof = _TOP - 0.1
     front, back, half = 0.26, -0.82, 0.46
     parts = []
@@ -102,7 +102,7 @@ def _guard() -> list[Part]:
 
 
 def _rails() -> list[Part]:
-    """The fixed stage of the mast."""
+    """Build the fixed stage of the mast."""
     parts = []
     for side in (-1, 1):
         inner, outer = side * 0.31, side * 0.38
@@ -123,7 +123,7 @@ def _wheels() -> list[Part]:
 
 
 def _carriage() -> list[Part]:
-    """What goes up with the forks: the inner stage of the mast, the carriage and its rest."""
+    """Build the parts that go up with the forks: inner stage of the mast, carriage and its rest."""
     floor, rest = -sizes.LOW + 0.06, sizes.BACKREST[2][1]
     parts = [box((-0.13, -0.3, 1.82), (-0.06, 0.3, 1.9), _STEEL)]
     for side in (-1, 1):
@@ -137,7 +137,7 @@ def _carriage() -> list[Part]:
 
 
 def _tines() -> list[Part]:
-    """Two forks, thin at their tips."""
+    """Build two forks, thin at their tips."""
     steel, half = colour("steel", 0.55, 0.85), sizes.FORK_WIDTH / 2
     long, thick = sizes.FORK_LENGTH, sizes.FORK_THICKNESS
     tine = [(0.0, -thick), (0.7 * long, -thick), (long, -0.3 * thick), (long, 0.0), (0.0, 0.0)]

@@ -1,4 +1,4 @@
-"""Things that stand around: shelves, barrels, cones, and what has no look of its own."""
+"""Furniture of yards: shelves, barrels, cones, and things without a look of their own."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from g3.groundings import FloatArray
 
 @drawn("shelf")
 def shelf(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A rack with three floors of goods: cartons and plastic bins."""
+    """Build a rack with three floors of goods: cartons and plastic bins."""
     low, part = shape.low, inside(shape.low, shape.high)
     post = np.minimum(0.09 / shape.size[:2], 0.1)
     beam = min(0.11 / float(shape.size[2]), 0.04)
@@ -44,7 +44,7 @@ def shelf(shape: Shape, rng: np.random.Generator) -> list[Part]:
 
 
 def _goods(low: FloatArray, high: FloatArray, floor: int, rng: np.random.Generator) -> list[Part]:
-    """What stands on a floor of a rack, in bays a metre wide."""
+    """Build the goods on a floor of a rack, in bays a metre wide."""
     size = high - low
     bays = max(1, min(6, round(float(size[0]))))
     pitch = size[0] / bays
@@ -64,7 +64,7 @@ def _goods(low: FloatArray, high: FloatArray, floor: int, rng: np.random.Generat
 
 @drawn("barrel", gloss=True)
 def barrel(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A blue steel drum."""
+    """Build a blue steel drum."""
     x, y, z = shape.middle[0], shape.middle[1], shape.low[2]
     radius, height = float(shape.size[:2].min()) / 2, float(shape.size[2])
     blue, rib = colour("blue", 0.7, 1.05), 0.955
@@ -88,7 +88,7 @@ def barrel(shape: Shape, rng: np.random.Generator) -> list[Part]:
 
 @drawn("cone")
 def cone(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A traffic cone."""
+    """Build a traffic cone."""
     (x, y, _), (low, high) = shape.middle, (shape.low, shape.high)
     radius, height = 0.4 * float(shape.size[:2].min()), float(shape.size[2])
     foot = 0.06 * height
@@ -103,7 +103,7 @@ def cone(shape: Shape, rng: np.random.Generator) -> list[Part]:
 
 @drawn("other")
 def other(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A steel case with a darker rim."""
+    """Build a steel case with a darker rim."""
     low, high = shape.low, shape.high
     rim = 0.06 * shape.size * (0, 0, 1)
     return [

@@ -14,12 +14,12 @@ from corpus_tools.world.state.shapes import Shape
 _PANEL_M = 1.2
 """Length of a piece of a container's wall."""
 _CELLS = 12, 8
-"""Of a heap's surface, along and across."""
+"""Cells of a heap's surface, along and across."""
 
 
 @drawn("container")
 def container(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A container for ships: corrugated steel, with doors at its ends."""
+    """Build a container for ships: corrugated steel, with doors at its ends."""
     part, size = inside(shape.low, shape.high), shape.size
     rust, wall = colour("brown", 0.6, 0.9), patch("corrugated")
     post_x, post_y = 0.12 / max(1.2, size[0]), 0.12 / max(1.2, size[1])
@@ -38,7 +38,7 @@ def container(shape: Shape, rng: np.random.Generator) -> list[Part]:
 
 @drawn("sign")
 def sign(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A board with an arrow and lines of writing on a steel post with a foot."""
+    """Build a board with an arrow and lines of writing on a steel post with a foot."""
     part, size = inside(shape.low, shape.high), shape.size
     post = [min(0.5, 0.04 / length) for length in size[:2].tolist()]
     upright = [(0.5 - half, 0.5 + half) for half in post]
@@ -56,13 +56,13 @@ def sign(shape: Shape, rng: np.random.Generator) -> list[Part]:
 
 
 def _wider(span: tuple[float, float]) -> tuple[float, float]:
-    """A span that lies just outside of another, unless that is all there is."""
+    """Return a span that lies just outside of another, unless that is all there is."""
     return max(0.0, span[0] - 0.01), min(1.0, span[1] + 0.01)
 
 
 @drawn("berm")
 def berm(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A long heap of earth."""
+    """Build a long heap of earth."""
     u, v = (np.linspace(0, 1, n + 1) for n in _CELLS)
     u, v = np.meshgrid(u, v, indexing="ij")
     height = np.minimum(1, 3 * np.minimum(u, 1 - u)) * np.sin(np.pi * v) ** 0.8

@@ -26,7 +26,7 @@ _THINNEST_M = 0.02
 
 
 def look(kind: str) -> Callable[[Look], Look]:
-    """Register what a kind of object looks like. Flat boxes come to it with some thickness.
+    """Register the look of a kind of object. Flat boxes come to it with some thickness.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def look(kind: str) -> Callable[[Look], Look]:
 
 
 def drawn(kind: str, *, gloss: bool = False) -> Callable[[PartsOf], PartsOf]:
-    """Register what a kind of object looks like that is one mesh, by its parts alone."""
+    """Register the look of a kind of object that is one mesh, by its parts alone."""
 
     def register(parts: PartsOf) -> PartsOf:
         @look(kind)
@@ -55,12 +55,12 @@ def drawn(kind: str, *, gloss: bool = False) -> Callable[[PartsOf], PartsOf]:
 
 
 def look_of(kind: str) -> Look:
-    """The look of a kind; a plain block if none is registered."""
+    """Return the look of a kind; a plain block if none is registered."""
     return LOOKS.get(kind, plain)
 
 
 def plain(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A grey block."""
+    """Add a grey block."""
     shape = _thickened(shape)
     draw(spec, body, [box(shape.low, shape.high, colour("steel", 0.6, 1.0))])
 

@@ -1,4 +1,4 @@
-"""The yard that a context takes place in: what is painted on its ground, and its edge.
+"""The yard that a context takes place in: markings painted on its ground, and its edge.
 
 Nothing is written on the ground: people shall find their own words for what they see.
 """
@@ -20,7 +20,7 @@ MARGIN_M = 7.0
 LINE_M = 0.15
 """Width of painted lines."""
 PAINT_M = 0.008
-"""How far paint lies above the ground, so that it is seen from far away."""
+"""Height of paint above the ground, in metres, so that it is seen from far away."""
 HATCH_M = 1.1
 """From one stripe of a named place to the next."""
 
@@ -39,11 +39,11 @@ class Yard:
     half: FloatArray
     """Half its length and half its width, shape (2,)."""
     yaw: float
-    """Where its length points to."""
+    """Direction of its length."""
 
 
 def yard_of(context: Context) -> Yard:
-    """The yard with everything in it, laid out as most objects stand."""
+    """Return the yard with everything in it, laid out as most objects stand."""
     yaws = np.array([item.trajectory.yaw[0] for item in context.objects])
     yaw = float(np.angle(np.exp(4j * yaws).sum())) / 4
     corners = np.concatenate(
@@ -58,7 +58,7 @@ def yard_of(context: Context) -> Yard:
 
 
 def markings(context: Context, yard: Yard, ground_m: float) -> list[Part]:
-    """Lines around the yard and frames of the named places."""
+    """Build lines around the yard and frames of the named places."""
     z = ground_m + PAINT_M
     edge, lane = yard.half - _EDGE_LINE, yard.half - _LANE_LINE
     yellow, white = colour("yellow", 0.95, 0.95), colour("white", 0.97, 0.97)
@@ -80,12 +80,12 @@ def markings(context: Context, yard: Yard, ground_m: float) -> list[Part]:
 
 
 def barrier(yard: Yard, ground_m: float) -> list[Part]:
-    """Low concrete walls around the yard, in pieces."""
+    """Build low concrete walls around the yard, in pieces."""
     return [barrier_side(yard, ground_m, quarter) for quarter in range(4)]
 
 
 def barrier_side(yard: Yard, ground_m: float, quarter: int) -> Part:
-    """The low wall of one side: right of the yard's direction, then before it, and so on."""
+    """Build the low wall of one side: right of the yard's direction, then before it, and so on."""
     finish = colour("concrete", 0.75, 1.1)
     along, across = yard.half[quarter % 2], yard.half[1 - quarter % 2]
     n = max(1, min(_MOST_PIECES, round(2 * along / _PIECE)))
@@ -105,7 +105,7 @@ def barrier_side(yard: Yard, ground_m: float, quarter: int) -> Part:
 
 
 def _line(axis: int, along: tuple[float, float], across: float, finish: Finish) -> Part:
-    """A line on the ground, parallel to x (axis 0) or y (1)."""
+    """Build a line on the ground, parallel to x (axis 0) or y (1)."""
     half = LINE_M / 2
     ends = np.array([(along[0], across - half), (along[1], across + half)])
     (x0, y0), (x1, y1) = ends if axis == 0 else ends[:, ::-1]
@@ -113,7 +113,7 @@ def _line(axis: int, along: tuple[float, float], across: float, finish: Finish) 
 
 
 def _zone(hull: FloatArray, z: float) -> list[Part]:
-    """A frame with thin stripes in it."""
+    """Build a frame with thin stripes in it."""
     middle = hull.mean(axis=0)
     reach = np.linalg.norm(hull - middle, axis=1, keepdims=True)
     inner = middle + (hull - middle) * np.maximum(1 - 1.5 * LINE_M / np.maximum(reach, 0.01), 0)
@@ -138,7 +138,7 @@ def _zone(hull: FloatArray, z: float) -> list[Part]:
 def _crossing(
     hull: FloatArray, normal: FloatArray, offset: float, slant: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Where a line enters and leaves a convex polygon, in the line's direction."""
+    """Return the points where a line enters and leaves a convex polygon, in its direction."""
     height = hull @ normal - offset
     points = []
     for i in range(len(hull)):
@@ -152,5 +152,5 @@ def _crossing(
 
 
 def _flat(corners: FloatArray, z: float, finish: Finish) -> Part:
-    """Surfaces on the ground with corners of shape (n, 4, 2)."""
+    """Build surfaces on the ground with corners of shape (n, 4, 2)."""
     return quads(np.insert(corners, 2, z, axis=2), finish)

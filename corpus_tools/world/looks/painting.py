@@ -1,6 +1,6 @@
-"""What is painted, for which OpenCV is needed: things, and names of places where somebody asks.
+"""Painting with OpenCV: things in colours, and names of places on request.
 
-Things in a colour of their own are painted over, with their boards and joints still to be seen.
+Things with a colour are painted over, with their boards and joints still to be seen.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from g3.groundings import Colour, Context
 
 _GREY = "atlas-grey"
 _DARKEST = 0.45
-"""How bright paint is on what is black: more shows the shape, less shows boards and joints."""
+"""Brightness of paint on black surfaces: more shows the shape, less shows boards and joints."""
 
 
 def paint(spec: mujoco.MjSpec, body: mujoco.MjsBody, colour: Colour) -> None:
@@ -29,7 +29,7 @@ def paint(spec: mujoco.MjSpec, body: mujoco.MjsBody, colour: Colour) -> None:
 
 
 def _painted(spec: mujoco.MjSpec, material: str, colour: Colour) -> str:
-    """The name of a material like another one, in a colour."""
+    """Return the name of a material like another one, in a colour."""
     name = f"{colour} {material}"
     if spec.material(name) is None:
         if spec.texture(_GREY) is None:
@@ -79,7 +79,7 @@ def add_names(spec: mujoco.MjSpec, context: Context, ground_m: float) -> None:
 
 
 def _written(name: str) -> npt.NDArray[np.uint8]:
-    """Dark letters on yellow, rows from the top down, as textures have them."""
+    """Draw dark letters on yellow, rows from the top down, as textures have them."""
     text = name.encode("ascii", "replace").decode().upper()
     scale = 0.55 * _ROWS / 21  # letters of this font are 21 pixels high
     (width, height), _ = cv2.getTextSize(text, _FONT, scale, _STROKE)

@@ -17,11 +17,11 @@ from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
 _SLATS = 5
-"""Of each side of a crate."""
+"""Number of slats of each side of a crate."""
 _OUT = 0.012
-"""How far its posts stand out, as a part of its width."""
+"""Distance by which its posts stand out, as a share of its width."""
 _SLIT = 0.005
-"""Half of what is between two cartons."""
+"""Half of the gap between two cartons."""
 
 
 LoadOf: TypeAlias = Callable[[FloatArray, FloatArray, np.random.Generator], list[Part]]
@@ -44,7 +44,7 @@ def on_pallet(kind: str) -> Callable[[LoadOf], LoadOf]:
 
 @on_pallet("tire-pallet")
 def tire_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """Four stacks of tyres on a pallet."""
+    """Build four stacks of tyres on a pallet."""
     size = high - low
     columns = [max(1, min(4, round(length / 0.55))) for length in size[:2]]
     pitch = size[:2] / columns
@@ -66,7 +66,7 @@ def tire_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> 
 
 @on_pallet("box-pallet")
 def box_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> list[Part]:
-    """Cartons of several sizes on a pallet, held by straps."""
+    """Build cartons of several sizes on a pallet, held by straps."""
     if rng.random() < 0.6:
         strap = np.array([0.006, 0.006, 0.003])
         return [*cartons(low, high - strap, rng), *_straps(low, high)]
@@ -75,7 +75,7 @@ def box_pallet(low: FloatArray, high: FloatArray, rng: np.random.Generator) -> l
 
 @drawn("crate")
 def crate(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A wooden crate on feet: slats with gaps between them, posts at the corners, a brace."""
+    """Build a wooden crate on feet: slats with gaps between them, posts at the corners, a brace."""
     base, low, high = _feet(shape)
     part = inside(low, high)
     dark, thin = colour("black", 0.5, 0.8), 0.035
@@ -96,7 +96,7 @@ def crate(shape: Shape, rng: np.random.Generator) -> list[Part]:
 
 
 def _braces(low: FloatArray, high: FloatArray) -> Part:
-    """A board across each side, from one lower corner to the other upper one."""
+    """Build a board across each side, from one lower corner to the other upper one."""
     ends = np.array([(0.1, 0.0), (0.24, 0.0), (0.9, 1.0), (0.76, 1.0)])
     out = 1 + _OUT
     sides = []
@@ -110,10 +110,10 @@ def _braces(low: FloatArray, high: FloatArray) -> Part:
 def cartons(
     low: FloatArray, high: FloatArray, rng: np.random.Generator, *, missing: int = 0
 ) -> list[Part]:
-    """Cartons that fill a box between opposite corners, shape (3,), layer by layer.
+    """Build cartons that fill a box between opposite corners, shape (3,), layer by layer.
 
-    `missing` says how many of the highest layer are missing, where it has several and lies on
-    another.
+    `missing` is the number of missing cartons of the highest layer, where it has several and lies
+    on another.
     """
     size = high - low
     layers = max(1, min(4, round(float(size[2]) / 0.4)))
@@ -140,7 +140,7 @@ def cartons(
 def _floor_plan(
     low: FloatArray, high: FloatArray, least: float, rng: np.random.Generator
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Rectangles that fill one: it is cut across as long as it is longer than needed."""
+    """Return rectangles that fill one: it is cut across as long as it is longer than needed."""
     size = high - low
     axis = int(np.argmax(size))
     if size[axis] <= max(least, 0.75 if rng.random() < 0.5 else 0.5):
@@ -151,7 +151,7 @@ def _floor_plan(
 
 
 def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
-    """Two plastic bands around the load."""
+    """Build two plastic bands around the load."""
     band, finish = 0.03, colour("light", 0.8, 1.0)
     middles = low[1] + (high[1] - low[1]) * np.array([0.27, 0.73])
     ends = [((low[0], y - band / 2, low[2]), (high[0], y + band / 2, high[2])) for y in middles]
@@ -159,7 +159,7 @@ def _straps(low: FloatArray, high: FloatArray) -> list[Part]:
 
 
 def _pallet(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, FloatArray]:
-    """A pallet that the forks can enter from every side, and the room on it."""
+    """Build a pallet that the forks can enter from every side, and return the room on it."""
     feet, low, high = _feet(shape)
     thick = (PALLET_HEIGHT / ENTRY_HEIGHT - 1) * (low[2] - shape.low[2])
     low[2] += thick
@@ -181,7 +181,7 @@ def _pallet(shape: Shape, rng: np.random.Generator) -> tuple[Part, FloatArray, F
 
 
 def _feet(shape: Shape) -> tuple[Part, FloatArray, FloatArray]:
-    """Nine blocks on three boards, and the room above them."""
+    """Build nine blocks on three boards, and return the room above them."""
     low, high = shape.low.copy(), shape.high.copy()
     height = min(ENTRY_HEIGHT, 0.25 * float(high[2] - low[2]))
     foot = np.minimum(BLOCK, 0.2 * (high - low)[:2])

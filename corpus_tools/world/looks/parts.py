@@ -33,13 +33,13 @@ class Part:
     normal: FloatArray
     """Unit normals there, shape (n, 3)."""
     uv: FloatArray
-    """Where their colours are in the atlas, shape (n, 2)."""
+    """Places of their colours in the atlas, shape (n, 2)."""
     face: npt.NDArray[np.int32]
     """Triangles as indices of corners, counter-clockwise from outside, shape (m, 3)."""
 
 
 def join(parts: Iterable[Part]) -> Part:
-    """All parts as one."""
+    """Join parts into one."""
     parts = list(parts)
     starts = np.cumsum([0, *(len(part.at) for part in parts)])
     faces = [part.face + start for part, start in zip(parts, starts, strict=False)]
@@ -52,7 +52,7 @@ def join(parts: Iterable[Part]) -> Part:
 
 
 def moved(part: Part, by: Point, yaw: float = 0.0) -> Part:
-    """A part turned about the z axis, then moved."""
+    """Return a part turned about the z axis, then moved."""
 
     def turned(xyz: FloatArray) -> FloatArray:
         xy = rotate(xyz[:, :2], np.full(len(xyz), yaw))
@@ -80,7 +80,7 @@ def block(
     without: str = "",
     along: bool = False,
 ) -> Part:
-    """A body with six flat sides.
+    """Return a body with six flat sides.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def block(
     without
         Sides that nobody sees, such as ``"-z +x"``.
     along
-        Whether the finish follows the longer edges, as grain does.
+        True if the finish follows the longer edges, as grain does.
     """
     seen = [side for side in _SIDES if side not in without.split()]
     flat = [side for side in seen if tops and "z" in side]
@@ -116,12 +116,12 @@ def box(
     without: str = "",
     along: bool = False,
 ) -> Part:
-    """An upright box between opposite corners; see :func:`block`."""
+    """Return an upright box between opposite corners; see :func:`block`."""
     return tapered(low, high, low[:2], high[:2], finish, tops=tops, without=without, along=along)
 
 
 def inside(low: FloatArray, high: FloatArray) -> Callable[..., Part]:
-    """A way to make boxes in parts of a room.
+    """Return a function that makes boxes in parts of a room.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def tapered(
     without: str = "",
     along: bool = False,
 ) -> Part:
-    """A box whose top lies between other corners in x and y; see :func:`block`."""
+    """Return a box whose top lies between other corners in x and y; see :func:`block`."""
     corners = np.empty((2, 2, 2, 3))
     bottom = np.sort(np.array([low, high], dtype=float), axis=0)
     top = np.sort(np.array([top_low, top_high], dtype=float), axis=0)
@@ -159,21 +159,21 @@ def tapered(
 
 
 def quad(corners: npt.ArrayLike, finish: Finish) -> Part:
-    """A flat surface with four corners, shape (4, 3); see :func:`quads`."""
+    """Return a flat surface with four corners, shape (4, 3); see :func:`quads`."""
     return quads(np.asarray(corners, dtype=float)[None], finish)
 
 
 def quads(
     corners: FloatArray, finish: Finish, *, up: npt.ArrayLike = 1.0, along: bool = False
 ) -> Part:
-    """Flat surfaces with four corners each.
+    """Build flat surfaces with four corners each.
 
     Parameters
     ----------
     corners
         Counter-clockwise from outside, beginning at the finish's lower left, shape (n, 4, 3).
     up
-        How much light reaches each corner, from 0 to 1, shape (n, 4).
+        Light that reaches each corner, from 0 to 1, shape (n, 4).
     """
     n = len(corners)
     st = np.tile(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), (n, 1, 1))
@@ -202,7 +202,7 @@ def turned(
     smooth: bool = False,
     squash: float = 1.0,
 ) -> Part:
-    """A surface of revolution, like something from a lathe.
+    """Return a surface of revolution, like something from a lathe.
 
     Parameters
     ----------
@@ -210,11 +210,11 @@ def turned(
         Radius and height along the axis, from the bottom up along the outside, shape (k, 2).
         Begin and end with radius 0 for a closed end.
     centre
-        Where radius and height are zero.
+        Point of radius and height zero.
     axis
         ``"x"``, ``"y"`` or ``"z"``.
     smooth
-        Whether the edges of the profile are rounded off by the shading.
+        True if the edges of the profile are rounded off by the shading.
     squash
         Factor on the lengths along the second direction across the axis.
     """
@@ -258,14 +258,14 @@ def turned(
 
 
 def mirrored(profile: Sequence[Span]) -> list[Span]:
-    """A profile below height 0 for :func:`turned`, and the same above it."""
+    """Return a profile below height 0 for :func:`turned`, and the same above it."""
     return [*profile, *((radius, -height) for radius, height in reversed(profile))]
 
 
 def disc(
     centre: Point, radius: float, finish: Finish, *, facing: str = "+z", segments: int = 16
 ) -> Part:
-    """A round flat surface that faces along an axis, with the finish laid flat on it."""
+    """Return a round flat surface that faces along an axis, with the finish laid flat on it."""
     angle = 2 * np.pi * np.arange(segments) / segments
     sign = 1.0 if facing[0] == "+" else -1.0
     ring = np.stack((np.cos(angle), sign * np.sin(angle), np.zeros(segments)), axis=1)
@@ -277,7 +277,7 @@ def disc(
 
 
 def ball(centre: Point, radii: Point, finish: Finish, *, segments: int = 10) -> Part:
-    """An ellipsoid; the radii along x and z, and the one along y."""
+    """Return an ellipsoid; the radii along x and z, and the one along y."""
     x, y, z = radii
     angle = np.linspace(-np.pi / 2, np.pi / 2, segments // 2 + 1)
     profile = np.stack((x * np.cos(angle), z * np.sin(angle)), axis=1)
@@ -294,7 +294,7 @@ def rod(
     *,
     segments: int = 6,
 ) -> Part:
-    """A round bar between two points, without ends; two radii make it taper."""
+    """Return a round bar between two points, without ends; two radii make it taper."""
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     at_a, at_b = radius if isinstance(radius, tuple) else (radius, radius)
     way = _unit(b - a)
@@ -305,7 +305,7 @@ def rod(
 
 
 def extruded(outline: npt.ArrayLike, y: tuple[float, float], finish: Finish) -> Part:
-    """A convex outline in x and z, pulled along y.
+    """Return a convex outline in x and z, pulled along y.
 
     Parameters
     ----------

@@ -12,12 +12,12 @@ from corpus_tools.world.looks.parts import Part, ball, box, join, rod, turned
 from corpus_tools.world.state.shapes import Shape
 
 _SIZE = np.array([0.5, 0.5, 1.75])
-"""Of the person as drawn, before being fitted into a box."""
+"""Size of the person as drawn, before being fitted into a box."""
 
 
 @drawn("person")
 def person(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """A worker with a warning vest and a hard hat, who looks ahead."""
+    """Build a worker with a warning vest and a hard hat, who looks ahead."""
     scale = shape.size / _SIZE
     figure = _figure()
     lengths = np.linalg.norm(figure.normal / scale, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""What surrounds things: ground, light and sky, walls of a hall, a warehouse's front, barriers.
+"""Surroundings of things: ground, light and sky, walls of a hall, a warehouse's front, barriers.
 
 Surfaces of walls face inwards and are seen from inside only: a camera that looks in from outside or
 from above sees what is in there, as in a doll's house.
@@ -27,7 +27,7 @@ Colour = tuple[float, float, float]
 WALL_M = 6.5
 """Height of a hall, and of a warehouse's front."""
 PLINTH_M = 1.0
-"""How far up walls are concrete."""
+"""Height up to which walls are concrete, in metres."""
 PANEL_M = 4.0
 """Width of a piece of wall, more or less."""
 DOOR_M = (3.6, 4.0)
@@ -35,38 +35,38 @@ DOOR_M = (3.6, 4.0)
 DOOR_EVERY = 3
 """Every third piece of a wall has a door."""
 BAY_M = 8.0
-"""From one roof beam to the next."""
+"""Distance from one roof beam to the next, in metres."""
 _OFF_M = 0.03
-"""How far what is on a wall lies before it."""
+"""Distance of things on a wall before it, in metres."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Site:
-    """What a kind of site looks like."""
+    """Look of a kind of site."""
 
     walls: Callable[[Context, Yard, float], list[Part]]
-    """What is around the yard of a context, given the height of the ground."""
+    """Surroundings of the yard of a context, given the height of the ground."""
     ground: Colour = (1.0, 1.0, 1.0)
-    """Which part of the ground's own colour is seen, red, green and blue."""
+    """Visible share of the ground's own colour, red, green and blue."""
     sun: Colour = (0.42, 0.30, -0.86)
-    """Where light comes from: its direction."""
+    """Direction of the light's source."""
     brightness: tuple[Colour, Colour] = ((0.58, 0.56, 0.52), (0.43, 0.44, 0.47))
     """Light of that sun, and from everywhere, red, green and blue."""
     sky: tuple[Colour, Colour] = ((0.45, 0.62, 0.80), (0.82, 0.87, 0.91))
     """Above, and at the horizon."""
     grass: bool = True
-    """Whether grass is beyond the yard, up to the horizon."""
+    """True if grass is beyond the yard, up to the horizon."""
 
 
 def _hall(context: Context, yard: Yard, ground_m: float) -> list[Part]:
-    """Four walls with doors and windows, and a roof with beams and lamps."""
+    """Build four walls with doors and windows, and a roof with beams and lamps."""
     sides = [_wall(yard, quarter, ground_m, windows=True) for quarter in range(4)]
     return [*sides, moved(join(_roof(yard)), (*yard.middle, ground_m), yard.yaw)]
 
 
 def _depot(context: Context, yard: Yard, ground_m: float) -> list[Part]:
-    """The front of a warehouse where the robot looks to at the start; low walls else."""
+    """Build the front of a warehouse where the robot looks to at the start; low walls else."""
     heading = context.agent.trajectory.yaw[0]
     inward = yard.yaw + np.pi / 2 * (np.arange(4) + 1)
     front = int(np.argmin(np.cos(inward - heading)))
@@ -75,7 +75,7 @@ def _depot(context: Context, yard: Yard, ground_m: float) -> list[Part]:
 
 
 def _wall(yard: Yard, quarter: int, ground_m: float, *, windows: bool) -> Part:
-    """One side: cladding on a plinth, with doors; above, a row of windows, or a rim."""
+    """Build one side: cladding on a plinth, with doors; above, a row of windows, or a rim."""
     along, across = float(yard.half[quarter % 2]), float(yard.half[1 - quarter % 2])
     n = max(1, round(2 * along / PANEL_M))
     edges = np.linspace(-along, along, n + 1)
@@ -111,7 +111,7 @@ def _wall(yard: Yard, quarter: int, ground_m: float, *, windows: bool) -> Part:
 
 
 def _roof(yard: Yard) -> list[Part]:
-    """A ceiling that is seen from below, with beams across and lamps between them."""
+    """Build a ceiling that is seen from below, with beams across and lamps between them."""
     (x, y), z = yard.half.tolist(), WALL_M
 
     def facing_down(x: Span, y: Span, z: float, finish: Finish) -> Part:
@@ -158,7 +158,7 @@ _PICTURES = Path(__file__).parent
 def add_surroundings(
     spec: mujoco.MjSpec, context: Context, ground_m: float, site: str = "yard"
 ) -> None:
-    """Add what surrounds the objects: nothing of it collides or casts shadows on them.
+    """Add the surroundings of the objects: nothing of it collides or casts shadows on them.
 
     `site` is one of :data:`~corpus_tools.world.looks.site_looks.SITES`.
     """
@@ -170,7 +170,7 @@ def add_surroundings(
 
 
 def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float, site: Site) -> None:
-    """A sun whose shadows reach the whole yard, light from everywhere, and a sky."""
+    """Add a sun whose shadows reach the whole yard, light from everywhere, and a sky."""
     centre = np.array([*yard.middle, ground_m])
     extent = float(np.hypot(*yard.half))
     spec.stat.center, spec.stat.extent = centre, extent
@@ -207,7 +207,7 @@ def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float, site: Site) -> 
 
 
 def _add_ground(spec: mujoco.MjSpec, yard: Yard, ground_m: float, site: Site) -> None:
-    """Slabs of concrete, laid along the yard, and outdoors grass up to the horizon."""
+    """Add slabs of concrete, laid along the yard, and outdoors grass up to the horizon."""
     surfaces = [("concrete", ground_m, yard.half + 0.5, 2 * SLAB_M, site.ground)]
     if site.grass:
         surfaces.append(("grass", ground_m - 0.03, np.zeros(2), GRASS_M, (1.0, 1.0, 1.0)))

@@ -1,4 +1,4 @@
-"""Tyres and wheels, and what has them: trucks and trailers.
+"""Tyres and wheels, and vehicles with them: trucks and trailers.
 
 Their boxes are their decks; cabs, drawbars and wheels reach out of them.
 """
@@ -33,14 +33,14 @@ from corpus_tools.world.state.thing_kinds import TRUCK
 from g3.groundings import FloatArray
 
 DRAWBAR_LENGTH = 0.75
-"""How far a trailer's drawbar reaches ahead."""
+"""Length of a trailer's drawbar ahead of it."""
 
 _DARK = colour("dark", 0.6, 0.9)
 
 
 @look("trailer")
 def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A flat deck of planks on two axles, with a drawbar."""
+    """Add a flat deck of planks on two axles, with a drawbar."""
     low, high = shape.low, shape.high
     length, width, _ = shape.size
     ground = _ground(shape, ground_m)
@@ -73,7 +73,7 @@ def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: f
 @look("flatbed-truck")
 @look("truck")
 def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A truck with a flat bed behind its cab."""
+    """Add a truck with a flat bed behind its cab."""
     low, high = shape.low, shape.high
     length, width, _ = shape.size
     middle = float(shape.middle[1])
@@ -98,7 +98,7 @@ def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: flo
 
 @look("semi-truck")
 def semi_truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """A tractor for trailers: a long bonnet, a cab with a sleeper, and a fifth wheel behind."""
+    """Add a tractor for trailers: a long bonnet, a cab with a sleeper, a fifth wheel behind."""
     low, high = shape.low, shape.high
     part, (length, width, height) = inside(low, high), shape.size.tolist()
     ground, frame = float(low[2]), float(low[2]) + 0.3 * height
@@ -132,7 +132,7 @@ def semi_truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m
 
 
 def _cab(low: FloatArray, high: FloatArray, ground: float, top: float) -> list[Part]:
-    """A cab over the front axle, from behind it to the front."""
+    """Build a cab over the front axle, from behind it to the front."""
     (back, right, _), (front, left, deck) = low, high
     bottom = ground + 0.3 * (deck - ground)
     part = inside(np.array((back, right, bottom)), np.array((front, left, top)))
@@ -170,7 +170,7 @@ def _cab(low: FloatArray, high: FloatArray, ground: float, top: float) -> list[P
 
 
 def _deck(low: FloatArray, high: FloatArray, finish: Finish) -> list[Part]:
-    """A floor of planks, in lengths that keep the grain fine, with a rim and reflectors."""
+    """Build a floor of planks, in lengths that keep the grain fine, with a rim and reflectors."""
     part, (length, width, _) = inside(low, high), (high - low).tolist()
     rim_x, rim_y = min(0.07, 0.1 * width) / length, min(0.07 / width, 0.1)
     planks, amber = patch("deck"), colour("amber", 0.9, 1.1)
@@ -195,7 +195,7 @@ def _deck_thickness(shape: Shape) -> float:
 def _beams(
     x: tuple[float, float], middle: float, width: float, z: tuple[float, float]
 ) -> list[Part]:
-    """Two beams along the vehicle, below its deck."""
+    """Build two beams along the vehicle, below its deck."""
     half = 0.04 * width
     return [
         box((x[0], y - half, z[0]), (x[1], y + half, z[1]), _DARK, without="+z")
@@ -204,7 +204,7 @@ def _beams(
 
 
 def _wheels(axles: list[float], shape: Shape, ground: float, frame: float) -> list[Part]:
-    """Wheels at both ends of the axles, below the deck."""
+    """Build wheels at both ends of the axles, below the deck."""
     room = frame - ground
     radius = 0.47 * room
     width = min(0.34, 0.16 * float(shape.size[1]))
@@ -220,7 +220,7 @@ def _wheels(axles: list[float], shape: Shape, ground: float, frame: float) -> li
 
 
 def _rear_lights(x: float, middle: float, width: float, top: float) -> list[Part]:
-    """A bar with red and amber lamps at the rear."""
+    """Build a bar with red and amber lamps at the rear."""
     low = np.array((x, middle - width / 2, top - min(0.12, 0.06 * width)))
     part = inside(low, np.array((x + 0.06, middle + width / 2, top)))
     lamps = ((0.06, "red"), (0.16, "amber"), (0.76, "amber"), (0.86, "red"))
@@ -236,7 +236,7 @@ def _rear_lights(x: float, middle: float, width: float, top: float) -> list[Part
 def _tail(
     x: float, middle: float, width: float, deck: tuple[float, float], ground: float
 ) -> list[Part]:
-    """What is at the rear of trailers only: striped boards, red triangles, and mudflaps."""
+    """Build the rear of trailers: striped boards, red triangles, and mudflaps."""
     bottom, top = deck
     z, half = (bottom + 0.1 * (top - bottom), top - 0.1 * (top - bottom)), 0.32 * (deck[0] - ground)
     parts = []
@@ -257,12 +257,12 @@ def _tail(
 
 
 def _turned_back(y: tuple[float, float], z: tuple[float, float]) -> list[tuple[float, float]]:
-    """Corners of a rectangle that faces backwards; its finish is on its side."""
+    """Return the corners of a rectangle that faces backwards; its finish is on its side."""
     return [(y[1], z[1]), (y[1], z[0]), (y[0], z[0]), (y[0], z[1])]
 
 
 def _headboard(x: float, shape: Shape, roof: float) -> list[Part]:
-    """A steel wall between the bed and the cab."""
+    """Build a steel wall between the bed and the cab."""
     low, high = shape.low[1] + 0.03, shape.high[1] - 0.03
     z = shape.high[2]
     return [
@@ -276,7 +276,7 @@ def _headboard(x: float, shape: Shape, roof: float) -> list[Part]:
 
 
 def _tank(x: float, shape: Shape, ground: float, frame: float) -> list[Part]:
-    """Fuel tanks on both sides."""
+    """Build fuel tanks on both sides."""
     radius = 0.3 * (frame - ground)
     half, silver = 0.07 * float(shape.size[0]), colour("silver", 0.55, 1.0)
     profile = [(0, -half), (radius, -half), (radius, half), (0, half)]
@@ -287,7 +287,7 @@ def _tank(x: float, shape: Shape, ground: float, frame: float) -> list[Part]:
 
 
 def _ground(shape: Shape, ground_m: float) -> float:
-    """The ground, or where it would be under wheels of a likely size."""
+    """Return the height of the ground, or where it would be under wheels of a likely size."""
     bottom = float(shape.low[2])
     return ground_m if 0.2 <= bottom - ground_m <= 1.2 else bottom - 0.45
 
@@ -298,9 +298,9 @@ _SEGMENTS = 16
 
 
 def tyre(bottom: Point, radius: float, width: float, *, open_top: bool) -> Part:
-    """A tyre that lies on its side, with the middle of its lower side at `bottom`.
+    """Build a tyre that lies on its side, with the middle of its lower side at `bottom`.
 
-    `open_top` says whether its hole is seen; otherwise something lies on it.
+    `open_top` is true if its hole is seen; otherwise something lies on it.
     """
     profile = [(0.74, 0.0), (0.9, 0.05), (1.0, 0.2), (1.0, 0.8), (0.9, 0.95), (0.74, 1.0)]
     finish = patch("tyre", t=(0.14, 0.86))
@@ -319,7 +319,7 @@ def tyre(bottom: Point, radius: float, width: float, *, open_top: bool) -> Part:
 
 
 def wheel(hub: Point, radius: float, width: float, side: int) -> Part:
-    """A wheel that turns about y, with its middle at `hub`.
+    """Build a wheel that turns about y, with its middle at `hub`.
 
     `side` is 1 if its outside is on the left, -1 if it is on the right.
     """

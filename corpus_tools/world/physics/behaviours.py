@@ -1,4 +1,4 @@
-"""Behaviours: what the actions of scripts do with a robot, in a simulation or in a rehearsal.
+"""Behaviours: effects of scripts' actions on a robot, in a simulation or in a rehearsal.
 
 A behaviour (:data:`BEHAVIOURS`) gets a robot and the argument of its action, moves the robot, and
 returns where it wants something to be. It refuses what it can't do with an :class:`ActionError`,
@@ -32,7 +32,7 @@ class ActionError(CorpusError):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What is on the forks, in the robot's frame."""
+    """The load on the forks, in the robot's frame."""
 
     id: str
     xy: FloatArray
@@ -43,7 +43,7 @@ class Load:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Goal:
-    """Where an action wants something to be."""
+    """Pose at which an action wants a thing to be."""
 
     thing: str
     """Id of the object."""
@@ -59,18 +59,18 @@ class Robot(Protocol):
     """The world before anything moved."""
     load: Load | None
     grip: str | None
-    """Id of what the forks may touch."""
+    """Id of the object that the forks may touch."""
     support: str | None
-    """Id of what the load on the forks may touch, other than the forks and the ground."""
+    """Id of the object that the load may touch, apart from the forks and the ground."""
 
     @property
     def pose(self) -> FloatArray:
-        """Of the robot: x, y, yaw, shape (3,)."""
+        """Pose of the robot: x, y, yaw, shape (3,)."""
         ...
 
     @property
     def forks_m(self) -> float:
-        """How far the forks are up."""
+        """Height of the forks, in metres."""
         ...
 
     @property
@@ -79,15 +79,15 @@ class Robot(Protocol):
         ...
 
     def index(self, thing: str) -> int:
-        """Where an object is among all objects."""
+        """Return the index of an object among all objects."""
         ...
 
     def shape(self, thing: str) -> Shape:
-        """The box of an object."""
+        """Return the box of an object."""
         ...
 
     def body_pose(self, thing: str) -> tuple[FloatArray, FloatArray]:
-        """Position (3,) and orientation (4,) of an object."""
+        """Return the position (3,) and orientation (4,) of an object."""
         ...
 
     def take(self, thing: str) -> None:
@@ -108,7 +108,7 @@ class Robot(Protocol):
 
 
 def load_of(robot: Robot, thing: str) -> Load:
-    """An object that is on the forks, where it is now."""
+    """Return the load of an object that is on the forks, at its present pose."""
     xyz, orientation = robot.body_pose(thing)
     pose = robot.pose
     offset = rotate(xyz[:2] - pose[:2], -pose[2])
@@ -119,11 +119,11 @@ Behaviour: TypeAlias = Callable[[Robot, Any], "Goal | None"]
 """Takes the id of an object, a :class:`~g3.groundings.Place` or a number, as its action does."""
 
 BEHAVIOURS: Registry[Behaviour] = Registry("action")
-"""What actions do, by name."""
+"""Behaviours of actions, by name."""
 
 
 def behaviour(action: ScriptAction) -> Callable[[Behaviour], Behaviour]:
-    """Register what an action does."""
+    """Register the behaviour of an action."""
     return lambda function: BEHAVIOURS.add(function, action.name)
 
 
@@ -138,7 +138,7 @@ def behave(robot: Robot, step: ScriptStep, argument: str | float | Place) -> Goa
 def script_arguments(
     context: Context, script: Script, places: Mapping[str, Place] | None
 ) -> list[str | float | Place]:
-    """The arguments of a script's steps as behaviours take them.
+    """Return the arguments of a script's steps as behaviours take them.
 
     Parameters
     ----------
@@ -178,10 +178,10 @@ def _argument(
 
 
 def step_text(step: ScriptStep) -> str:
-    """A step in words: its action and its argument."""
+    """Return a step in words: its action and its argument."""
     return f"{step.action} {argument_text(step)}"
 
 
 def argument_text(step: ScriptStep) -> str:
-    """The argument of a step in words."""
+    """Return the argument of a step in words."""
     return step.argument if isinstance(step.argument, str) else f"{step.argument:g}"

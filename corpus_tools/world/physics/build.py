@@ -25,20 +25,21 @@ FLOOR = "floor"
 """Geom of the ground."""
 TIMESTEP_S = 0.005
 IMPRATIO = 10.0
-"""How much stiffer friction is than the normal force: what is on the forks must not creep."""
+"""Ratio of the stiffness of friction to that of the normal force: loads on the forks must not
+creep."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """A compiled model of a context, and where its objects are in the simulator's state."""
+    """A compiled model of a context, and the positions of its objects in the simulator's state."""
 
     context: Context
     """The context; the objects' order is that of all indices."""
     model: mujoco.MjModel
     free: Index
     free_qpos: Index
-    """Objects with a free joint, and where their seven coordinates begin."""
+    """Objects with a free joint, and the first positions of their seven coordinates."""
     mocap: Index
     mocap_id: Index
     """Objects that only move where they are put, and their mocap indices."""
@@ -46,13 +47,13 @@ class World:
     """Index of the robot among the objects."""
     drive_qpos: Index
     forks_qpos: int
-    """Where the robot's x, y, yaw and the height of the forks are."""
+    """Positions of the robot's x, y, yaw and of its forks' height in the simulator's state."""
 
 
 def build_spec(
     context: Context, *, looks: bool = True, site: str = "yard", names: bool = False
 ) -> mujoco.MjSpec:
-    """A world with the objects of a context.
+    """Build a world with the objects of a context.
 
     Objects' bodies are called by :func:`body_name` and have their poses as frames. What the forks
     can lift has a free joint. The robot has joints to drive in the plane. Everything else is a
@@ -137,12 +138,12 @@ def set_state(world: World, data: mujoco.MjData, recording: Recording, k: int) -
 
 
 def body_name(object_id: str) -> str:
-    """Name of an object's body, which neither the forks nor the world have, whatever the id."""
+    """Return the name of an object's body, which neither the forks nor the world have."""
     return f"object {object_id}"
 
 
 def ground_of(context: Context) -> float:
-    """Height of the ground: what the robot stands on."""
+    """Return the height of the ground under the robot, in metres."""
     return float(context.agent.trajectory.xyz[0, 2])
 
 

@@ -1,4 +1,4 @@
-"""Drives the simulated robot along references, and watches what it touches.
+"""Control of the simulated robot along references, with a watch on its contacts.
 
 Behaviours move the simulation as a :class:`~corpus_tools.world.physics.behaviours.Robot`.
 """
@@ -29,11 +29,11 @@ SLIP_M = 0.10
 """A load that moves this far on the forks is lost."""
 SETTLE_S = 1.0
 PUSHED_M = 0.05
-"""What moves further while everything settles was in something else."""
+"""Shift of a thing while everything settles, in metres, above which it began inside another."""
 STILL_M = 1e-3
-"""What never moves further, and never turns by twice as many radians, stood still."""
+"""Largest motion of a still thing, in metres; twice as many radians for turns."""
 SLEEP_M_S = 1e-3
-"""What moves more slowly than this falls asleep."""
+"""Speed below which a thing falls asleep, in m/s."""
 TILT = np.deg2rad(5.0)
 """A load that leans more isn't upright."""
 
@@ -54,11 +54,11 @@ class Simulation:
     rate_hz: float
     load: Load | None = None
     grip: str | None = None
-    """What the forks may touch."""
+    """Id of the object that the forks may touch."""
     support: str | None = None
-    """What the load on the forks may touch, besides them and the ground."""
+    """Id of the object that the load on the forks may touch, apart from them and the ground."""
     handled: set[str] = field(default_factory=set)
-    """What has been on the forks."""
+    """Ids of objects that have been on the forks."""
     samples: list[FloatArray] = field(default_factory=list)
     """Joint coordinates at every moment of the recording."""
     _owner: npt.NDArray[np.int64] = field(init=False)
@@ -75,13 +75,13 @@ class Simulation:
 
     @property
     def pose(self) -> FloatArray:
-        """Of the robot, shape (3,)."""
+        """Pose of the robot, shape (3,)."""
         pose: FloatArray = self.data.qpos[self.world.drive_qpos].copy()
         return pose
 
     @property
     def forks_m(self) -> float:
-        """How far the forks are up."""
+        """Height of the forks, in metres."""
         return float(self.data.qpos[self.world.forks_qpos])
 
     @property
@@ -90,21 +90,21 @@ class Simulation:
         return ground_of(self.start)
 
     def index(self, thing: str) -> int:
-        """Where an object is among all objects."""
+        """Return the index of an object among all objects."""
         return next(i for i, item in enumerate(self.start.objects) if item.id == thing)
 
     def shape(self, thing: str) -> Shape:
-        """The box of an object."""
+        """Return the box of an object."""
         return shape_of(self.start.objects[self.index(thing)])
 
     def body_pose(self, thing: str) -> tuple[FloatArray, FloatArray]:
-        """Position (3,) and orientation (4,) of an object."""
+        """Return the position (3,) and orientation (4,) of an object."""
         i = self.index(thing)
         position, orientation = _states(self.world, self.data.qpos[None])
         return position[0, i], orientation[0, i]
 
     def lean(self, thing: str) -> float:
-        """Angle in radians that an object leans."""
+        """Return the lean of an object, in radians."""
         _, (_, x, y, _) = self.body_pose(thing)
         return float(2 * np.arcsin(min(np.hypot(x, y), 1.0)))
 
@@ -131,7 +131,7 @@ class Simulation:
         self._run(np.tile(self.data.ctrl, (max(round(duration_s / self._timestep), 1), 1)))
 
     def recording(self) -> Recording:
-        """What happened up to now."""
+        """Return the recording up to now."""
         joints = np.array(self.samples)
         position, orientation = _states(self.world, joints)
         # Solvers leave a shiver of some micrometres in what stands still.
@@ -207,7 +207,7 @@ class Simulation:
 
 
 def simulation(context: Context, rate_hz: float, forks_m: float = 0.0) -> Simulation:
-    """A simulation of a context from its start, sampled at a rate.
+    """Start a simulation of a context, sampled at a rate.
 
     Forks with a load are as high as the load, empty ones as high as is given.
     """
@@ -255,7 +255,7 @@ def _settled(world: World, data: mujoco.MjData) -> Context:
 
 
 def _states(world: World, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Positions (n, b, 3) and orientations (n, b, 4) of all objects at joint coordinates (n, q)."""
+    """Return positions (n, b, 3), orientations (n, b, 4) of all objects at coordinates (n, q)."""
     shape = len(joints), len(world.context.objects)
     position, orientation = np.empty((*shape, 3)), np.empty((*shape, 4))
     poses = joints[:, world.free_qpos[:, None] + np.arange(7)]
@@ -271,7 +271,7 @@ def _states(world: World, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _owners(world: World) -> npt.NDArray[np.int64]:
-    """For every geom the index of its object; the forks count as the robot, not its chassis."""
+    """Return the object's index for every geom; the forks count as the robot, not its chassis."""
     model = world.model
     names = {body_name(item.id): i for i, item in enumerate(world.context.objects)}
     names[body_name(world.context.agent_id)] = _CHASSIS

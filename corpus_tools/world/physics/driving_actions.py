@@ -28,15 +28,15 @@ from g3.geometry.plane import cross, rotate, wrap
 from g3.groundings import FloatArray, Place
 
 STAND_OFF_M = 0.8
-"""From the tips of the forks, or the load on them, to what the robot stops in front of."""
+"""Distance from the tips of the forks, or the load on them, to the object ahead at a stop."""
 PAST_M = (1.0, 0.6, 1.6, 2.4)
-"""Room beside what is driven past, in the order in which it is tried."""
+"""Room beside an object that is passed, in the order in which it is tried."""
 BEYOND_M = 3.0
 SHIFT_COST = 20.0
-"""What a metre away from the middle of a place costs, in metres of way."""
+"""Cost of a metre away from the middle of a place, in metres of way."""
 
 _MIDDLE = np.array([(CHASSIS[0][0] + HEEL_X) / 2, 0.0])
-"""Of the robot's body without its forks."""
+"""Middle of the robot's body without its forks."""
 _BODY = np.array([[x, y] for x in (CHASSIS[0][0], HEEL_X) for y in CHASSIS[1]])
 
 
@@ -71,7 +71,7 @@ def approach(robot: Robot, thing: str) -> Goal:
 
 
 def in_front(robot: Robot, thing: str, headings: FloatArray) -> FloatArray:
-    """Poses in front of an object in which the robot heads for its middle, shape (h, 3)."""
+    """Return poses in front of an object with the robot towards its middle, shape (h, 3)."""
     middle, corners, _ = footprint(robot, thing)
     reach = HEEL_X + FORK_LENGTH
     if robot.load is not None:
@@ -130,10 +130,10 @@ def wait(robot: Robot, duration_s: float) -> None:
 
 
 def go(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> int:
-    """Drive to the pose of `goals`, shape (g, 3), that is reached most cheaply; which one it is.
+    """Drive to the pose of `goals`, shape (g, 3), that is cheapest to reach, and return its index.
 
-    `where` that is, for errors, is a preposition and a name. `penalty` is what choosing each costs,
-    in metres of way, shape (g,).
+    `where` that is, for errors, is a preposition and a name. `penalty` is the cost of choosing
+    each, in metres of way, shape (g,).
     """
     try:
         way, chosen = plan(
@@ -146,14 +146,14 @@ def go(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> int:
 
 
 def gone(robot: Robot, goals: FloatArray, where: str, penalty: FloatArray) -> Goal:
-    """The same as :func:`go`; what the robot then wanted to reach."""
+    """Drive as :func:`go` does, and return the robot's goal."""
     return robot_goal(robot, goals[go(robot, goals, where, penalty)])
 
 
 def _past(
     middle: FloatArray, corners: FloatArray, yaw: float, pose: FloatArray
 ) -> Iterator[FloatArray]:
-    """Poses (2, 3) beside an object and beyond it, along a heading."""
+    """Yield poses (2, 3) beside an object and beyond it, along a heading."""
     ahead, left = direction(np.array(yaw)), direction(np.array(yaw + np.pi / 2))
     depth, width = np.abs((corners - middle) @ np.column_stack((ahead, left))).max(axis=0)
     side = 1.0 if cross(ahead, direction(pose[2])) >= 0 else -1.0
@@ -177,12 +177,12 @@ def straight_or_turn(robot: Robot, motion: Motion, what: str) -> Goal:
 
 
 def robot_goal(robot: Robot, pose: FloatArray) -> Goal:
-    """That the robot is at a pose (3,)."""
+    """Return the goal that the robot is at a pose (3,)."""
     return Goal(robot.start.agent_id, np.array([*pose[:2], robot.ground_m]), float(pose[2]))
 
 
 def footprint(robot: Robot, thing: str) -> tuple[FloatArray, FloatArray, float]:
-    """Middle (2,), corners (4, 2) and heading of an object that isn't on the forks."""
+    """Return middle (2,), corners (4, 2) and heading of an object that isn't on the forks."""
     if robot.load is not None and robot.load.id == thing:
         raise ActionError(f"{thing} is on the forks")
     i = robot.index(thing)

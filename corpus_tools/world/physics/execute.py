@@ -1,4 +1,4 @@
-"""Carries out scripts in physics, and reports what came of them."""
+"""Execution of scripts in physics, with a report of the results."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from g3.short_repr import short_repr
 
 NEAR_M = 0.15
 NEAR_DEG = 5.0
-"""How far from its goal a load or the robot may end."""
+"""Largest distance of a load or the robot from its goal, in metres and in degrees."""
 DISPLACED_M = 0.1
-"""What nobody was to move may move so far."""
+"""Largest displacement of things that no step was to move, in metres."""
 PAUSE_S = 1.0
 """The world stands still so long before the first and after the last step."""
 
@@ -40,31 +40,31 @@ PAUSE_S = 1.0
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a step ended."""
+    """Result of a step."""
 
     step: ScriptStep
     goal: Goal | None
-    """Where it wanted something to be, None if it wanted nothing to be anywhere."""
+    """Goal of the step; None if it had none."""
     error_m: float = 0.0
     error_deg: float = 0.0
-    """How far from that it is when the step ends, and how far from its heading."""
+    """Distance from the goal at the step's end, in metres, and from its heading, in degrees."""
     lean_deg: float = 0.0
-    """How far what was moved leans."""
+    """Lean of the moved thing, in degrees."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """What came of a script."""
+    """Result of a script."""
 
     recording: Recording
-    """What happened, to the end or to where it went wrong."""
+    """Recording of the execution, to the end or to its failure."""
     outcomes: tuple[Outcome, ...]
-    """Of the steps that were carried out."""
+    """Outcomes of the executed steps."""
     failure: ActionError | None
-    """Why the step after those could not be; None if all were."""
+    """Reason why the step after those could not be executed; None if all were."""
     handled: frozenset[str] = frozenset()
-    """Ids of what was on the forks."""
+    """Ids of objects that were on the forks."""
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -116,9 +116,9 @@ def execute(
     places
         By the names that the script uses; the context's places by their names if None.
     rate_hz
-        How many states a second the recording has.
+        Number of states a second in the recording.
     forks_m
-        How far empty forks are up at the start.
+        Height of empty forks at the start, in metres.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def execute(
 
 
 def reached(execution: Execution) -> bool:
-    """Whether every step reached its goal and nothing else was moved."""
+    """Check that every step reached its goal and nothing else was moved."""
     return not execution.problems
 
 

@@ -1,4 +1,4 @@
-"""Actions that lift loads, put them down, and move the forks with what is on them."""
+"""Actions that lift loads, put them down, and move the forks with their load."""
 
 from __future__ import annotations
 
@@ -27,41 +27,41 @@ from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, Place
 
 CARRY_M = 0.12
-"""How high loads are carried over the ground."""
+"""Height of carried loads above the ground, in metres."""
 CLEAR_M = 0.15
-"""How high they are raised off what they stand on, or above what they go onto."""
+"""Height of loads above their support, or above the surface that they go onto, in metres."""
 LOOSE_M = 0.02
-"""How high they are lifted to see whether they come up."""
+"""Height to which loads are lifted to test whether they come up, in metres."""
 ENTER_M, LEAVE_M = sizes.FORK_LENGTH + 0.25, 0.5
-"""How far forks go straight into and out of a load, and how far loads come out, at least."""
+"""Straight ways in metres: of forks into and out of a load, and of loads out, at least."""
 NARROWEST_M = 2 * (sizes.FORK_Y + sizes.FORK_WIDTH / 2 + sizes.BLOCK) + 0.02
 """Loads must be so wide for the forks to find their openings."""
 EPSILON_M = 0.02
-"""What is less high than this above what a load stands on is not in its way."""
+"""Height above a load's support, in metres, below which a thing is not in its way."""
 LONG_COST_M = 5.0
-"""What lifting a load lengthwise costs in metres of way: it reaches less far over decks."""
+"""Cost of lifting a load lengthwise, in metres of way: it reaches less far over decks."""
 SETTLE_S = 0.3
 AT_ONCE = 64
-"""So many spots are looked at together: numpy is slow for one."""
+"""Number of spots that are looked at together: numpy is slow for one."""
 
 
 _Spot: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
-"""How far a spot is from a place's middle, where a load's frame is there, and the robot's pose."""
+"""Distance of a spot from a place's middle, pose of a load's frame there, and the robot's pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Docking:
-    """A pose that the robot goes straight into and out of, and what that is good for."""
+    """A pose that the robot goes straight into and out of, with its goal and cost."""
 
     final: FloatArray
-    """Where it stops inside."""
+    """Pose at which it stops inside."""
     run_in_m: float
     run_out_m: float
-    """How far it goes straight."""
+    """Lengths of the straight ways in and out, in metres."""
     goal: Goal
-    """Where the load is afterwards."""
+    """Pose of the load afterwards."""
     cost: float
-    """What choosing it costs, in metres of way."""
+    """Cost of choosing it, in metres of way."""
 
 
 @behaviour(PICK_UP)
@@ -94,7 +94,7 @@ def pick_up(robot: Robot, thing: str) -> Goal:
 
 @behaviour(PUT_DOWN)
 def put_down(robot: Robot, place: Place) -> Goal:
-    """Put the load on the forks down on what is in the middle of a place, and back off.
+    """Put the load on the forks down on the support in the middle of a place, and back off.
 
     Where the middle is taken or out of reach, the load goes to the free spot of the place
     that is nearest to it. Forks reach over a deck as far as the load on them is long.
@@ -119,7 +119,7 @@ def put_down(robot: Robot, place: Place) -> Goal:
 
 
 def _dock(robot: Robot, dockings: list[_Docking], where: str, carrier: str | None) -> _Docking:
-    """Drive to where one of several dockings begins."""
+    """Drive to the start of one of several dockings."""
     if not dockings:
         reach = "" if carrier is None else f"the forks don't reach so far over {carrier}, or "
         raise ActionError(f"the robot can't get {where}: {reach}there is no room to go in and out")
@@ -128,7 +128,7 @@ def _dock(robot: Robot, dockings: list[_Docking], where: str, carrier: str | Non
 
 
 def _to_pick(robot: Robot, thing: str, bottom: float) -> list[_Docking]:
-    """From which sides the forks can lift a load."""
+    """Return the dockings by which the forks can lift a load."""
     shape, (xyz, orientation) = robot.shape(thing), robot.body_pose(thing)
     yaw = float(heading(orientation))
     middle = xyz[:2] + rotate(shape.middle[:2], np.array(yaw))
@@ -161,7 +161,7 @@ def _to_pick(robot: Robot, thing: str, bottom: float) -> list[_Docking]:
 
 
 def _to_put(robot: Robot, load: Load, place: Place, support: room.Support) -> list[_Docking]:
-    """From which sides the load can be put down in a place, as near to its middle as can be."""
+    """Return the dockings for putting the load down in a place, as near to its middle as can be."""
     shape, boxes, height = robot.shape(load.id), room.boxes_of(robot), support.height
     rect = room.load_rect(load, shape)
     corners = np.array([[x, y] for x in rect.x for y in rect.y])
@@ -202,13 +202,13 @@ def _to_put(robot: Robot, load: Load, place: Place, support: room.Support) -> li
 def _fitting(
     spots: Iterator[_Spot], fits: Callable[[FloatArray], npt.NDArray[np.bool_]]
 ) -> Iterator[_Spot]:
-    """The spots at which the robot has room, in their order."""
+    """Yield the spots at which the robot has room, in their order."""
     while some := list(islice(spots, AT_ONCE)):
         yield from compress(some, fits(np.array([final for *_, final in some])))
 
 
 def _bottom(robot: Robot, thing: str) -> float:
-    """How high above the ground an object's underside is."""
+    """Return the height of an object's underside above the ground."""
     return float(robot.body_pose(thing)[0][2] + robot.shape(thing).low[2] - robot.ground_m)
 
 

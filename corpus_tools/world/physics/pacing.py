@@ -15,7 +15,7 @@ from g3.short_repr import short_repr
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How fast something goes at most, and how quickly it gets there."""
+    """Largest speed, and the acceleration up to it."""
 
     speed: float
     acceleration: float
@@ -24,7 +24,7 @@ class Pace:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How the robot drives: in m/s and m/s², and on the spot in rad/s and rad/s²."""
+    """Paces of the robot: in m/s and m/s², and on the spot in rad/s and rad/s²."""
 
     drive: Pace
     turn: Pace
@@ -42,7 +42,7 @@ _SPACING_M, _ANGLE = 0.02, 0.01
 
 
 def references(start: FloatArray, way: Way, limits: Limits, timestep_s: float) -> FloatArray:
-    """Poses (n, 3) of a way at every timestep, stopping where the direction changes."""
+    """Return poses (n, 3) of a way at every timestep, stopping where the direction changes."""
     legs, pose = [], start
     for _, motions in groupby(
         way, key=lambda motion: math.copysign(1, motion[0]) * bool(motion[0])
@@ -54,7 +54,7 @@ def references(start: FloatArray, way: Way, limits: Limits, timestep_s: float) -
 
 
 def ramp(start: float, end: float, pace: Pace, timestep_s: float) -> FloatArray:
-    """Values (n,) from one to another at every timestep."""
+    """Return values (n,) from one to another at every timestep."""
     along = np.linspace(0, abs(end - start), max(math.ceil(abs(end - start) / 0.005), 1) + 1)
     moved = _at_timesteps(along, np.full(len(along), pace.speed), pace.acceleration, timestep_s)
     return _smooth(start + math.copysign(1, end - start) * moved[:, None], timestep_s)[:, 0]
@@ -78,7 +78,7 @@ def _paced(leg: FloatArray, limits: Limits, timestep_s: float) -> FloatArray:
 def _at_timesteps(
     along: FloatArray, limit: FloatArray, acceleration: float, timestep_s: float
 ) -> FloatArray:
-    """How far one has come at every timestep, starting and ending at rest.
+    """Return the distance covered at every timestep, starting and ending at rest.
 
     `along` are points of the way, shape (n,), `limit` the highest speeds there.
     """
@@ -99,7 +99,7 @@ def _at_timesteps(
 
 
 def _smooth(values: FloatArray, timestep_s: float) -> FloatArray:
-    """A moving average of rows with a smooth window; first and last values stay."""
+    """Return a moving average of rows with a smooth window; first and last values stay."""
     half = max(round(SMOOTH_S / 2 / timestep_s), 1)
     window = np.hanning(2 * half + 3)[1:-1]
     window /= window.sum()

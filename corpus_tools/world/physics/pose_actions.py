@@ -27,7 +27,7 @@ from g3.groundings import FloatArray
 SHORTER = np.array([1.0, 0.7, 0.4])
 """Shares of the way away from an object that are tried, if there is no room for all of it."""
 SHORT_COST_M = 10.0
-"""What none of that way would cost on top."""
+"""Cost of having none of that way, in metres of way."""
 BESIDE_M = (0.8, 0.5, 1.2)
 """Room between an object and the robot beside it, in the order in which it is preferred."""
 
@@ -45,7 +45,7 @@ def turn_away(robot: Robot, thing: str) -> Goal:
 
 
 def _bearing(robot: Robot, thing: str) -> float:
-    """In which heading the robot sees an object."""
+    """Return the heading in which the robot sees an object."""
     middle, _, _ = footprint(robot, thing)
     x, y = middle - robot.pose[:2]
     return float(np.arctan2(y, x))

@@ -1,4 +1,4 @@
-"""Rehearsals: scripts carried out without physics, to know what can't be done.
+"""Rehearsals: scripts carried out without physics, to find impossible steps.
 
 The behaviours are those of the simulation, with the same tests of free space. In a rehearsal the
 robot gets exactly where it drives, and loads stay where they are put. What only contact shows, such
@@ -43,7 +43,7 @@ def rehearse(
     places: Mapping[str, Place] | None = None,
     forks_m: float = 0.0,
 ) -> ActionError | None:
-    """Why a script can't be carried out; None if nothing speaks against it.
+    """Return the reason why a script can't be carried out; None if none is seen.
 
     The parameters, and the errors for a script that is wrong, are those of
     :func:`~corpus_tools.world.physics.execute.execute`.
@@ -113,7 +113,7 @@ class _RehearsingRobot:
 
 
 def _standing(context: Context, forks_m: float) -> _RehearsingRobot:
-    """The robot at the start of a context, as :func:`execute` has it."""
+    """Return the robot at the start of a context, as :func:`execute` has it."""
     start, held, forks = starting(context)
     poses = {
         item.id: np.array([*item.trajectory.xyz[0], item.trajectory.yaw[0]])

@@ -1,4 +1,4 @@
-"""What the robot must not run into, where it goes straight in and out, and what can stand where."""
+"""Room of the robot: obstacles, straight ways in and out, and supports of things."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _CHASSIS_Z = (sizes.MAST[2][0], sizes.MAST[2][1])
 
 
 def load_rect(load: Load, shape: Shape) -> Rect:
-    """What a load on the forks covers, in the robot's frame."""
+    """Return the rectangle of a load on the forks, in the robot's frame."""
     corners = np.array([[x, y] for x in (0, 1) for y in (0, 1)]) * shape.size[:2] + shape.low[:2]
     xy = load.xy + rotate(corners, np.array(load.yaw))
     (x0, y0), (x1, y1) = xy.min(axis=0).tolist(), xy.max(axis=0).tolist()
@@ -46,7 +46,7 @@ def load_rect(load: Load, shape: Shape) -> Rect:
 
 
 def robot_outline(robot: Robot, load: Load | None) -> FloatArray:
-    """The robot with a load on its forks, or without."""
+    """Return the outline of the robot with a load on its forks, or without."""
     parts = [CHASSIS_OUTLINE, FORKS_OUTLINE]
     if load is not None:
         parts.append(outline((load_rect(load, robot.shape(load.id)),)))
@@ -54,7 +54,7 @@ def robot_outline(robot: Robot, load: Load | None) -> FloatArray:
 
 
 def boxes_of(robot: Robot, *but: str | None) -> Boxes:
-    """Everything but the robot, what is on its forks, and some objects; heights above ground."""
+    """Return all but the robot, its load and some objects, as boxes with heights above ground."""
     held = robot.load.id if robot.load else None
     rows = []
     for item in robot.start.objects:
@@ -78,12 +78,12 @@ def boxes_of(robot: Robot, *but: str | None) -> Boxes:
 
 
 def behind(pose: FloatArray, metres: float) -> FloatArray:
-    """The pose straight back from another."""
+    """Return the pose straight back from another."""
     return np.array([*(pose[:2] - metres * direction(pose[2])), pose[2]])
 
 
 def all_behind(pose: FloatArray, metres: FloatArray) -> FloatArray:
-    """The poses (n, 3) straight back from another, so many metres (n,)."""
+    """Return the poses (n, 3) straight back from another, so many metres (n,)."""
     xy = pose[:2] - metres[:, None] * direction(pose[2])
     return np.column_stack((xy, np.full(len(metres), pose[2])))
 
@@ -91,7 +91,7 @@ def all_behind(pose: FloatArray, metres: FloatArray) -> FloatArray:
 def fits_straight(
     final: FloatArray, back_m: float, boxes: Boxes, carried: FloatArray, band: tuple[float, float]
 ) -> bool:
-    """Whether the robot can go straight to a pose from some metres behind it.
+    """Check that the robot can go straight to a pose from some metres behind it.
 
     `carried` is the outline of the forks and what is on them, `band` between which heights these
     are.
@@ -103,7 +103,7 @@ def fits_straight(
 def fits(
     poses: FloatArray, boxes: Boxes, carried: FloatArray, band: tuple[float, float]
 ) -> npt.NDArray[np.bool_]:
-    """Whether the robot has room at each of poses (n, 3) where it goes straight in; shape (n,).
+    """Return the poses (n, 3) with room for the robot that goes straight in, as a mask (n,).
 
     The parameters are those of :func:`fits_straight`.
     """
@@ -115,29 +115,29 @@ def fits(
 def ready_behind(
     final: FloatArray, around: FloatArray, boxes: Boxes, least_m: float, most_m: float = 4.0
 ) -> float | None:
-    """How far behind a pose the robot is clear of everything; None if it nowhere is."""
+    """Return the distance behind a pose at which the robot is clear; None if it nowhere is."""
     backs = np.arange(least_m, most_m, 0.1)
     free = room(all_behind(final, backs), around, boxes) >= READY_MARGIN_M
     return float(backs[np.argmax(free)]) if free.any() else None
 
 
 def forks_band(height_m: float) -> tuple[float, float]:
-    """Between which heights the forks and their backrest are; the first is their upper side's."""
+    """Return the heights of the forks and their backrest; the first is their upper side's."""
     return height_m - sizes.FORK_THICKNESS + 0.01, height_m + sizes.BACKREST[2][1]
 
 
 NUDGE_M = 0.1
-"""What stands this far from the middle of a place is still where it was asked for."""
+"""Distance from the middle of a place, in metres, within which a load counts as in the middle."""
 FIRM_M = 0.3
-"""How far from the edge of a deck the middle of a load is at least."""
+"""Least distance of the middle of a load from the edge of a deck, in metres."""
 IN_THE_AIR_M = 0.4
-"""A place this far above what is under it is in the air."""
+"""Height of a place above its support, in metres, from which it is in the air."""
 _GRID_M = 0.1
 _TOUCH_M = 0.03
 
 
 def axis_of(place: Place) -> float:
-    """The heading of a place's longest edge."""
+    """Return the heading of a place's longest edge."""
     corners = convex_hull(place.prism.xy)
     edges = np.roll(corners, -1, axis=0) - corners
     x, y = edges[np.argmax(np.hypot(*edges.T))]
@@ -147,19 +147,20 @@ def axis_of(place: Place) -> float:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Support:
-    """What a load put down in a place stands on."""
+    """Support of a load that is put down in a place."""
 
     height: float
-    """Above the ground."""
+    """Height above the ground, in metres."""
     axis: float
     """Heading that the load is to be parallel to."""
     carrier: str | None = None
     """The object, None for the ground."""
     deck: FloatArray | None = None
-    """Corners (4, 2) of where the object can be loaded, counterclockwise; None on the ground."""
+    """Corners (4, 2) of the part of the object that can be loaded, counterclockwise; None on the
+    ground."""
 
     def holds(self, middle: FloatArray) -> bool:
-        """Whether what has its middle (2,) there can't fall off."""
+        """Check that a thing with its middle (2,) there can't fall off."""
         if self.deck is None:
             return True
         edges = np.roll(self.deck, -1, axis=0) - self.deck
@@ -168,7 +169,7 @@ class Support:
 
 
 def support_at(robot: Robot, place: Place) -> Support:
-    """What a load put down in a place's middle stands on; ActionError if that is in the air."""
+    """Return the support of a load in a place's middle; ActionError if that is in the air."""
     low = place.prism.z_min - robot.ground_m
     found = Support(0.0, axis_of(place))
     for item in robot.start.objects:
@@ -196,7 +197,7 @@ def support_at(robot: Robot, place: Place) -> Support:
 
 
 def carrier_under(robot: Robot, thing: str) -> str | None:
-    """The object that an object stands on, None if that is the ground."""
+    """Return the object that an object stands on, None if that is the ground."""
     shape, (xyz, orientation) = robot.shape(thing), robot.body_pose(thing)
     middle = xyz[:2] + rotate(shape.middle[:2], heading(orientation))
     for item in robot.start.objects:
@@ -211,7 +212,7 @@ def carrier_under(robot: Robot, thing: str) -> str | None:
 
 
 def spots(place: Place, footprint: FloatArray, reach_m: float = 3.0) -> Iterator[FloatArray]:
-    """Offsets (2,) from a place's middle at which a footprint is in the place, nearest first.
+    """Yield offsets (2,) from a place's middle with a footprint in the place, nearest first.
 
     The middle comes first whether it is or not, then what is a nudge away. `footprint` has the
     corners relative to what stands in the middle, shape (k, 2).

@@ -1,4 +1,4 @@
-"""How much room there is around the robot, in the plane.
+"""Room around the robot, in the plane.
 
 Poses are rows x, y, yaw; everything that stands in the world is upright boxes.
 """
@@ -37,15 +37,15 @@ class Boxes:
         return len(self.yaw)
 
     def between(self, low: float, high: float) -> Boxes:
-        """Those that something between two heights could touch."""
+        """Return the boxes that a thing between two heights could touch."""
         return self.where((self.z[:, 1] > low) & (self.z[:, 0] < high))
 
     def where(self, chosen: npt.NDArray[np.bool_]) -> Boxes:
-        """Some of the boxes."""
+        """Return the chosen boxes."""
         return Boxes(self.middle[chosen], self.yaw[chosen], self.half[chosen], self.z[chosen])
 
     def corners(self) -> FloatArray:
-        """Corners of the footprints, shape (n, 4, 2)."""
+        """Return the corners of the footprints, shape (n, 4, 2)."""
         signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
         local = signs * self.half[:, None]
         corners: FloatArray = self.middle[:, None] + rotate(local, self.yaw[:, None])
@@ -62,18 +62,18 @@ class Rect:
 
 
 def outline(rects: Sequence[Rect]) -> FloatArray:
-    """Points (m, 2) around rectangles, so dense that nothing slips between two of them."""
+    """Return points (m, 2) around rectangles, so dense that nothing slips between two of them."""
     return np.concatenate([_border(rect) for rect in rects])
 
 
 def placed(points: FloatArray, poses: FloatArray) -> FloatArray:
-    """Points (m, 2) of the robot's frame where poses (..., 3) bring them, (..., m, 2)."""
+    """Move points (m, 2) of the robot's frame to poses (..., 3); shape (..., m, 2)."""
     moved: FloatArray = poses[..., None, :2] + rotate(points, poses[..., None, 2])
     return moved
 
 
 def distance(points: FloatArray, boxes: Boxes) -> FloatArray:
-    """Metres from points (..., 2) to the nearest box, negative inside, shape (...)."""
+    """Return metres from points (..., 2) to the nearest box, negative inside, shape (...)."""
     nearest = np.full(points.shape[:-1], _FAR)
     for middle, yaw, half in zip(boxes.middle, boxes.yaw, boxes.half, strict=True):
         # By coordinates: numpy is slow where an axis has two elements.
@@ -84,13 +84,13 @@ def distance(points: FloatArray, boxes: Boxes) -> FloatArray:
 
 
 def room(poses: FloatArray, points: FloatArray, boxes: Boxes) -> FloatArray:
-    """How much room an outline (m, 2) has at each of poses (n, 3), shape (n,)."""
+    """Return the room that an outline (m, 2) has at each of poses (n, 3), in metres, shape (n,)."""
     least: FloatArray = distance(placed(points, poses), boxes).min(axis=-1)
     return least
 
 
 def clearance(poses: FloatArray, points: FloatArray, boxes: Boxes) -> float:
-    """The least room that an outline (m, 2) has at poses (n, 3)."""
+    """Return the least room that an outline (m, 2) has at poses (n, 3), in metres."""
     return float(room(poses, points, boxes).min())
 
 
@@ -100,19 +100,19 @@ class Field:
     """Distances to boxes, looked up in a grid."""
 
     origin: FloatArray
-    """Of the first cell, shape (2,)."""
+    """Position of the first cell, shape (2,)."""
     metres: FloatArray
     """Distances at the cells, shape (nx, ny)."""
 
     def at(self, points: FloatArray) -> FloatArray:
-        """Distances at points (..., 2); there is no room beyond the grid."""
+        """Return distances at points (..., 2); there is no room beyond the grid."""
         cells = np.moveaxis((points - self.origin) / _CELL_M, -1, 0)
         found: FloatArray = map_coordinates(self.metres, cells, order=1, cval=-1.0)
         return found
 
 
 def field_of(boxes: Boxes, around: FloatArray, border_m: float) -> Field:
-    """Distances to boxes wherever the robot might want to drive.
+    """Return distances to boxes in all the region that the robot might drive in.
 
     Points `around`, shape (m, 2), lie inside, at least a border away from the edge.
     """

@@ -19,17 +19,17 @@ Motion: TypeAlias = tuple[float, float]
 Way: TypeAlias = tuple[Motion, ...]
 
 STOP_COST_M = 1.2
-"""What stopping between two motions costs, to go on in the other direction or to turn."""
+"""Cost of a stop between two motions, to go on in the other direction or to turn, in metres."""
 BACKWARDS_COST = 0.6
-"""What a metre backwards costs on top."""
+"""Additional cost of a metre backwards."""
 SPIN_COST_M = 0.8
-"""What a radian on the spot costs."""
+"""Cost of a radian on the spot, in metres."""
 
 _LENGTH_M, _ANGLE = 0.15, 0.1
 
 
 def end_of(pose: FloatArray, motion: Motion) -> FloatArray:
-    """Where a motion ends."""
+    """Return the pose at the end of a motion."""
     length, turn = motion
     half = pose[2] + turn / 2
     chord = length * (math.sin(turn / 2) / (turn / 2) if abs(turn) > 1e-9 else 1.0)
@@ -41,7 +41,7 @@ def end_of(pose: FloatArray, motion: Motion) -> FloatArray:
 def poses_on(
     start: FloatArray, way: Way, spacing_m: float = _LENGTH_M, spacing: float = _ANGLE
 ) -> FloatArray:
-    """Poses (n, 3) along a way with its start and end, at most so many metres and radians apart."""
+    """Return poses (n, 3) on a way with both ends, at most so many metres and radians apart."""
     legs, pose = [start[None]], start
     for length, turn in way:
         n = max(math.ceil(abs(length) / spacing_m), math.ceil(abs(turn) / spacing), 1)
@@ -52,7 +52,7 @@ def poses_on(
 
 
 def cost_of(way: Way) -> float:
-    """What a way costs where there is room, in metres."""
+    """Return the cost of a way where there is room, in metres."""
     cost, before = 0.0, None
     for length, turn in way:
         gear = (length > 0) - (length < 0)
@@ -75,7 +75,7 @@ def turn_go_turn(start: FloatArray, goal: FloatArray) -> Way:
 
 
 def dubins(start: FloatArray, goal: FloatArray, radius: float) -> Way | None:
-    """The shortest curve forwards of an arc, a straight and an arc [1]_.
+    """Return the shortest curve forwards of an arc, a straight and an arc [1]_.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def dubins(start: FloatArray, goal: FloatArray, radius: float) -> Way | None:
 def _arc_straight_arc(
     start: FloatArray, goal: FloatArray, radius: float, first: int, last: int
 ) -> Way | None:
-    """Arcs turn left (1) or right (-1); the straight is a tangent of both circles."""
+    """Return arcs to the left (1) or right (-1), with a straight tangent between them."""
     ax, ay = _centre(start, first * radius)
     bx, by = _centre(goal, last * radius)
     dx, dy = bx - ax, by - ay
@@ -125,7 +125,7 @@ def _centre(pose: FloatArray, left: float) -> tuple[float, float]:
 
 
 def _around(angle: float, side: int) -> float:
-    """An angle, turned to one side only; a full turn by rounding is none."""
+    """Turn an angle to one side only; a full turn by rounding is none."""
     turn = (side * angle) % (2 * math.pi)
     return side * (0.0 if turn > 2 * math.pi - 1e-6 else turn)
 

@@ -31,7 +31,7 @@ from g3.groundings import FloatArray
 MARGIN_M = 0.10
 """Room that the vehicle always keeps."""
 COMFORT_M = 0.35
-"""Room that it likes to keep, and what a metre with less of it costs at most."""
+"""Room that it likes to keep, and the largest extra cost of a metre with less of it."""
 COMFORT_COST = 1.5
 
 BORDER_M = 6.0
@@ -60,7 +60,7 @@ _EAGER = 40
 _PATIENCE = 12_000
 _GREED = 1.3
 _CONTENT = 0.7
-"""A way that is found is taken when nothing promises to cost less than this part of it."""
+"""A way is taken when nothing promises to be cheaper than this share of its cost."""
 
 
 class NoWayError(Exception):
@@ -86,18 +86,18 @@ class _Room:
     margin: float
 
     def cost(self, start: FloatArray, way: curves.Way) -> float:
-        """What a way costs; infinite where it is too narrow."""
+        """Return the cost of a way; infinite where it is too narrow."""
         poses = curves.poses_on(start, way)
         tight = float(self._tight(placed(self.outline, poses)[None])[0])
         return curves.cost_of(way) + tight * _length(way)
 
     def costs(self, start: FloatArray) -> FloatArray:
-        """What the motions of the search cost from a pose, shape (k,)."""
+        """Return the costs of the search's motions from a pose, shape (k,)."""
         costs: FloatArray = _COSTS + self._tight(placed(self.swept, start)) * _LENGTHS
         return costs
 
     def _tight(self, points: FloatArray) -> FloatArray:
-        """What a metre costs more on motions that bring the outline to points (k, n, m, 2)."""
+        """Return the extra cost of a metre for motions of the outline to points (k, n, m, 2)."""
         room = self.field.at(points).min(axis=-1)
         tight = COMFORT_COST * np.clip((COMFORT_M - room) / COMFORT_M, 0, 1).mean(axis=-1)
         narrow: FloatArray = np.where(room.min(axis=-1) < self.margin, np.inf, tight)
@@ -111,11 +111,11 @@ def plan(
     boxes: Boxes,
     penalty: FloatArray | None = None,
 ) -> tuple[curves.Way, int]:
-    """The cheapest way from a pose (3,) to one of several, `goals` of shape (g, 3), and which one.
+    """Return the cheapest way from a pose (3,) to one of several, `goals` (g, 3), and its index.
 
     `outline` is that of the vehicle and its load in its own frame, as
-    :func:`~corpus_tools.world.planning.clearance.outline` gives it. `penalty` is what choosing each
-    goal costs on top in metres, shape (g,). Returns motions from the start, and the index of the
+    :func:`~corpus_tools.world.planning.clearance.outline` gives it. `penalty` is the extra cost of
+    each goal in metres, shape (g,). Returns motions from the start, and the index of the
     goal. NoWayError if there is no room at the start or the goals, or nothing leads there.
     """
     field = field_of(boxes, np.vstack((start[:2], goals[:, :2])), BORDER_M)
@@ -183,7 +183,7 @@ def _arrivals(
     room: _Room,
     cheapest: float,
 ) -> Iterator[_State]:
-    """Goals reached directly, each for less than those before; no other would be chosen."""
+    """Yield goals reached directly, each cheaper than those before; no other would be chosen."""
     for i, goal in goals:
         before = state.cost + extra[i]
         for way in _direct(state.pose, goal):
@@ -211,7 +211,7 @@ def _ways(state: _State) -> list[curves.Way]:
 
 
 def _shortened(start: FloatArray, ways: list[curves.Way], room: _Room) -> curves.Way:
-    """The way with parts replaced by curves that cost less."""
+    """Return the way with parts replaced by cheaper curves."""
     poses = [start]
     for way in ways:
         poses.append(curves.poses_on(poses[-1], way)[-1])

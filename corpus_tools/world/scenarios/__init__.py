@@ -1,4 +1,4 @@
-"""Scenarios: what stands where, and what the robot does.
+"""Scenarios: layouts of objects and places, and the robot's script.
 
 They are files that people write (``docs/scenarios.md``) or that are generated. Read
 :mod:`~corpus_tools.world.scenarios.scenario` (what a scenario holds) first, then

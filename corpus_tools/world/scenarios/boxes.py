@@ -20,9 +20,9 @@ FORKS_M = (1.0, 0.6)
 FORKS_TOP_M = 0.07
 """Height of the forks when they are down."""
 CARRIED_M = 0.15
-"""How high above the ground the bottom of a load is that is carried at the start."""
+"""Height of the bottom of a load that is carried at the start above the ground, in metres."""
 PLACE_HEIGHT_M = 1.0
-"""Places reach so far above the ground or the deck that they are on."""
+"""Height of places above the ground or the deck that they are on, in metres."""
 TOUCHING_M2 = 1e-4
 """Footprints that share less than this only touch."""
 
@@ -33,14 +33,14 @@ class Box:
     """An upright box."""
 
     pose: FloatArray
-    """Position and heading (radians) of what fills it, shape (3,)."""
+    """Position and heading (radians) of the thing that fills it, shape (3,)."""
     size: tuple[float, float]
     """Along and across the heading, in metres."""
     z_min: float
     z_max: float
     """Heights of bottom and top."""
     ahead_m: float = 0.0
-    """How far the middle lies ahead of the pose."""
+    """Distance of the middle ahead of the pose, in metres."""
 
     @property
     def middle(self) -> FloatArray:
@@ -56,28 +56,28 @@ class Box:
         return turned
 
     def grown(self, margin_m: float) -> Box:
-        """The box with a margin around its footprint."""
+        """Return the box with a margin around its footprint."""
         return replace(self, size=(self.size[0] + 2 * margin_m, self.size[1] + 2 * margin_m))
 
     def offset(self, point: FloatArray) -> FloatArray:
-        """Points (..., 2) seen from the pose, along and across its heading."""
+        """Return points (..., 2) seen from the pose, along and across its heading."""
         away = np.asarray(point - self.pose[:2])
         return rotate(away, np.full(away.shape[:-1], -self.pose[2]))
 
 
 def robot_box(robot: Robot) -> Box:
-    """The robot at the start."""
+    """Return the robot at the start."""
     return solid(FORKLIFT, robot.at, robot.yaw_deg, 0.0)
 
 
 def forks_box(robot: Robot) -> Box:
-    """The robot's forks at the start, which are no part of its footprint."""
+    """Return the robot's forks at the start, which are no part of its footprint."""
     pose = _pose(robot.at, robot.yaw_deg)
     return Box(pose, FORKS_M, 0.0, FORKS_TOP_M, FORK_HEEL_M + FORKS_M[0] / 2)
 
 
 def thing_box(thing: Thing, objects: Mapping[str, Thing], robot: Robot) -> Box:
-    """An object at the start; one without a position is on the forks.
+    """Return an object at the start; one without a position is on the forks.
 
     The one on whose deck it is is among `objects`.
     """
@@ -92,30 +92,30 @@ def thing_box(thing: Thing, objects: Mapping[str, Thing], robot: Robot) -> Box:
 
 
 def place_box(region: Region, objects: Mapping[str, Thing]) -> Box:
-    """A place."""
+    """Return the box of a place."""
     low = deck_height(region.deck, objects)
     return Box(_pose(region.at, region.yaw_deg), region.size, low, low + PLACE_HEIGHT_M)
 
 
 def put_box(load: Box, place: Box) -> Box:
-    """A load that stands in the middle of a place, parallel to it."""
+    """Return a load that stands in the middle of a place, parallel to it."""
     height = load.z_max - load.z_min
     return replace(load, pose=place.pose, z_min=place.z_min, z_max=place.z_min + height)
 
 
 def solid(kind: Kind, at: Point, yaw_deg: float, low: float) -> Box:
-    """Something of a kind that stands at a height."""
+    """Return the box of a thing of a kind that stands at a height."""
     bottom, top = kind.heights
     return Box(_pose(at, yaw_deg), kind.size, low + bottom, low + top, kind.ahead_m)
 
 
 def deck_height(carrier: str | None, objects: Mapping[str, Thing]) -> float:
-    """Height of the deck of an object; of the ground if there is none."""
+    """Return the height of an object's deck; of the ground if there is none."""
     return 0.0 if carrier is None else KINDS[objects[carrier].kind].heights[1]
 
 
 def overlapping(box: Box, others: Iterable[tuple[str, Box]]) -> list[str]:
-    """Names of those that share room with a box."""
+    """Return the names of the boxes that share room with a box."""
     level = [
         (name, other)
         for name, other in others
@@ -129,9 +129,9 @@ def overlapping(box: Box, others: Iterable[tuple[str, Box]]) -> list[str]:
 
 
 def start_boxes(objects: Mapping[str, Thing], robot: Robot) -> dict[str, Box]:
-    """Everything at the start, the robot last.
+    """Return the boxes of all at the start, the robot last.
 
-    What has a deck reaches down to the ground: nothing stands below it.
+    A thing with a deck reaches down to the ground: nothing stands below it.
     """
     boxes = {name: thing_box(thing, objects, robot) for name, thing in objects.items()}
     for name, thing in objects.items():

@@ -14,7 +14,7 @@ from g3.groundings import Context, FloatArray, PhysicalObject, Place, Prism, Tra
 
 
 def scenario_context(scenario: Scenario) -> Context:
-    """The world at the start of a scenario, in the frame of its layout's map.
+    """Return the world at a scenario's start, in the frame of its layout's map.
 
     Objects have one pose, at time 0; it is at half their height, the robot's on the
     ground. The robot comes last.
@@ -36,7 +36,7 @@ def scenario_context(scenario: Scenario) -> Context:
 
 
 def scenario_places(scenario: Scenario) -> dict[str, Place]:
-    """The places by id, in the order in which they are in the context."""
+    """Return the places by id, in the order in which they are in the context."""
     objects = scenario.all_objects
     return {
         name: Place(_prism(place_box(region, objects), scenario.layout), region.name)
@@ -45,7 +45,7 @@ def scenario_places(scenario: Scenario) -> dict[str, Place]:
 
 
 def in_map(points: FloatArray, layout: Layout) -> FloatArray:
-    """Points (..., 2) of a layout's frame in its map."""
+    """Return points (..., 2) of a layout's frame in its map."""
     turned = rotate(points, np.full(points.shape[:-1], np.deg2rad(layout.yaw_deg)))
     moved: FloatArray = turned + np.array(layout.at)
     return moved

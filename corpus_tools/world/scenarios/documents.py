@@ -43,7 +43,7 @@ _OWN_WORDS = {
     "null": "nothing",
     "bool": "true or false",
 }
-"""What people call msgspec's types."""
+"""Plain names of msgspec's types."""
 
 
 @short_repr
@@ -52,10 +52,10 @@ class Problem:
     """Something in a document that can't be so."""
 
     field: Field
-    """What it is about."""
+    """Field that it is about."""
     what: str
     fix: str
-    """As in :class:`g3.errors.CorpusError`."""
+    """Problem and way to fix it, as in :class:`g3.errors.CorpusError`."""
 
 
 @short_repr
@@ -74,7 +74,7 @@ class Document:
     """Line and column of every key."""
 
     def error(self, problem: Problem) -> FormatError:
-        """The error with a problem's file, line, column and field."""
+        """Return the error with a problem's file, line, column and field."""
         known = problem.field
         while known not in self.marks and known:
             known = known[:-1]
@@ -96,7 +96,7 @@ class Document:
 
 
 def field_name(field: Field) -> str:
-    """A field as people write it, such as ``commands[2].text``."""
+    """Return a field as people write it, such as ``commands[2].text``."""
     parts = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in field)
     return "".join(parts).removeprefix(".")
 
@@ -136,7 +136,7 @@ def parse_document(content: bytes, name: str) -> Document:
 
 
 def _stand_ins(text: str) -> dict[int, str]:
-    """Characters that a text doesn't have, for those that end lines in YAML 1.1 and nowhere else.
+    """Return characters that a text lacks, for those that end lines only in YAML 1.1.
 
     So they stay what they are, and lines have the numbers that editors show.
     """
@@ -146,14 +146,14 @@ def _stand_ins(text: str) -> dict[int, str]:
 
 
 def _offset(error: yaml.YAMLError) -> int:
-    """The place of a character that YAML doesn't allow."""
+    """Return the position of a character that YAML doesn't allow."""
     return getattr(error, "position", None) or 0
 
 
 def convert(
     value: Any, record_type: type[T], field: Field, manual: str = "docs/scenarios.md"
 ) -> T | Problem:
-    """A value as a record, of a type that :func:`msgspec.convert` knows, or why it is none.
+    """Return a value as a record, of a type that :func:`msgspec.convert` knows, or the problem.
 
     `field` is where in the document the value is; `manual` describes the form that it should have.
     """
@@ -197,7 +197,7 @@ class _Reader:
         self.keys: dict[Field, tuple[int, int]] = {}
 
     def document(self) -> Any:
-        """The only document; None if there is none."""
+        """Return the only document; None if there is none."""
         next(self.events)
         if isinstance(next(self.events), yaml.StreamEndEvent):
             return None

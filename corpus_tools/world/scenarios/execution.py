@@ -13,11 +13,11 @@ from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError
 
 LOG_HZ = 5.0
-"""How many states a second the logs of datasets have."""
+"""Number of states a second in the logs of datasets."""
 
 
 def execute_scenario(scenario: Scenario, rate_hz: float) -> Execution:
-    """Let the robot do what a scenario says.
+    """Let the robot carry out a scenario's script.
 
     See :func:`corpus_tools.world.physics.execute.execute`.
     """
@@ -26,7 +26,7 @@ def execute_scenario(scenario: Scenario, rate_hz: float) -> Execution:
 
 
 def recorded(scenario: Scenario, rate_hz: float) -> Recording:
-    """What happens in a scenario; CorpusError if the robot doesn't do what the scenario says."""
+    """Return a scenario's recording; CorpusError if the robot doesn't do its script."""
     execution = execute_scenario(scenario, rate_hz)
     if execution.problems:
         raise CorpusError(
@@ -38,7 +38,7 @@ def recorded(scenario: Scenario, rate_hz: float) -> Recording:
 def log_scenario(scenario: Scenario, dataset: Path) -> Path:
     """Execute a scenario, write its log into a dataset, and return the log's path.
 
-    CorpusError if the robot doesn't do what the scenario says; there is no log then.
+    CorpusError if the robot doesn't do its script; there is no log then.
     """
     recording = recorded(scenario, LOG_HZ)
     path = log_file(scenario, dataset)

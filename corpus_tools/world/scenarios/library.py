@@ -16,7 +16,7 @@ DEFAULT = "warehouse"
 
 
 def dataset_folder(name_or_path: str | Path) -> Path:
-    """The folder of a dataset: a folder as it is, or a bundled one by name; else FormatError."""
+    """Return a dataset's folder: a folder as it is, or a bundled one by name; or FormatError."""
     path = Path(name_or_path)
     if path.is_dir():
         return path
@@ -27,12 +27,12 @@ def dataset_folder(name_or_path: str | Path) -> Path:
 
 
 def scenario_files(dataset: Path) -> dict[str, Path]:
-    """The files of a dataset's scenarios by name, in the order of the names."""
+    """Return the files of a dataset's scenarios by name, in the order of the names."""
     return {path.stem: path for path in sorted((dataset / SCENARIOS).glob("*.yaml"))}
 
 
 def scenario_file(name_or_path: str, dataset: Path) -> Path:
-    """The file of a scenario: a file as it is, or one of a dataset by name; else FormatError."""
+    """Return a scenario's file: a file as it is, or one of a dataset by name; or FormatError."""
     path = Path(name_or_path)
     if path.is_file():
         return path
@@ -45,7 +45,7 @@ def scenario_file(name_or_path: str, dataset: Path) -> Path:
 
 
 def read_layouts(dataset: Path, names: Iterable[str] = ()) -> dict[str, Layout]:
-    """A dataset's layouts by name; all of them if no names are given.
+    """Read a dataset's layouts by name; all of them if no names are given.
 
     FormatError if one isn't there, or something in it is wrong.
     """

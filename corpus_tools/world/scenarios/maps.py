@@ -34,7 +34,7 @@ _DECK = "#c9d6e3"
 
 
 def draw_map(scenario: Scenario) -> str:
-    """An SVG document: x is to the right and y up, as in the layout's frame."""
+    """Draw an SVG document: x is to the right and y up, as in the layout's frame."""
     bounds = scenario.layout.bounds
     (left, right), (bottom, top) = bounds.x, bounds.y
     width = (right - left + 2 * MARGIN_M) * PIXELS_PER_M

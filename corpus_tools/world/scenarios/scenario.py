@@ -1,4 +1,4 @@
-"""What a scenario holds.
+"""Contents of a scenario.
 
 Positions are middles, in metres in the frame of the scenario's layout; headings are in
 degrees counter-clockwise from its x axis, as people write them.
@@ -32,20 +32,20 @@ class Thing(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     kind: str
     """One of :data:`corpus_tools.world.state.thing_kinds.KINDS`."""
     at: Point | None = None
-    """Where it is; None for what the robot carries."""
+    """Position; None for the robot's load."""
     yaw_deg: float = 0.0
-    """Its heading, relative to the robot's for what the robot carries."""
+    """Heading, relative to the robot's for the robot's load."""
     deck: str | None = None
     """Id of the object on whose deck it stands; None for the ground."""
     liftable: bool | None = None
-    """Whether the robot may lift it; None where its kind decides."""
+    """True if the robot may lift it; None where its kind decides."""
     colours: tuple[Colour, ...] = ()
-    """What it is painted, the main colour first; none for what its kind looks like, which no
+    """Colours of its paint, the main one first; none for the usual look of its kind, which no
     command can name."""
 
 
 def may_be_lifted(thing: Thing) -> bool:
-    """Whether the robot can lift a thing of a known kind, and nothing is said against it."""
+    """Check that the robot can lift a thing of a known kind, and that it isn't ruled out."""
     return KINDS[thing.kind].carriable and thing.liftable is not False
 
 
@@ -61,7 +61,7 @@ class Region(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     deck: str | None = None
     """Id of the object on whose deck it is; None for the ground."""
     name: str = ""
-    """What the map calls it; empty if it isn't on the map."""
+    """Name on the map; empty if it isn't on the map."""
 
 
 class Robot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -82,37 +82,37 @@ class Bounds(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A site: what is the same in all of its scenarios."""
+    """A site: the common part of all of its scenarios."""
 
     name: str
     """Name of its file without the ending."""
     title: str
-    """What it is, in a few words."""
+    """Description in a few words."""
     at: Point
     yaw_deg: float
-    """Where its frame lies in the frame of its map."""
+    """Pose of its frame in the frame of its map."""
     bounds: Bounds
-    """Where things can be."""
+    """Bounds of things."""
     objects: Mapping[str, Thing]
     places: Mapping[str, Region]
     """By id."""
     site: SiteName = "yard"
-    """What is around: an open yard, the yard before a warehouse, or a hall."""
+    """Surroundings: an open yard, the yard before a warehouse, or a hall."""
 
 
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What stands where, and what the robot does."""
+    """A layout with more objects and places, and the robot's script in it."""
 
     id: str
     """Name of its file without the ending."""
     title: str
-    """What happens, in one sentence."""
+    """Summary of the events, in one sentence."""
     layout: Layout
     objects: Mapping[str, Thing]
     places: Mapping[str, Region]
-    """What the scenario adds to the layout's, by id."""
+    """Objects and places that the scenario adds to the layout's, by id."""
     robot: Robot
     script: Script
 

@@ -29,7 +29,7 @@ KNOWN = tuple(name for name in KINDS if name not in (FORKLIFT.name, OTHER.name))
 """The kinds that scenarios can name."""
 
 Step: TypeAlias = Annotated[dict[str, str | float], msgspec.Meta(min_length=1, max_length=1)]
-"""One action and what it needs."""
+"""One action and its argument."""
 Steps: TypeAlias = Annotated[list[Step], msgspec.Meta(min_length=1)]
 
 
@@ -67,7 +67,7 @@ class LayoutFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def schema(file_type: type[ScenarioFile] | type[LayoutFile]) -> dict[str, Any]:
-    """The JSON Schema of a file."""
+    """Return the JSON Schema of a file."""
     made = msgspec.json.schema(file_type)
     defined = made["$defs"]
     for definition in defined.values():
@@ -96,7 +96,7 @@ _WHOLE = 1e15
 
 
 def format_scenario(scenario: Scenario) -> str:
-    """The text of a scenario's file; reading it gives the scenario again."""
+    """Return the text of a scenario's file; reading it gives the scenario again."""
     lines = [f"title: {_title(scenario.title)}", f"layout: {_scalar(scenario.layout.name)}"]
     for section, items in (("objects", scenario.objects), ("places", scenario.places)):
         if items:
@@ -116,7 +116,7 @@ def _flow(item: Thing | Region | Robot) -> str:
 
 
 def _title(text: str) -> str:
-    """A sentence without quotes where its words, commas and full stop need none."""
+    """Return a sentence without quotes where its words, commas and full stop need none."""
     words = text.removesuffix(".").replace(", ", " ")
     return text if _scalar(words) == words else json.dumps(text)
 

@@ -1,4 +1,4 @@
-"""The logs of a dataset's scenarios, and whether they show what a scenario says now."""
+"""The logs of a dataset's scenarios, and whether they show the present state of a scenario."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FINGERPRINT = "scenario"
 
 
 def fingerprint(scenario: Scenario) -> str:
-    """A digest of all that determines what happens: all but titles and commands.
+    """Return a digest of all that determines the events: all but titles and commands.
 
     The sizes of the kinds that occur count too.
     """
@@ -36,22 +36,22 @@ def fingerprint(scenario: Scenario) -> str:
 
 
 def _said(item: msgspec.Struct) -> dict[str, object]:
-    """The fields that aren't as they are when nothing is said of them."""
+    """Return the fields that differ from their defaults."""
     values = msgspec.structs.asdict(item)
     fields = msgspec.structs.fields(item)
     return {f.name: values[f.name] for f in fields if values[f.name] != f.default}
 
 
 def log_file(scenario: Scenario, dataset: Path) -> Path:
-    """Where a scenario's log is in a dataset."""
+    """Return the path of a scenario's log in a dataset."""
     return dataset / LOGS / f"{scenario.id}.mcap"
 
 
 def scenario_log(scenario: Scenario, dataset: Path) -> Log:
     """Read a scenario's log.
 
-    FormatError if there is none, it can't be read, or it shows what the scenario said before it was
-    changed.
+    FormatError if there is none, it can't be read, or it shows the scenario before a
+    change.
     """
     path = log_file(scenario, dataset)
     fix = f"run: ct scenarios log {scenario.id} --dataset {dataset}"
@@ -64,7 +64,7 @@ def scenario_log(scenario: Scenario, dataset: Path) -> Log:
 
 
 def is_logged(scenario: Scenario, dataset: Path) -> bool:
-    """Whether a scenario has a log that shows what it says now."""
+    """Check that a scenario has a log that shows its present state."""
     try:
         scenario_log(scenario, dataset)
     except FormatError:

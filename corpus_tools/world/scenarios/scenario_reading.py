@@ -53,7 +53,7 @@ def read_layout(path: Path) -> Layout:
 
 
 def all_errors(path: Path) -> list[FormatError]:
-    """Everything that is wrong with a scenario's file, its commands' form included."""
+    """Return all errors of a scenario's file, its commands' form included."""
     try:
         document = read_document(path)
         _, errors = scenario_of(document, path)
@@ -68,12 +68,12 @@ def all_errors(path: Path) -> list[FormatError]:
 
 
 def scenario_of(document: Document, path: Path) -> tuple[Scenario | None, list[FormatError]]:
-    """The scenario that a document describes, and what is wrong with it.
+    """Return the scenario that a document describes, and its problems.
 
     Parameters
     ----------
     path
-        Where the document is: its layout is looked for near it.
+        Path of the document: its layout is looked for near it.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def scenario_of(document: Document, path: Path) -> tuple[Scenario | None, list[F
 
 
 def layout_of(document: Document, path: Path) -> tuple[Layout | None, list[FormatError]]:
-    """The layout that a document describes, and what is wrong with it."""
+    """Return the layout that a document describes, and its problems."""
     fields, errors = _fields(document, LayoutFile)
     if errors:
         return None, errors
@@ -109,7 +109,7 @@ def layout_of(document: Document, path: Path) -> tuple[Layout | None, list[Forma
 
 
 def layout_files(path: Path) -> dict[str, Path]:
-    """The layouts that a scenario's file can name: its dataset's, else the bundled ones'."""
+    """Return the layouts that a scenario's file can name: its dataset's, else the bundled ones'."""
     own = path.resolve().parent.parent / LAYOUTS
     folders = [own] if own.is_dir() else [folder / LAYOUTS for folder in bundled().values()]
     return {file.stem: file for folder in folders for file in sorted(folder.glob("*.yaml"))}
@@ -126,7 +126,7 @@ def first_error(value: T | None, errors: list[FormatError]) -> T:
 def _fields(
     document: Document, file_type: type[msgspec.Struct]
 ) -> tuple[dict[str, Any], list[FormatError]]:
-    """The fields of a file in the types of its form but for commands, and what is wrong with them.
+    """Return the fields of a file in the types of its form but for commands, and the problems.
 
     Where something is wrong, some of the fields may be of no use.
     """
@@ -160,7 +160,7 @@ def _fields(
 
 
 def _name_problems(given: Mapping[str, Any], file_type: type[msgspec.Struct]) -> Iterator[Problem]:
-    """Fields that are missing, and those that there are none of."""
+    """Yield the problems of missing fields, and of unknown ones."""
     known = msgspec.structs.fields(file_type)
     for field in known:
         if field.required and field.name not in given:

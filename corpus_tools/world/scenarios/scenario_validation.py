@@ -1,4 +1,4 @@
-"""Whether a scenario can be so, its script too, as far as that is seen without driving."""
+"""Validation of scenarios and their scripts, as far as that is possible without driving."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _EDGE_M = 1e-6
 
 
 def scenario_problems(scenario: Scenario) -> list[Problem]:
-    """What is wrong with a scenario whose layout is right."""
+    """Return the problems of a scenario whose layout is right."""
     layout = scenario.layout
     objects, places = scenario.all_objects, scenario.all_places
     robot = scenario.robot
@@ -64,7 +64,7 @@ def scenario_problems(scenario: Scenario) -> list[Problem]:
 
 
 def layout_problems(layout: Layout) -> list[Problem]:
-    """What is wrong with a layout."""
+    """Return the problems of a layout."""
     for axis in ("x", "y"):
         low, high = getattr(layout.bounds, axis)
         if low >= high:
@@ -164,7 +164,7 @@ def _has_deck(thing: Thing) -> bool:
 def _room_problems(
     new: Mapping[str, object], boxes: Mapping[str, Box], carried: str | None
 ) -> Iterator[Problem]:
-    """Things that overlap; each pair once, at the one that is written later."""
+    """Yield problems of things that overlap; each pair once, at the later one in the file."""
     order = {name: i for i, name in enumerate(boxes)}
     for name in new:
         earlier = [
@@ -246,7 +246,7 @@ def script_problems(
     boxes: Mapping[str, Box],
     regions: Mapping[str, Box],
 ) -> list[Problem]:
-    """What is wrong with a script; it is followed up to the first step that can't be.
+    """Return the problems of a script, followed up to the first step that is impossible.
 
     `boxes` are everything at the start, `regions` the places.
     """
@@ -259,7 +259,7 @@ def script_problems(
 
 @dataclass(slots=True)
 class _State:
-    """Where everything is between two steps, as far as the steps say."""
+    """State of everything between two steps, as far as the steps determine it."""
 
     objects: Mapping[str, Thing]
     boxes: dict[str, Box]
@@ -268,7 +268,7 @@ class _State:
     moved: set[str] = field(default_factory=set)
 
     def follow(self, step: ScriptStep) -> Iterator[tuple[str, str]]:
-        """Do a step, if nothing is wrong with it."""
+        """Follow a step, and yield its problems."""
         action = ACTIONS.get(step.action)
         if action is None:
             yield unknown_name("action", step.action, ACTIONS)

@@ -1,1 +1,1 @@
-"""What there is at a moment: kinds of things, their sizes and shapes, scripts, recordings."""
+"""State of a world at a moment: kinds of things, their sizes and shapes, scripts, recordings."""

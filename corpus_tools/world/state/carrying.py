@@ -1,4 +1,4 @@
-"""What is on the robot's forks, seen by where things are."""
+"""The load on the robot's forks, derived from the poses of things."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from g3.geometry.plane import BoolArray, rotate
 from g3.groundings import FloatArray
 
 NEAR_M = (0.5, REACH_M + 0.3)
-"""How far ahead of the robot the middle of a load on the forks can be."""
+"""Distance ahead of the robot of the middle of a load on the forks, from and to, in metres."""
 ASIDE_M = 0.4
 TOUCH_M = 0.01
 """Forks this near to the underside of a pallet's deck are taken to touch it."""
@@ -23,7 +23,7 @@ NOTHING = -1
 
 
 def carried(recording: Recording) -> npt.NDArray[np.int64]:
-    """Which object is on the forks at every moment: its index into ``start.objects``, (n,).
+    """Return the object on the forks at every moment: its index into ``start.objects``, (n,).
 
     One that can be carried, is straight ahead within reach, and touches the forks; :data:`NOTHING`
     where they are empty.
@@ -47,7 +47,7 @@ def carried(recording: Recording) -> npt.NDArray[np.int64]:
 def from_robot(
     xyz: FloatArray, yaw: FloatArray, shape: Shape, robot_xyz: FloatArray, robot_yaw: FloatArray
 ) -> FloatArray:
-    """Middles of an object's footprint in the robot's frame, shape (n, 2).
+    """Return the middles of an object's footprint in the robot's frame, shape (n, 2).
 
     `xyz` and `yaw` are the object's poses, shapes (n, 3) and (n,), `shape` its box in its own
     frame, `robot_xyz` and `robot_yaw` the robot's poses at the same times.
@@ -57,7 +57,7 @@ def from_robot(
 
 
 def within_reach(middle: FloatArray) -> BoolArray:
-    """Whether things with middles (n, 2) in the robot's frame can be on the forks."""
+    """Mark the things with middles (n, 2) in the robot's frame that can be on the forks."""
     near: BoolArray = (
         (middle[:, 0] > NEAR_M[0]) & (middle[:, 0] < NEAR_M[1]) & (np.abs(middle[:, 1]) < ASIDE_M)
     )

@@ -14,7 +14,7 @@ CHASSIS: Extent = ((-1.2, 0.40), (-0.55, 0.55), (0.12, 2.1))
 """The mast is in front of it, up to the heel of the forks."""
 MAST: Extent = ((0.40, 0.48), (-0.35, 0.35), (0.05, 2.1))
 HEEL_X = 0.55
-"""Where the forks begin; loads touch them there."""
+"""Position of the forks' heel, where loads touch them."""
 FORK_LENGTH = 1.00
 FORK_WIDTH = 0.12
 FORK_THICKNESS = 0.04

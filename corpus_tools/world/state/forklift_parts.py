@@ -20,7 +20,7 @@ ACTUATORS = (*DRIVE_JOINTS, FORKS)
 CHASSIS_KG, CARRIAGE_KG, TINE_KG = 1500.0, 120.0, 40.0
 
 DRIVE_RATE, TURN_RATE, LIFT_RATE = 16.0, 16.0, 30.0
-"""How stiff the servos are: angular frequencies in 1/s with the mass that they move."""
+"""Stiffness of the servos: angular frequencies in 1/s with the mass that they move."""
 DRIVE_LIMIT_N, TURN_LIMIT_NM, LIFT_LIMIT_N = 12_000.0, 12_000.0, 25_000.0
 _SERVOS = (
     (DRIVE_RATE, 2000.0, DRIVE_LIMIT_N),
@@ -60,7 +60,7 @@ def _tine(y: float) -> sizes.Extent:
 
 
 def _add_servo(spec: mujoco.MjSpec, joint: str, rate: float, moved: float, limit: float) -> None:
-    """A critically damped servo to a position."""
+    """Add a critically damped servo to a position."""
     stiffness, damping = moved * rate**2, 2 * moved * rate
     servo = spec.add_actuator(
         name=joint,

@@ -1,4 +1,4 @@
-"""What the named colours of things look like, in pictures and in the scenes of logs."""
+"""Values of the named colours of things, in pictures and in the scenes of logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happened in a world: the state of everything at every moment.
+"""Recordings of a world: the state of everything at every moment.
 
 Simulations and replays of corpora both give recordings; logs and videos are made of them.
 """
@@ -41,14 +41,14 @@ class Recording:
     t_ns: npt.NDArray[np.int64]
     """Nanoseconds since the recording's start, shape (n,), int64, growing."""
     position: FloatArray
-    """Of the objects of ``start.objects`` in their order, shape (n, b, 3), metres."""
+    """Positions of the objects of ``start.objects`` in their order, shape (n, b, 3), metres."""
     orientation: FloatArray
     """Unit quaternions w, x, y, z of the objects' frames, shape (n, b, 4). An object's frame is at
     its pose, with x along its heading."""
     fork_height_m: FloatArray
     """Height of the forks' upper side above the ground that the robot stands on, (n,)."""
     steps: tuple[Step, ...] = ()
-    """What the robot was doing when."""
+    """Steps of the robot with their times."""
 
     def __post_init__(self) -> None:
         n, b = len(self.t_ns), len(self.start.objects)
@@ -75,21 +75,21 @@ class Recording:
 
 
 def heading(orientation: FloatArray) -> FloatArray:
-    """Yaw of unit quaternions w, x, y, z of shape (..., 4), in radians."""
+    """Return the yaw of unit quaternions w, x, y, z of shape (..., 4), in radians."""
     w, x, y, z = np.moveaxis(orientation, -1, 0)
     yaw: FloatArray = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return yaw
 
 
 def upright(yaw: FloatArray) -> FloatArray:
-    """Unit quaternions (..., 4) of headings (...)."""
+    """Return unit quaternions (..., 4) of headings (...)."""
     half = np.asarray(yaw) / 2
     zero = np.zeros_like(half)
     return np.stack((np.cos(half), zero, zero, np.sin(half)), axis=-1)
 
 
 def to_context(recording: Recording, start_s: float = 0.0) -> Context:
-    """The context with the trajectories that the recording holds.
+    """Return the context with the trajectories that the recording holds.
 
     Objects that never move have one pose, as in the paper's corpus.
 

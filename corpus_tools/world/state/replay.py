@@ -1,4 +1,4 @@
-"""Kinematic replay of a context's own log.
+"""Kinematic replay of a context's log.
 
 The logs of the AAAI-11 corpus have a pose about every second while something moves, and
 nothing while it stands. Replays have one at every moment of a regular clock, and forks.
@@ -39,7 +39,7 @@ class _Poses:
 
 
 def replay(context: Context, rate_hz: float) -> Recording:
-    """Play a context's trajectories again, with so many moments a second.
+    """Play a context's trajectories again, with a number of moments a second.
 
     The robot passes through its poses smoothly, a load keeps to the robot while it is carried, and
     what has one pose stands still. The forks aren't in the log. They are in a load that moves with
@@ -98,7 +98,7 @@ class _Forks:
         self._in_load[at] = (bottom - self._ground + ENTRY_HEIGHT)[at]
 
     def height(self) -> FloatArray:
-        """Heights above the ground (n,): as they must be, else as low as the speed allows."""
+        """Return heights above the ground (n,): the required ones, else as low as speed allows."""
         least = np.fmax(self._least, self._in_load)
         way = FORK_SPEED_M_S * self._t
         after = np.maximum.accumulate(least + way) - way
@@ -117,7 +117,7 @@ def _still(trajectory: Trajectory, t: FloatArray) -> _Poses:
 
 
 def _knots(trajectory: Trajectory, begin: float) -> _Poses:
-    """The poses of a log by the replay's clock, with waits where it has gaps."""
+    """Return the poses of a log by the replay's clock, with waits where it has gaps."""
     t = trajectory.t - begin
     same = np.floor((t - t[0]) / SAME_S)
     use = (np.diff(same, append=np.inf) > 0) & (same > 0)
@@ -133,7 +133,7 @@ def _knots(trajectory: Trajectory, begin: float) -> _Poses:
 
 
 def _driven(knots: _Poses, t: FloatArray) -> _Poses:
-    """Poses along a smooth way through knots that overshoots none of them."""
+    """Return poses along a smooth way through knots that overshoots none of them."""
     if len(knots.t) == 1:
         return _Poses(t, np.repeat(knots.xyz, len(t), axis=0), np.repeat(knots.yaw, len(t)))
     values = np.column_stack((knots.xyz, knots.yaw))
@@ -146,7 +146,7 @@ def _driven(knots: _Poses, t: FloatArray) -> _Poses:
 def _moved(
     item: PhysicalObject, knots: _Poses, robot: _Poses, forks: _Forks, from_start: bool
 ) -> _Poses:
-    """Poses of an object that the log moves, and what they ask of the forks."""
+    """Return the poses of an object that the log moves, and their demands on the forks."""
     shape = shape_of(item)
     if len(knots.t) == 1:
         return _driven(knots, robot.t)
@@ -180,14 +180,14 @@ def _moved(
 
 
 def _sampled(knots: _Poses, t: FloatArray) -> _Poses:
-    """Poses on straight lines between knots, the first and the last one outside of them."""
+    """Return poses on straight lines between knots, the first and the last one outside of them."""
     columns = (*knots.xyz.T, knots.yaw)
     x, y, z, yaw = (np.interp(t, knots.t, column) for column in columns)
     return _Poses(t, np.column_stack((x, y, z)), yaw)
 
 
 def _held(knots: _Poses, robot: _Poses, shape: Shape, from_start: bool) -> BoolArray:
-    """Between which knots (k - 1,) a load is on the forks.
+    """Mark the gaps between knots (k - 1,) in which a load is on the forks.
 
     Where it is within reach at both ends and moves, and in the waits between such moves;
     from the start if the log starts loaded.

@@ -1,4 +1,4 @@
-"""Scripts: what the robot is to do, step by step.
+"""Scripts: the robot's actions, step by step.
 
 An action of scripts is a kind of action (:mod:`g3.actions.forklift_actions`) with one sort of
 argument. What the steps do in physics is in :mod:`corpus_tools.world.physics.controller`; this
@@ -16,7 +16,7 @@ from g3.registry import Registry
 from g3.short_repr import short_repr
 
 Argument: TypeAlias = Literal["object", "place", "number"]
-"""What an action needs: the id of an object, the name of a place, or a number."""
+"""Argument of an action: the id of an object, the name of a place, or a number."""
 
 
 @short_repr
@@ -25,7 +25,7 @@ class ScriptAction:
     """Something that the robot can do."""
 
     name: str
-    """As scripts write it."""
+    """Name in scripts."""
     kind: ActionKind
     argument: Argument
     summary: str
@@ -43,7 +43,7 @@ class ScriptStep:
 
     @property
     def kind(self) -> ActionKind | None:
-        """What sort of action it is; None for a name that isn't known."""
+        """Kind of action; None for a name that isn't known."""
         known = ACTIONS.get(self.action)
         return known.kind if known else None
 
@@ -66,7 +66,7 @@ def register_action(action: ScriptAction) -> ScriptAction:
 
 
 def in_script(kind: ActionKind, argument: Argument) -> ScriptAction | None:
-    """How scripts say a kind of action with a sort of argument; None if they can't."""
+    """Return the scripts' action of a kind with a sort of argument; None if there is none."""
     found = (a for a in ACTIONS.values() if a.kind is kind and a.argument == argument)
     return next(found, None)
 

@@ -1,4 +1,4 @@
-"""The boxes that objects fill, in their own frames."""
+"""Boxes of objects, in the objects' frames."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Shape:
 
 
 def shape_of(item: PhysicalObject) -> Shape:
-    """The box around an object's prism, along its heading at its first pose."""
+    """Return the box around an object's prism, along its heading at its first pose."""
     pose = item.trajectory
     xy = rotate(item.prism.xy - pose.xyz[0, :2], np.full(len(item.prism.xy), -pose.yaw[0]))
     z = pose.xyz[0, 2]

@@ -1,4 +1,4 @@
-"""How objects collide and what they weigh."""
+"""Collision geometry and masses of objects."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PALLET_KG, LOAD_KG = 25.0, 275.0
 FRICTION = 0.8
 
 CAB_OVER_DECK_M = 0.8
-"""So far a truck's cab rises above its deck at least, as it does in pictures."""
+"""Least height of a truck's cab above its deck, in metres, as it is in pictures."""
 
 
 def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 0.0) -> None:
@@ -39,12 +39,12 @@ def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 
 
 
 def cab_top(deck_m: float) -> float:
-    """Height of a truck's cab above the ground: over its deck, however high that is."""
+    """Return the height of a truck's cab above the ground: over its deck, at any deck height."""
     return max(CAB_TOP, deck_m + CAB_OVER_DECK_M)
 
 
 def deck_of(kind: Kind, shape: Shape) -> tuple[float, float]:
-    """From and to along x, where an object's top can be loaded."""
+    """Return the part of an object's top that can be loaded, from and to along x."""
     if kind.deck is None:
         raise ValueError(f"a {kind.name} has no deck")
     scale = shape.size[0] / kind.size[0]
@@ -53,7 +53,7 @@ def deck_of(kind: Kind, shape: Shape) -> tuple[float, float]:
 
 
 def beside_deck(kind: Kind, shape: Shape) -> tuple[tuple[float, float], ...]:
-    """The parts along x of an object's top that aren't its deck: a truck's cab."""
+    """Return the parts along x of an object's top that aren't its deck: a truck's cab."""
     low, high = deck_of(kind, shape)
     rest = ((float(shape.low[0]), low), (high, float(shape.high[0])))
     return tuple(part for part in rest if part[1] - part[0] > 0.01)
@@ -74,7 +74,7 @@ def box(body: mujoco.MjsBody, extent: Extent, mass: float = 0.0) -> None:
 
 
 def _add_pallet(body: mujoco.MjsBody, shape: Shape) -> None:
-    """A deck on nine blocks."""
+    """Add a deck on nine blocks."""
     (x0, y0, z0), (x1, y1, _) = shape.low.tolist(), shape.high.tolist()
     deck = ((x0, x1), (y0, y1), (z0 + ENTRY_HEIGHT, z0 + PALLET_HEIGHT))
     box(body, deck, mass=PALLET_KG)

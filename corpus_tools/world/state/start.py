@@ -1,4 +1,4 @@
-"""How a context starts: what stands on what, and what hangs on the forks.
+"""Start of a context: supports of its things, and the load on the forks.
 
 Corpora have poses to some centimetres. Physics needs things to stand on each other exactly.
 """
@@ -18,11 +18,11 @@ from g3.geometry.plane import rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
 
 HEEL_GAP_M = 0.01
-"""Between the forks' heel and what is on them."""
+"""Gap between the forks' heel and the load on them."""
 
 
 def starting(context: Context) -> tuple[Context, str | None, float]:
-    """A context as physics can start it, the load on the forks if there is one, and their height.
+    """Return a context as physics can start it, the load on the forks if any, and their height.
 
     Every object has one pose and the prism that it starts with. Loads stand exactly on what is
     under them; one that hangs in front of the robot is on its forks, which are so many metres up.
@@ -48,7 +48,7 @@ def starting(context: Context) -> tuple[Context, str | None, float]:
 
 
 def ahead_of(pose: FloatArray, shape: Shape, yaw: float) -> float:
-    """How far ahead of the robot's pose, shape (3,), the frame of a load on its forks is.
+    """Return the distance of a load's frame on the forks ahead of the robot's pose, shape (3,).
 
     `shape` and `yaw` are the load's box, and the heading of its frame.
     """
@@ -58,7 +58,7 @@ def ahead_of(pose: FloatArray, shape: Shape, yaw: float) -> float:
 
 
 def moved(item: PhysicalObject, by: FloatArray) -> PhysicalObject:
-    """An object with one pose, moved by metres along x, y and z."""
+    """Return an object with one pose, moved by metres along x, y and z."""
     pose, prism = item.trajectory, item.prism
     return replace(
         item,
@@ -68,7 +68,7 @@ def moved(item: PhysicalObject, by: FloatArray) -> PhysicalObject:
 
 
 def _support(load: PhysicalObject, objects: list[PhysicalObject], ground: float) -> float:
-    """The height under a load's middle that its bottom is nearest to."""
+    """Return the height under a load's middle that its bottom is nearest to."""
     middle = (load.prism.xy.min(axis=0) + load.prism.xy.max(axis=0)) / 2
     tops = [o.prism.z_max for o in objects if o.id != load.id and covers(o.prism, middle)]
     surfaces = np.array([ground, *(top for top in tops if top < load.prism.z_max)])
@@ -76,7 +76,7 @@ def _support(load: PhysicalObject, objects: list[PhysicalObject], ground: float)
 
 
 def _on_forks(load: PhysicalObject, robot: Trajectory) -> PhysicalObject:
-    """The load straight on the forks, with its back at their heel."""
+    """Return the load straight on the forks, with its back at their heel."""
     pose = np.array([*robot.xyz[0, :2], robot.yaw[0]])
     frame, shape = load.trajectory, shape_of(load)
     quarter = np.pi / 2

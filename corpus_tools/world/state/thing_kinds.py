@@ -21,21 +21,21 @@ class Kind:
     """A kind of object. Its frame is at its pose: x ahead, y to the left, z up."""
 
     name: str
-    """As scenarios write it."""
+    """Name in scenarios."""
     labels: tuple[str, ...]
-    """What objects of the kind are called in the semantic map."""
+    """Names of objects of the kind in the semantic map."""
     size: tuple[float, float]
     """Footprint along and across the heading, in metres."""
     heights: tuple[float, float]
     """Bottom and top above what it stands on, in metres. Loads stand on the top of a kind with a
     deck."""
     ahead_m: float = 0.0
-    """How far the middle of the footprint lies ahead of the pose."""
+    """Distance of the middle of the footprint ahead of the pose, in metres."""
     carriable: bool = False
-    """Whether the forks can lift it."""
+    """True if the forks can lift it."""
     deck: tuple[float, float] | None = None
-    """Which part of the top can be loaded, from and to along the heading in metres; None where
-    nothing stands on it."""
+    """Part of the top that can be loaded, from and to along the heading in metres; None if nothing
+    can stand on it."""
 
 
 KINDS: Registry[Kind] = Registry("kind", "ct.kinds")
@@ -85,7 +85,7 @@ register_kind(Kind("sign", ("sign",), (0.3, 0.9), (0.0, 2.4)))
 register_kind(Kind("berm", ("berm",), (6.0, 2.5), (0.0, 1.4)))
 
 OTHER = register_kind(Kind("other", (), (1.0, 1.0), (0.0, 1.0)))
-"""What no other kind's labels fit."""
+"""Kind of objects that fit no other kind's labels."""
 
 _OTHER_WORDS = {
     "truck": "lorry",
@@ -108,7 +108,7 @@ _SAME_AS = {other: ours for ours, others in _OTHER_WORDS.items() for other in ot
 
 
 def kind_of(labels: Iterable[str]) -> Kind:
-    """The kind whose labels fit best, :data:`OTHER` if none has a label in common.
+    """Return the kind whose labels fit best, :data:`OTHER` if none has a label in common.
 
     Labels of other corpora are understood, of one word or several: {tire, assembly, pallet} is a
     tire pallet, {ship container} a container, {flatbed, trailer} a trailer. Of kinds that fit as

@@ -1,1 +1,1 @@
-"""Scenarios that nobody wrote: drawn at random and checked like all others."""
+"""Generated scenarios: drawn at random and checked like all others."""

@@ -15,9 +15,9 @@ from g3.errors import FormatError
 from g3.groundings import Colour
 
 ATTEMPTS = 200
-"""How often a scenario is begun anew before the layout counts as full."""
+"""Number of attempts at a scenario before the layout counts as full."""
 BYSTANDERS = (3, 10)
-"""How many more things stand around, from and up to."""
+"""Number of additional things around, from and up to."""
 GAPS_M = (0.6, 2.5)
 """Smallest distances between things."""
 PAINTED = 0.4
@@ -34,13 +34,13 @@ _KINDS = {
     "trailer": 1,
     "truck": 1,
 }
-"""How often each kind stands around, relative to the others."""
+"""Relative frequencies of the kinds of things around."""
 _PAINTABLE = ("box-pallet", "crate")
 _PAINTS: tuple[Colour, ...] = ("red", "blue", "green", "yellow", "white", "black")
 
 
 def generate(seed: int, number: int, layouts: Mapping[str, Layout]) -> Scenario:
-    """The scenario with a number among those of a seed, in one of the layouts.
+    """Generate the scenario with a number among those of a seed, in one of the layouts.
 
     It depends on the seed, the number and the layouts alone. The tasks take turns, so that
     scenarios with numbers in a row cover all of them. Nothing is in anything else. The robot has

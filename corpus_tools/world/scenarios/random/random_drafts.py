@@ -24,18 +24,18 @@ from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
 TRIES = 40
-"""How many positions are tried for one thing."""
+"""Number of positions that are tried for one thing."""
 EDGE_M = 0.3
 """Things keep this far from the bounds."""
 BULKY_M = 2.0
-"""What is longer stands in no area."""
+"""Length in metres above which a thing stands in no area."""
 LANE_M = 2.4
 """Width of the lane through which the robot enters a load."""
 RUN_UP_M = 4.6
 """From the middle of a load to where the robot turns towards it."""
 
 NOWHERE = Robot((1e6, 1e6))
-"""Where the robot is until it is placed."""
+"""Pose of the robot until it is placed."""
 
 _GRID_M = 0.05
 _IDS = {"tire-pallet": "tires", "box-pallet": "boxes"}
@@ -54,7 +54,7 @@ class Draft:
     rng: np.random.Generator
     objects: dict[str, Thing] = field(default_factory=dict)
     places: dict[str, Region] = field(default_factory=dict)
-    """What was added so far, by id."""
+    """Places added so far, by id."""
     robot: Robot = NOWHERE
     """The robot; far away until it is placed."""
     free: list[Box] = field(default_factory=list)
@@ -68,28 +68,28 @@ class Draft:
         return {**self.objects, **self.layout.objects}
 
     def boxes(self) -> dict[str, Box]:
-        """Everything that stands somewhere."""
+        """Return the boxes of all placed things."""
         boxes = start_boxes(self.all_objects, self.robot)
         if self.robot is NOWHERE:
             del boxes[ROBOT]
         return boxes
 
     def new_id(self, stem: str) -> str:
-        """The first free one of stem-1, stem-2 ..."""
+        """Return the first free id of stem-1, stem-2 ..."""
         taken = {**self.all_objects, **self.places, **self.layout.places}
         return next(n for i in itertools.count(1) if (n := f"{stem}-{i}") not in taken)
 
     def id_for(self, kind: str) -> str:
-        """A free id for an object of a kind."""
+        """Return a free id for an object of a kind."""
         return self.new_id(_IDS.get(kind, kind))
 
     def areas(self) -> list[tuple[str, Box]]:
-        """The areas on the ground that the map names."""
+        """Return the areas on the ground that the map names."""
         places = {**self.places, **self.layout.places}
         return [(n, _tall(self.region_box(n))) for n, r in places.items() if r.name and not r.deck]
 
     def somewhere(self, margin_m: float) -> Iterator[tuple[Point, float]]:
-        """Positions within the bounds and headings, mostly along the walls."""
+        """Yield positions within the bounds and headings, mostly along the walls."""
         bounds = self.layout.bounds
         if min(high - low for low, high in (bounds.x, bounds.y)) <= 2 * margin_m:
             return
@@ -104,7 +104,7 @@ class Draft:
             yield rounded((x, y)), yaw
 
     def fits(self, box: Box, gap_m: float) -> bool:
-        """Whether a box has a gap to everything and leaves free what must be."""
+        """Check that a box has a gap to everything and leaves free the room that must be."""
         return (
             self.inside(box)
             and not overlapping(_tall(box.grown(gap_m)), self.boxes().items())
@@ -112,7 +112,7 @@ class Draft:
         )
 
     def inside(self, box: Box) -> bool:
-        """Whether a box is inside the bounds."""
+        """Check that a box is inside the bounds."""
         bounds, corners = self.layout.bounds, box.footprint
         low = np.array([bounds.x[0], bounds.y[0]]) + EDGE_M
         high = np.array([bounds.x[1], bounds.y[1]]) - EDGE_M
@@ -163,7 +163,7 @@ class Draft:
         self.stop(box.middle + back * RUN_UP_M)
 
     def passable(self) -> bool:
-        """Whether the robot gets from stop to stop."""
+        """Check that the robot gets from stop to stop."""
         if not self.stops:
             return True
         solid = [
@@ -192,26 +192,26 @@ class Draft:
         raise NoRoomError("robot")
 
     def region_box(self, name: str) -> Box:
-        """The box of a place of the draft or the layout."""
+        """Return the box of a place of the draft or the layout."""
         region = self.places.get(name) or self.layout.places[name]
         return place_box(region, self.all_objects)
 
 
 def rounded(at: FloatArray | Point) -> Point:
-    """A position as somebody would write it, to 5 cm."""
+    """Round a position to 5 cm, as in scenarios written by hand."""
     x, y = (round(round(float(v) / _GRID_M) * _GRID_M, 2) + 0.0 for v in at)
     return x, y
 
 
 def deck_of(thing: Thing) -> tuple[float, float]:
-    """Which part of an object's top can be loaded, along its heading."""
+    """Return the part of an object's top that can be loaded, along its heading."""
     deck = KINDS[thing.kind].deck
     assert deck is not None  # noqa: S101 - the callers name carriers
     return deck
 
 
 def _tall(box: Box) -> Box:
-    """A box that reaches down to the ground and above everything."""
+    """Return a box that reaches down to the ground and above everything."""
     return Box(box.pose, box.size, 0.0, 3.0, box.ahead_m)
 
 
@@ -225,7 +225,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 def connected(points: FloatArray, boxes: Iterable[Box], bounds: Bounds) -> bool:
-    """Whether a robot gets from each point to each other one, with room to turn all the way.
+    """Check that a robot gets from each point to each other one, with room to turn all the way.
 
     `points` are positions, shape (n, 2), in metres; `boxes` are in the way, at any height; the
     robot's position stays in `bounds`.

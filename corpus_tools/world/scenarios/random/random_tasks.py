@@ -1,4 +1,4 @@
-"""What a generated scenario is about: where the robot gets a load, and what it does then.
+"""Tasks of generated scenarios: the source of the robot's load, and its goal.
 
 A task is a source and a goal. Both put what they need into a draft, with room for the robot to get
 there. They name themselves in the words of a title.
@@ -49,11 +49,11 @@ class Task:
     """A kind of scenario."""
 
     name: str
-    """What the generator's listing calls it."""
+    """Name in the generator's listing."""
     source: str
-    """Where the load is: on the forks, on the ground, on a truck or a trailer; or none."""
+    """Source of the load: the forks, the ground, a truck or a trailer; or none."""
     goal: str
-    """What is done with it."""
+    """Goal of the task."""
 
 
 TASKS = (
@@ -77,7 +77,7 @@ TASKS = (
 
 
 def add_task(draft: Draft, task: Task) -> tuple[str, tuple[robot_script.ScriptStep, ...]]:
-    """Put into a draft what a task needs, the robot too; its title and its script.
+    """Put a task's things and the robot into a draft, and return its title and its script.
 
     NoRoomError if there is no room for something.
     """
@@ -101,7 +101,7 @@ def _one_of(draft: Draft, names: dict[str, str]) -> str:
 
 
 def _load_on_ground(draft: Draft, kind: str) -> tuple[str, str]:
-    """A load that the robot can enter along its heading, perhaps in a row of others."""
+    """Add a load that the robot can enter along its heading, perhaps in a row of others."""
     for at, yaw in draft.somewhere(2.0):
         box = solid(KINDS[kind], at, yaw, 0.0)
         try:
@@ -117,7 +117,7 @@ def _load_on_ground(draft: Draft, kind: str) -> tuple[str, str]:
 
 
 def _add_row(draft: Draft, box: Box, yaw: float) -> None:
-    """Loads beside a load, to the left and the right, as far as there is room."""
+    """Add loads beside a load, to the left and the right, as far as there is room."""
     spacing = float(draft.rng.uniform(*ROW_M))
     for i in draft.rng.permutation([-2, -1, 1, 2])[: int(draft.rng.integers(1, 5))]:
         offset = rotate(np.array([0.0, spacing * int(i)]), box.pose[2])
@@ -133,7 +133,7 @@ def _load_on_deck(draft: Draft, carrier_kind: str, kind: str) -> tuple[str, str]
 
 
 def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
-    """A truck or a trailer, one of the layout's or a new one, and a side that can be reached."""
+    """Choose a truck or a trailer, of the layout or new, and a side that can be reached."""
     used = {*(t.deck for t in draft.objects.values()), *(r.deck for r in draft.places.values())}
     own = [n for n, t in draft.layout.objects.items() if t.kind == kind and n not in used]
     if own and draft.rng.random() < 0.5:
@@ -150,7 +150,7 @@ def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
 
 
 def _free_side(draft: Draft, carrier: str) -> int:
-    """1 for the left side of a carrier, -1 for the right one."""
+    """Return 1 for the left side of a carrier, -1 for the right one."""
     thing = draft.all_objects[carrier]
     low, high = deck_of(thing)
     box = thing_box(thing, draft.all_objects, draft.robot)
@@ -167,7 +167,7 @@ def _free_side(draft: Draft, carrier: str) -> int:
 
 
 def _slot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
-    """A free position for a load on a deck, near the side it comes over, and its heading."""
+    """Find a free position for a load on a deck, near the side it comes over, and its heading."""
     thing = draft.all_objects[carrier]
     low, high = deck_of(thing)
     box = thing_box(thing, draft.all_objects, draft.robot)
@@ -218,7 +218,7 @@ def _put_in(draft: Draft, kind: str, stem: str) -> tuple[str, Steps]:
 
 
 def _area(draft: Draft, stem: str) -> tuple[str, str]:
-    """An area of the layout or a new one; its id and what it is called."""
+    """Choose an area of the layout or a new one; return its id and its name."""
     known = [name for name in draft.layout.places if name.startswith(stem)]
     if known:
         name = known[int(draft.rng.integers(len(known)))]
@@ -248,7 +248,7 @@ def _put_on(draft: Draft, kind: str, carrier_kind: str, loaded: bool) -> tuple[s
 
 
 def _deck_spot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
-    """A slot that needs no lane."""
+    """Find a slot that needs no lane."""
     free, stops = list(draft.free), list(draft.stops)
     found = _slot(draft, carrier, side, kind)
     draft.free[:], draft.stops[:] = free, stops
@@ -293,7 +293,7 @@ def _approach(draft: Draft, kind: str) -> tuple[str, Steps]:
 
 
 def _landmark(draft: Draft, room_m: float) -> tuple[str, str]:
-    """Something with room all around; the robot can get to each side of it."""
+    """Choose a thing with room all around; the robot can get to each side of it."""
     kind = _one_of(draft, LANDMARKS)
     for at, yaw in draft.somewhere(room_m + 1.0):
         box = solid(KINDS[kind], at, yaw, 0.0)
