@@ -40,7 +40,7 @@ _IMPORT = "import_"
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> Any:
-        """A function for each importer: ``import_`` and its name."""
+        """Return the function of an importer: ``import_`` and its name."""
         if name.startswith(_IMPORT) and name in _of_importers():
             return import_function(_of_importers()[name], name)
         has = ", ".join(part for part in __dir__() if not part.startswith("_"))

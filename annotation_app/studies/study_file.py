@@ -58,7 +58,7 @@ class PracticeItem(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
 
 
 class Labels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What the pages call the things that they number, and the places that they letter."""
+    """Names by which pages call the things that they number, and the places that they letter."""
 
     thing: Line = N_("Thing")
     place: Line = N_("Place")
@@ -66,7 +66,7 @@ class Labels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
 
 class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What is asked of a task's items.
+    """Requirements of a task's items.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class Question(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Payment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What people get for an item: they see it, and providers pay it."""
+    """Payment for an item: people see it, and providers pay it."""
 
     amount: Annotated[float, msgspec.Meta(ge=0, le=1000)]
     currency: Annotated[str, msgspec.Meta(pattern="^[A-Z]{3}$")] = "USD"

@@ -150,7 +150,7 @@ def lerobot(
     force: bool,
     form: str,
 ) -> None:
-    """The episodes of a LeRobot dataset, for people to describe, cut and rate.
+    """Import episodes of a LeRobot dataset, for people to describe, cut and rate.
 
     PATH is a dataset's folder, of version 2.0, 2.1 or 3. This writes tables for studies:
     episodes.csv, tasks.csv and, if the dataset has language, subtasks.csv. Videos aren't copied:

@@ -185,7 +185,7 @@ class SceneEntity(msgspec.Struct, frozen=True, gc=False):
 
 
 class SceneEntityDeletion(msgspec.Struct, frozen=True, gc=False):
-    """What to draw no longer."""
+    """Deletion of a drawn entity."""
 
     timestamp: Time
     type: Unsigned

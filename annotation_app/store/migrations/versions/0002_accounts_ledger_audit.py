@@ -175,7 +175,7 @@ def _fill_ledger() -> None:
 def _past_calls(
     participation: Mapping[str, Any], outcome: dict[str, Any]
 ) -> Iterator[dict[str, Any]]:
-    """The calls that an outcome names, which it doesn't any more afterwards."""
+    """Yield the calls that an outcome names, and take their names out of it."""
     assignment = participation["assignment"]
     common = {
         "study_id": participation["study_id"],

@@ -1,4 +1,4 @@
-"""What a program suggested to somebody, and what their answer made of it."""
+"""Suggestions of programs to people, and their use in answers."""
 
 from __future__ import annotations
 

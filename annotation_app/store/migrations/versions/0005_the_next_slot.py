@@ -1,4 +1,4 @@
-"""What leads to the next free slot by an index, without a look at all others."""
+"""An index that leads to the next free slot, without a look at all others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the dashboard counts of answers, beside them and in indexes."""
+"""Counts of answers for the dashboard, beside them and in indexes."""
 
 from __future__ import annotations
 

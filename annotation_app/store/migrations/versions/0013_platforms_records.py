@@ -1,4 +1,4 @@
-"""What platforms say of assignments; their lists say what was paid before, not the ledger."""
+"""Platforms' states of assignments; their lists show earlier payments, not the ledger."""
 
 from __future__ import annotations
 
