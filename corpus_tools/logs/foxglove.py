@@ -185,7 +185,7 @@ class SceneEntity(msgspec.Struct, frozen=True, gc=False):
 
 
 class SceneEntityDeletion(msgspec.Struct, frozen=True, gc=False):
-    """Deletion of a drawn entity."""
+    """What to draw no longer."""
 
     timestamp: Time
     type: Unsigned
