@@ -48,6 +48,8 @@ class NewItem:
     """Who must not get it."""
     attention: bool = False
     """Whether the right answer is known."""
+    drawn_with: str = ""
+    """What its place among the others is drawn with; its subject if empty."""
 
 
 _VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
@@ -72,7 +74,7 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
         task=new.task,
         subject=new.subject,
         payload=new.payload,
-        rank=draws(config, new.subject).random(),
+        rank=draws(config, new.drawn_with or new.subject).random(),
         author_id=new.author_id,
         attention=new.attention,
     )

@@ -223,7 +223,7 @@ def test_what_people_disagree_on_most(app: Flask) -> None:
     assert f"{BASE}/queue/{grounded}" in links
     for link in links:
         assert judge.client.get(unescape(link)).status_code == 200
-    assert any(video in page for video in VIDEOS)
+    assert VIDEOS[0] in page
     assert Browser(app, "annotator").client.get(f"{BASE}/disagreements").status_code == 403
 
 
