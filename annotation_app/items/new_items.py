@@ -49,6 +49,8 @@ class NewItem:
     """Person who must not get the item."""
     attention: bool = False
     """True if the right answer is known, for an attention check."""
+    drawn_with: str = ""
+    """Seed of the item's place among the others; its subject if empty."""
 
 
 _VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
@@ -73,7 +75,7 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
         task=new.task,
         subject=new.subject,
         payload=new.payload,
-        rank=draws(config, new.subject).random(),
+        rank=draws(config, new.drawn_with or new.subject).random(),
         author_id=new.author_id,
         attention=new.attention,
     )

@@ -18,6 +18,7 @@ from annotation_app.items.new_items import (
     ABOUT_VIDEO,
     GIVEN,
     NewItem,
+    about_video,
     add_item,
     new_slots,
     videos_of,
@@ -193,6 +194,9 @@ def _first_items(
     )
     shas = {row.video: row.sha256 for row in rows}
     shown = [item.video for item in videos if item.video in shas]
+    # A file's first video comes where the file did when items were about files alone.
+    first = {sha256: video for video, sha256 in sorted(shas.items(), reverse=True)}
+    places = {about_video(video, sha): f"{ABOUT_VIDEO}{sha}" for sha, video in first.items()}
     asked_about = select(Item.video).where(
         Item.study_id == study.id, Item.subject.startswith(ABOUT_VIDEO)
     )
@@ -202,7 +206,8 @@ def _first_items(
                 # One that is there stays, though its file may have been replaced meanwhile.
                 asked = set(session.scalars(asked_about.where(Item.task == task.name)))
                 new = (video for video in shown if video not in asked)
-                yield from (task.of_video(video, shas[video]) for video in new)
+                of_videos = (task.of_video(video, shas[video]) for video in new)
+                yield from (replace(i, drawn_with=places.get(i.subject, "")) for i in of_videos)
             yield from task.of_study(config)
 
 

@@ -16,10 +16,10 @@ BOXES = ((20, 150), (110, 60), (220, 170), (150, 120))
 
 
 def film(folder: Path, videos: tuple[str, ...] = VIDEOS, world: World = context) -> Path:
-    """Folders as `render` makes them, with videos that play for a second."""
+    """Folders as `render` makes them, with videos that play for a second and differ."""
     render(folder, videos, world)
     for target in folder.iterdir():
-        _write_video(target / "video.mp4")
+        _write_video(target / "video.mp4", shade=10 * videos.index(target.name))
         _write_picture(target / "poster.png")
         manifest = json.loads((target / "manifest.json").read_text())
         manifest["duration_s"] = SECONDS
@@ -50,13 +50,15 @@ def _picture(number: int) -> np.ndarray:
     return image
 
 
-def _write_video(path: Path) -> None:
+def _write_video(path: Path, *, shade: int) -> None:
     with av.open(str(path), "w", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=FPS)
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         stream.time_base = Fraction(1, FPS)
         for number in range(round(SECONDS * FPS)):
-            frame = av.VideoFrame.from_ndarray(_picture(number), format="rgb24")
+            image = _picture(number)
+            image[:8, :8] = shade
+            frame = av.VideoFrame.from_ndarray(image, format="rgb24")
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))
 

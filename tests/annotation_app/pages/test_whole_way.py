@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
+from sqlalchemy import select, update
 
 from annotation_app.core.config import DATABASE_FILE, open_instance
+from annotation_app.store.database import opened, transaction
+from annotation_app.store.models import Item, Slot
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_reading import load_corpus
@@ -108,6 +111,12 @@ def test_from_a_video_to_a_corpus(
 ) -> None:
     database = open_instance(tmp_path / "instance").instance / DATABASE_FILE
     set_up(database, STUDY, films)
+    with opened(database) as engine, transaction(engine) as session:
+        for table in (Item, Slot):  # the first video, whose second thing can be seen, comes first
+            session.execute(update(table).values(rank=2.0))
+        first_item = select(Item.id).where(Item.video == VIDEOS[0])
+        session.execute(update(Slot).where(Slot.item_id.in_(first_item)).values(rank=1.0))
+        session.execute(update(Item).where(Item.video == VIDEOS[0]).values(rank=1.0))
     with served(STUDY, database) as site:
         first = context.new_page()
         enter(first, site.url)
