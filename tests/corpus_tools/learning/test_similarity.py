@@ -13,9 +13,11 @@ from corpus_tools.learning.tag_lists import build_table
 from g3.errors import FormatError, ModelError
 from g3.features.feature_registry import catalogue, select
 from g3.language.similarity.cooccurrence import count_list, table_from_bytes
+from g3.learning.examples import examples
 from g3.learning.grounding_model import GroundingModel
 from tests.g3.language.installed import needs_wordnet
 from tests.processes import ct
+from tests.tiny_corpus import tiny_corpus
 
 TEXT = "# three pictures\ntruck,tires\ntruck,trailer\n\ndog\n"
 
@@ -76,7 +78,7 @@ def test_without_wordnet_the_command_says_so_and_shows_the_rest(tmp_path: Path) 
 
 
 def small_model(*sets: str) -> GroundingModel:
-    return GroundingModel(features=sets).fit([])
+    return GroundingModel(features=sets).fit(examples(tiny_corpus().annotations))
 
 
 @needs_wordnet

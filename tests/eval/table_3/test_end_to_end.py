@@ -80,7 +80,7 @@ def test_an_unknown_name_is_told_with_those_that_there_are(few):
     assert isinstance(done.exception, ModelError)
     assert "no feature set or potential 'verb-takes'" in str(done.exception)
     assert "did you mean 'verb-take'?" in done.exception.fix
-    assert "labels" in done.exception.fix
+    assert "ct features list" in done.exception.fix
 
 
 def test_table_3_needs_to_know_who_judges(few):

@@ -102,7 +102,8 @@ def test_a_set_is_used_for_its_optional_types_only_if_it_is_added() -> None:
 def test_select_names_what_it_does_not_know(argument: str) -> None:
     with pytest.raises(ModelError, match="no feature set 'lables'") as caught:
         select(**{argument: ["labels", "lables"]})
-    assert "prism-pair" in caught.value.fix
+    assert "'labels'" in caught.value.fix
+    assert "ct features list" in caught.value.fix
 
 
 def test_a_name_is_registered_once() -> None:
