@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from annotation_app.study_setup.own_videos import (
     things_key,
 )
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from corpus_tools.video.cutting import ENCODERS, constant_rate, first_picture
+from corpus_tools.video.cutting import constant_rate, cut, first_picture
 from corpus_tools.video.frame_reading import has_decoder, to_mp4
 from corpus_tools.video.probe import VideoInfo, probe
 from g3.errors import CorpusError, FormatError
@@ -57,9 +58,10 @@ def looked_at(file: Path, on_progress: OnProgress = no_progress) -> VideoInfo:
 
 
 def check_readable(videos: Sequence[OwnVideo], on_progress: OnProgress = no_progress) -> None:
-    """Check that people can watch videos, and that all parts can be cut.
+    """Check that people can watch videos, that all parts are in their files, and that they are cut.
 
-    Each file is decoded once, unless its properties are in the cache.
+    Each file is decoded once, unless its properties are in the cache. The shortest part of each
+    file is cut for a trial: the others are cut in the same way.
 
     Raises
     ------
@@ -68,6 +70,7 @@ def check_readable(videos: Sequence[OwnVideo], on_progress: OnProgress = no_prog
     """
     errors: list[CorpusError] = []
     wrong: set[Path] = set()
+    shortest: dict[Path, OwnVideo] = {}
     for item in videos:
         if item.file in wrong:
             continue
@@ -81,8 +84,38 @@ def check_readable(videos: Sequence[OwnVideo], on_progress: OnProgress = no_prog
             _check_part(item, info)
         except CorpusError as error:
             errors.append(error)
+            continue
+        if item.part is not None:
+            shortest[item.file] = min(shortest.get(item.file, item), item, key=_part_s)
+    for number, (file, item) in enumerate(shortest.items()):
+        on_progress("cutting a part of each video", number, len(shortest))
+        try:
+            _try_cut(item, looked_at(file))
+        except CorpusError as error:
+            errors.append(error)
     if errors:
         raise together(errors)
+
+
+def _part_s(item: OwnVideo) -> float:
+    start_s, end_s = item.part or (0.0, 0.0)
+    return end_s - start_s
+
+
+def _try_cut(item: OwnVideo, info: VideoInfo) -> None:
+    """Cut a part, and compare its length with the one that its manifest would have."""
+    of_part = part_of(item).span(info)
+    with tempfile.TemporaryDirectory(prefix="ct-part-") as folder:
+        trial = clip_path(Path(folder), info)
+        cut(item.file, info, of_part, trial)
+        result = probe(trial)
+    if result.problem or abs(result.duration_s - of_part.duration_s) > 1.5 / info.fps:
+        what = result.problem or f"it is {result.duration_s:g} s long, not {of_part.duration_s:g} s"
+        raise FormatError(
+            f"the part {item.video!r} of {item.file.name} can't be cut: {what}",
+            where=item.where or str(item.file),
+            fix=f"convert the video: {to_mp4(item.file)}",
+        )
 
 
 def check_rendered(folders: Sequence[Path], on_progress: OnProgress = no_progress) -> None:
@@ -121,21 +154,8 @@ def _check_part(item: OwnVideo, info: VideoInfo) -> None:
         where = item.where or str(item.file)
         what = f"of {item.file.name}, {error.what}"
         raise FormatError(what, where=where, fix=error.fix) from error
-    if item.part is not None:
-        _check_encoder(info)
     if item.things is not None:
         fitting_picture(item, png(first_picture(item.file, info, of_part)))
-
-
-def _check_encoder(info: VideoInfo) -> None:
-    import av  # noqa: PLC0415 - large, and not always installed
-
-    encoder = ENCODERS[info.container][0]
-    if encoder not in av.codecs_available:
-        raise FormatError(
-            f"this build of PyAV can't cut parts: it has no {encoder}",
-            fix="install the wheel: pip install av",
-        )
 
 
 def part_of(item: OwnVideo) -> Part:
