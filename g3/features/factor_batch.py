@@ -23,9 +23,9 @@ on. ``goal``: where the EVENT leads, the grounding of its PLACE or of its PATH's
 """
 
 WordField = Literal["figure", "name", "relation", "goal", "landmark"]
-"""Source of words: the figure's, those same words as written ("name"), the relation's, those of the
-relation of the PATH or PLACE in an EVENT, or those of the landmarks (which the paper's factors
-don't see)."""
+"""Source of words, which is the figure's, those same words as written ("name"), the relation's,
+those of the relation of the PATH or PLACE in an EVENT, or those of the landmarks (which the paper's
+factors don't see)."""
 
 T = TypeVar("T")
 

@@ -55,7 +55,7 @@ _TOKEN = re.compile(
 )
 
 
-class Draft(NamedTuple):
+class _Draft(NamedTuple):
     """A clause as it was written.
 
     Parameters
@@ -66,7 +66,7 @@ class Draft(NamedTuple):
 
     type: SDCType
     words: dict[Field, list[FieldWord]]
-    children: dict[Field, list[Draft]]
+    children: dict[Field, list[_Draft]]
 
 
 class _Token(NamedTuple):
@@ -80,7 +80,7 @@ def is_word(text: str) -> bool:
     return bool(text) and not any(character.isspace() for character in text)
 
 
-def read_clauses(notation: str) -> list[Draft]:
+def _read_clauses(notation: str) -> list[_Draft]:
     """Read the top-level clauses of a notation.
 
     Raises
@@ -91,7 +91,7 @@ def read_clauses(notation: str) -> list[Draft]:
     """
     check_length(notation, MAX_NOTATION, error=SDCError)
     reader = _Reader(notation)
-    drafts: list[Draft] = []
+    drafts: list[_Draft] = []
     while True:
         separated = not drafts
         while reader.skip("separator"):
@@ -170,7 +170,7 @@ class _Reader:
             f"expected {expected}, but {found}", where=self._where(token.offset), fix=fix
         )
 
-    def clause(self, depth: int = 1) -> Draft:
+    def clause(self, depth: int = 1) -> _Draft:
         """Read one clause, from its type to its closing bracket."""
         start = self._next.offset
         head = _HEAD.fullmatch(self._next.text) if self._next.kind == "bare" else None
@@ -181,7 +181,7 @@ class _Reader:
         self._take()
         if not self.skip("mark", "("):
             raise self.unexpected(f"'(' after {head.group()}")
-        draft = Draft(_TYPES[head.group(1)], {}, {})
+        draft = _Draft(_TYPES[head.group(1)], {}, {})
         if not self.skip("mark", ")"):
             self._field(draft, depth)
             while self.skip("mark", ","):
@@ -196,7 +196,7 @@ class _Reader:
             )
         return draft
 
-    def _field(self, draft: Draft, depth: int) -> None:
+    def _field(self, draft: _Draft, depth: int) -> None:
         field = _FIELDS.get(self._next.text)
         if field is None:
             raise self.unexpected("a field: f, r, l or l2")
@@ -228,7 +228,7 @@ class _Reader:
             and any(token.kind == "mark" and token.text == "(" for token in following)
         )
 
-    def _list(self, field: Field, depth: int) -> list[Draft]:
+    def _list(self, field: Field, depth: int) -> list[_Draft]:
         if self.skip("mark", "]"):
             return []
         if field == "r":
@@ -411,13 +411,13 @@ def parse_brackets(notation: str, *, command: str | None = None) -> tuple[SDC, .
         If the notation is malformed (with line and column), or if a word isn't in the
         command.
     """
-    drafts = read_clauses(notation)
+    drafts = _read_clauses(notation)
     fields = [words for draft in drafts for words in _word_fields(draft)]
     spans = iter(align_words(fields, command) if command is not None else _invented(fields))
     return tuple(_build(draft, spans) for draft in drafts)
 
 
-def _word_fields(draft: Draft) -> Iterator[list[FieldWord]]:
+def _word_fields(draft: _Draft) -> Iterator[list[FieldWord]]:
     """Yield the word fields in the order in which :func:`_format` writes them."""
     for field in FIELDS:
         if field in draft.words:
@@ -446,7 +446,7 @@ def _invented(fields: Sequence[Sequence[FieldWord]]) -> list[tuple[Span, ...]]:
     return placed
 
 
-def _build(draft: Draft, spans: Iterator[tuple[Span, ...]]) -> SDC:
+def _build(draft: _Draft, spans: Iterator[tuple[Span, ...]]) -> SDC:
     words: dict[Field, tuple[Span, ...]] = {}
     children: dict[Field, tuple[SDC, ...]] = {}
     for field in FIELDS:
