@@ -54,7 +54,7 @@ class _Manifest(msgspec.Struct, frozen=True):
 
 
 def plays_alike(file: Path, info: VideoInfo) -> bool:
-    """Return if browsers show a file from 0 on, with its length, as they show a cut one."""
+    """Return True if browsers show a file from 0 on, with its length, as they show a cut one."""
     frame_s = 1 / info.fps
     return (
         file.suffix.lower() == f".{info.container}"
@@ -70,7 +70,7 @@ def clip_path(folder: Path, info: VideoInfo) -> Path:
 
 
 def is_clip(path: Path) -> bool:
-    """Return if a file is cut out of another one, or will be."""
+    """Return True if a file is cut out of another one, or will be."""
     return _manifest(path) is not None
 
 

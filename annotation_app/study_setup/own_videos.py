@@ -174,7 +174,7 @@ def given_commands(
 
 
 def has_commands(table: Path) -> bool:
-    """Return if a table has commands, too."""
+    """Return True if a table has commands, too."""
     return any(row.text("command").strip() for row in read_table(table, ("video",)))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from corpus_tools.video.frame_reading import has_decoder, to_mp4
 from corpus_tools.video.probe import VideoInfo, probe
 from g3.errors import CorpusError, FormatError
 from g3.storage.atomic_file import write_bytes
+from g3.storage.cache_folder import cache_folder
 
 POSTER, FILM = "poster.png", "video.mp4"
 
@@ -103,8 +105,12 @@ def _part_s(item: OwnVideo) -> float:
 
 
 def _try_cut(item: OwnVideo, info: VideoInfo) -> None:
-    """Cut a part, and compare its length with the one that its manifest would have."""
-    of_part = part_of(item).span(info)
+    """Cut a part, unless that was done, and compare its length with the one in its manifest."""
+    part = part_of(item)
+    of_part = part.span(info)
+    marker = cache_folder() / "cut-parts" / f"{part.digest(info.sha256)}-{CUT_VERSION}"
+    if marker.exists():
+        return
     with tempfile.TemporaryDirectory(prefix="ct-part-") as folder:
         trial = clip_path(Path(folder), info)
         cut(item.file, info, of_part, trial)
@@ -116,6 +122,9 @@ def _try_cut(item: OwnVideo, info: VideoInfo) -> None:
             where=item.where or str(item.file),
             fix=f"convert the video: {to_mp4(item.file)}",
         )
+    with suppress(OSError):  # without a cache folder the next check cuts again
+        marker.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(marker, b"")
 
 
 def check_rendered(folders: Sequence[Path], on_progress: OnProgress = no_progress) -> None:

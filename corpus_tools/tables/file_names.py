@@ -24,7 +24,7 @@ def normal_name(name: str) -> str:
 
 
 def is_shadow(path: Path) -> bool:
-    """Return if another system has put a file, or a folder around it, beside people's files."""
+    """Check that another system has put a file, or a folder around it, beside people's files."""
     return any(_SHADOW.fullmatch(part) for part in path.parts)
 
 

@@ -49,7 +49,7 @@ def reason(error: Exception) -> str:
 
 
 def has_decoder() -> bool:
-    """Return if videos can be read here: PyAV comes with an extra."""
+    """Return True if videos can be read here: PyAV comes with an extra."""
     return find_spec("av") is not None
 
 

@@ -15,6 +15,7 @@ from annotation_app.items.clips import clip_digest, ensure, is_clip
 from annotation_app.items.media import digest
 from annotation_app.study_setup.own_videos import own_videos
 from annotation_app.study_setup.prepared_videos import check_readable, played_file, prepare
+from corpus_tools.video import cutting
 from corpus_tools.video import probe as probing
 from corpus_tools.video.probe import probe
 from g3.errors import CorpusError, FormatError
@@ -132,8 +133,24 @@ def test_each_file_is_decoded_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     for _ in range(2):
         probing._RECENT.clear()  # as in another process
         check_readable(own_videos(table), lambda step, _done, _of: steps.append(step))
-        assert len(decoded) == 1
-    assert set(steps) == {"looking at long.mp4"}
+        assert len(decoded) == 2  # and the part that was cut for a trial
+    assert set(steps) == {"looking at long.mp4", "cutting a part of each video"}
+
+
+def test_a_part_that_cannot_be_cut_is_named_before_anybody_watches(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    film(tmp_path / "long.mp4", GREYS)
+    table = tmp_path / "parts.csv"
+    table.write_text("video,id,start_s,end_s\nlong.mp4,a,0.5,0.9\nlong.mp4,b,0,4\n")
+    # As in a build of PyAV without the encoder.
+    monkeypatch.setitem(cutting.ENCODERS, "mp4", ("no-such-encoder", {}))
+    with pytest.raises(CorpusError, match=r"long\.mp4"):
+        check_readable(own_videos(table))
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    check_readable(own_videos(table))
 
 
 @pytest.fixture(autouse=True)
