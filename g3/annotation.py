@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from g3 import html_view
 from g3.data_frames import data_frame
 from g3.groundings import Context, Grounding, PhysicalObject, Place
-from g3.sdc.clauses import SDC, all_words, breadth_first
+from g3.sdc.clauses import SDC, Span, all_words, breadth_first
 from g3.sdc.sdc_drawing import to_svg
 from g3.short_repr import short_repr
 
@@ -84,6 +84,9 @@ class Annotation:
         groundings: none if it has not been grounded, several for a plural.
     correct
         For each clause whether its groundings are right, or None where nobody judged it.
+    taken_back
+        Words of the command that its person takes back ("the red one, no, the blue one"). They are
+        in no clause.
     """
 
     id: str
@@ -93,6 +96,7 @@ class Annotation:
     groundings: tuple[tuple[Grounding, ...], ...]
     correct: tuple[bool | None, ...]
     source: Source
+    taken_back: tuple[Span, ...] = ()
 
     def to_pandas(self) -> pd.DataFrame:
         """Return a row for each clause: type, words, groundings, label."""
@@ -196,7 +200,7 @@ class TaskOutcome:
     unknown
         The unknown parts.
     log
-        The line of the log that says so.
+        The line of the log that these were read from.
     """
 
     id: str

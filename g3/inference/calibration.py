@@ -21,10 +21,13 @@ from g3.geometry.plane import BoolArray, wrap
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.search.action_search import Hypothesis
 
-WEIGHTS = np.array([0.12, 3.4])
-"""Bias, and the weight of the other number that the curve sees. Fitted to plans for five corpora,
-each by a model that has not seen its scenario; each corpus counts as much as the others
-(`python -m benchmarks.curve_weights`)."""
+WEIGHTS = np.array([0.12, 5.3, -1.6, -2.8, -0.9])
+"""Weights of the evidence. The first was fitted to plans for five corpora, each by a model that has
+not seen its scenario (`python -m benchmarks.curve_weights`), and kept. The others were fitted to
+commands by imitated people: all of the seventeenth written set and every third one of the sixteen
+before, each set counted as much as the others."""
+LEAST_FIT = 0.047
+"""A plan that fits its tree less well than this is no answer."""
 SLOPES_L2 = 1.0
 """Penalty that keeps slopes small where a curve is fitted to few plans."""
 SAME_PLACE_M = 2.5
@@ -35,15 +38,41 @@ SAME_HEADING_RAD, SAME_HEIGHT_M = np.deg2rad(20), 0.2
 these."""
 
 
-def evidence(hypothesis: Hypothesis, share: float) -> FloatArray:
-    """Return the curve's input for a plan, shape (2,): a one, and a number from 0 to 1.
+def fit_of_plan(hypothesis: Hypothesis, share: float) -> float:
+    """Return how well a plan fits its tree, from 0 to 1.
 
-    The number is the share of all plans that lead to the same, times the square root of the
-    factors' mean probability (geometric). Logarithms would sort plans as well, but where
-    words are strange they fall without bound: by how much differs from corpus to corpus.
+    It is the share of all plans that lead to the same, times the square root of the factors' mean
+    probability (geometric). Logarithms would sort plans as well, but where words are strange they
+    fall without bound: by how much differs from corpus to corpus.
+
+    Parameters
+    ----------
+    hypothesis
+        The plan.
+    share
+        Share of all plans that lead to the same.
     """
     scores = np.array([score for _, score in hypothesis.nodes.values()] or [0.0])
-    return np.array([1.0, np.exp(scores.mean() / 2) * share])
+    return float(np.exp(scores.mean() / 2) * share)
+
+
+def evidence(
+    fit: float, *, aside: int = 0, unparsed: float = 0.0, is_ambiguous: bool = False
+) -> FloatArray:
+    """Return the curve's input for a plan, shape (5,): a one, and the parameters.
+
+    Parameters
+    ----------
+    fit
+        How well it fits its tree.
+    aside
+        Number of nouns that name things without a part in the plan.
+    unparsed
+        Share of the text's words that are in no clause.
+    is_ambiguous
+        True if it isn't clear which thing is meant.
+    """
+    return np.array([1.0, fit, float(aside), unparsed, float(is_ambiguous)])
 
 
 def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
@@ -85,17 +114,17 @@ def _same_place(a: PhysicalObject, b: PhysicalObject, here: State, there: State)
 
 
 def plan_probability(seen: FloatArray) -> float:
-    """Return the calibrated probability of a plan from its evidence, shape (2,)."""
+    """Return the calibrated probability of a plan from its evidence, shape (5,)."""
     return float(expit(seen @ WEIGHTS))
 
 
 def fit_curve(seen: FloatArray, correct: BoolArray, counts: FloatArray | None = None) -> FloatArray:
-    """Fit the weights of a curve to plans, shape (2,).
+    """Fit the weights of a curve to plans, shape (d,).
 
     Parameters
     ----------
     seen
-        Evidence of the plans, shape (n, 2).
+        Evidence of the plans, shape (n, d), the first column ones.
     correct
         True for right ones, shape (n,).
     counts

@@ -17,9 +17,10 @@ from g3.actions.robot_state import State, start_state
 from g3.data_frames import data_frame
 from g3.groundings import Context, FloatArray, Grounding
 from g3.inference.absence import absent_nouns, what_is_missing
-from g3.inference.calibration import plan_probability
+from g3.inference.calibration import LEAST_FIT, evidence, plan_probability
 from g3.inference.clarification import Question, question_about
-from g3.inference.potentials.cases import CommandCase, PlanCase
+from g3.inference.potentials.cases import CommandCase, PlanCase, PlanEnd
+from g3.inference.potentials.plan_things import left_aside
 from g3.inference.potentials.potential_registry import added, check_potentials, refusal
 from g3.inference.problem.alternations import plain
 from g3.inference.problem.asked_kinds import asks_to_wait
@@ -44,7 +45,8 @@ from g3.inference.tree_choice import (
     does_something,
     plan_case,
 )
-from g3.language.lexicon.field_words import text_words
+from g3.language.discourse.negation import negated
+from g3.language.lexicon.field_words import bare, text_words
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.scene_drawing import scene_svg
@@ -55,7 +57,7 @@ from g3.short_repr import brief, short_repr
 if TYPE_CHECKING:
     import pandas as pd
 
-    from g3.language.parsing.extractor import Parse
+    from g3.language.parsing.trees import Parse
 
 
 import importlib.metadata
@@ -119,8 +121,6 @@ def open_model(model: GroundingModel | Path | str) -> GroundingModel:
 GUESSED_RIGHT = 0.8
 """Probability that an unknown verb asks for an action that its arguments allow: assumed, for
 corpora have few."""
-LIKELY_NOTHING = 0.57
-"""A plan less probable than this is no answer. What fits nothing at all has 0.53."""
 
 
 @short_repr
@@ -204,8 +204,9 @@ class Result:
     plans
         The best plans, the best first; none if there is nothing to do.
     note
-        Why there is no plan; of a plan, which verbs aren't known, so that it is a guess; else
-        empty.
+        Why there is no plan; of a plan, which verbs aren't known, so that it is a guess, which
+        loads it leaves where they are, and which things that the text names have no part in it;
+        else empty.
     question
         Question to ask back where it isn't clear which thing is meant; None if it is.
     missing
@@ -324,7 +325,7 @@ class Grounder:
         width: int = WIDTH,
         answers: Mapping[int, str] | None = None,
         explain: bool = False,
-        least: float = LIKELY_NOTHING,
+        least: float | None = None,
         parses: int = PARSES,
         insist: bool = False,
     ) -> Result:
@@ -345,7 +346,7 @@ class Grounder:
         explain
             True to give reasons.
         least
-            A best plan that is less probable than this is no answer.
+            A best plan that is less probable than this is no answer. None: one that fits nothing.
         parses
             Largest number of trees of a text that are tried where the best one is not sure. Plans
             of all trees that lead to the same count together. Answers are for the clauses of one
@@ -362,7 +363,8 @@ class Grounder:
             explain=explain,
             insist=insist,
         )
-        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(command, parses)]
+        trees = _trees(command, parses)
+        readings = [(chance, how(sdcs)) for chance, sdcs in trees]
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
         found = [(chance, reading.found) for chance, reading in readings]
@@ -372,14 +374,27 @@ class Grounder:
         if not choices:
             return readings[0][1].refused()
         chosen = best_plans(choices, self._odds(choices, words, readings[0][1].problem), top)
-        reading = readings[chosen[0].tree][1]
+        reading, best = readings[chosen[0].tree][1], chosen[0].hypothesis
+        question = question_about(reading.tree, best, start)
+        spoken = words or _words_of(trees[chosen[0].tree][1])
+        asides = [_left_aside(reading.tree, c.hypothesis, spoken, start) for c in chosen]
+        unparsed = _unparsed(spoken, trees[chosen[0].tree][1])
+        seen = [
+            evidence(c.fit, aside=len(aside), unparsed=unparsed, is_ambiguous=question is not None)
+            for c, aside in zip(chosen, asides, strict=True)
+        ]
         plans = tuple(
-            _plan(reading, c.hypothesis, c.seen, self.cost if explain else None) for c in chosen
+            _plan(reading, c.hypothesis, own, self.cost if explain else None)
+            for c, own in zip(chosen, seen, strict=True)
         )
-        if plans[0].probability < least * GUESSED_RIGHT ** len(_guessed(reading.tree)):
+        if least is None:
+            is_likely = chosen[0].fit >= LEAST_FIT
+        else:
+            is_likely = plans[0].probability >= least * GUESSED_RIGHT ** len(_guessed(reading.tree))
+        if not is_likely:
             return replace(reading, why="no plan is at all likely to be what was meant").refused()
-        question = question_about(reading.tree, chosen[0].hypothesis, start)
-        note = _guesses(reading.tree)
+        notes = (_guesses(reading.tree), _undone(best), _nothing_about(asides[0]))
+        note = "; ".join(filter(None, notes))
         return Result(reading.tree.sdcs, plans, note, question, reading.missing, start)
 
     def _search(
@@ -442,7 +457,7 @@ class Grounder:
         """Score each plan; plans for a single tree stay in their order."""
         if choices[0].tree == choices[-1].tree:
             return -np.arange(len(choices), dtype=float)
-        odds = EVIDENCE * np.array([choice.seen[1] for choice in choices])
+        odds = EVIDENCE * np.array([choice.fit for choice in choices])
         if not (words and isinstance(self.cost, Scorer)):
             return odds
         return odds + added(plan_case(choices, words, problem))
@@ -473,7 +488,7 @@ def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float
     if isinstance(command, Sequence) and not isinstance(command, str):
         return [(1.0, tuple(command))]
     if isinstance(command, str):
-        from g3.language.parsing.parser import parse_unsure  # noqa: PLC0415 - brings spaCy
+        from g3.language.parsing.parser import parse_unsure  # noqa: PLC0415 - slow to import
 
         command = parse_unsure(command, n_best=count)
     return [(tree.probability, tree.sdcs) for tree in command.trees] or [(1.0, ())]
@@ -487,12 +502,44 @@ def _words(command: str | Sequence[SDC] | Parse) -> tuple[str, ...]:
 def _guessed(tree: Tree) -> list[str]:
     """Return the verbs that aren't known."""
     frames = (frame(tree, node) for node in asked(tree))
-    return [own.text for own in frames if own.guessed and not own.negated]
+    return [own.text for own in frames if own.guessed and own.text and not own.negated]
 
 
 def _guesses(tree: Tree) -> str:
-    verbs = " and ".join(map(repr, filter(None, dict.fromkeys(_guessed(tree)))))
+    verbs = " and ".join(map(repr, dict.fromkeys(_guessed(tree))))
     return f"nobody has taught the robot what {verbs} means: this is a guess" if verbs else ""
+
+
+def _undone(hypothesis: Hypothesis) -> str:
+    left = ", ".join(hypothesis.undone)
+    return f"there is no room for {left}, or no way to it" if left else ""
+
+
+def _words_of(sdcs: Sequence[SDC]) -> tuple[str, ...]:
+    return text_words(" ".join(word.text for sdc in sdcs for word in all_words(sdc)))
+
+
+def _unparsed(words: Sequence[str], sdcs: Sequence[SDC]) -> float:
+    """Return the share of a text's words that are in no clause."""
+    return max(0.0, 1 - len(_words_of(sdcs)) / len(words)) if words else 0.0
+
+
+def _left_aside(
+    tree: Tree, plan: Hypothesis, words: Sequence[str], start: State
+) -> tuple[str, ...]:
+    """Return the nouns that name things without a part in a plan, unless they must have none."""
+    spared = {
+        bare(word.text)
+        for node in asked(tree)
+        if negated(tree.nodes[node])
+        for word in all_words(tree.nodes[node])
+    }
+    named = left_aside(PlanEnd(plan.actions, plan.state), words, start)
+    return tuple(word for word in named if word not in spared)
+
+
+def _nothing_about(aside: Sequence[str]) -> str:
+    return f"nothing is done about {' and '.join(map(repr, aside))}" if aside else ""
 
 
 def _plan(reading: _Reading, hypothesis: Hypothesis, seen: FloatArray, cost: Cost | None) -> Plan:

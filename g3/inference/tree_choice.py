@@ -14,7 +14,7 @@ import numpy as np
 
 from g3.actions.forklift_actions import WAIT
 from g3.groundings import FloatArray
-from g3.inference.calibration import evidence, share_alike
+from g3.inference.calibration import fit_of_plan, share_alike
 from g3.inference.potentials.cases import PlanCase, PlanEnd
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.search.action_search import Hypothesis
@@ -36,13 +36,13 @@ class Choice(NamedTuple):
         Index of the tree that it is for.
     hypothesis
         The plan.
-    seen
-        Its evidence (:mod:`g3.inference.calibration`).
+    fit
+        How well it fits, with the share of the plans of all trees that lead to the same.
     """
 
     tree: int
     hypothesis: Hypothesis
-    seen: FloatArray
+    fit: float
 
 
 def does_something(plan: Hypothesis) -> bool:
@@ -65,7 +65,7 @@ def all_plans(
         True if the command asks to wait.
     """
     return [
-        Choice(number, plan, _evidence(plan, number, found))
+        Choice(number, plan, fit_of_plan(plan, _share(plan, number, found)))
         for number, (_, plans) in enumerate(found)
         for plan in plans[:most]
         if waits or len(found) == 1 or does_something(plan)
@@ -96,11 +96,11 @@ def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[Ch
     return [choice for choice in order if choice.tree == order[0].tree][:top]
 
 
-def _evidence(
+def _share(
     plan: Hypothesis, own: int, found: Sequence[tuple[float, Sequence[Hypothesis]]]
-) -> FloatArray:
-    """Return a plan's evidence, with the share of the plans of all trees that end alike."""
+) -> float:
+    """Return the share of the plans of all trees that end like one."""
     if len(found) == 1:
-        return evidence(plan, share_alike(plan, found[own][1]))
+        return share_alike(plan, found[own][1])
     shares = [chance * share_alike(plan, rivals) for chance, rivals in found]
-    return evidence(plan, sum(shares) / sum(chance for chance, _ in found))
+    return sum(shares) / sum(chance for chance, _ in found)

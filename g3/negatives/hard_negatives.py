@@ -351,7 +351,7 @@ def _handlings(
 def _orders(scene: _Scene, done: Handling, rng: np.random.Generator) -> list[list[Action]]:
     """Random orders of the actions that do something, about the log's object and about others.
 
-    The order is drawn too: the right object in a wrong place is harder to tell than another object.
+    The order is drawn too: the right object in a wrong place is harder than another object.
     Raised places come as often as the floor, for trucks offer few places and the floor many, but
     things are put on trucks as often.
     """

@@ -95,7 +95,7 @@ def _things(annotation: Annotation, nodes: Iterable[int]) -> tuple[Thing, ...]:
 
 
 def is_wrong(clause: Clause, log: Outcome, action: Outcome) -> bool:
-    """Check that an action is surely not the one of an EVENT or PATH that a log is right for.
+    """Check that an action can't be meant by an EVENT or PATH that a log is right for.
 
     An EVENT about an object that the log moves is about that object: an action is wrong
     if it leaves the object alone or, where the clause says where to, takes it elsewhere.
@@ -110,7 +110,7 @@ def is_wrong(clause: Clause, log: Outcome, action: Outcome) -> bool:
 
 
 def other_actions(tried: Sequence[Action], right: Action, state: State) -> list[Action]:
-    """Return the actions in a state that surely aren't the one of a clause, where that is known.
+    """Return the actions in a state that a clause can't mean, where that is known.
 
     Search gives each clause an action of its own, where the corpus gives all clauses of a command
     the whole log. So an action is wrong too that handles another load, handles it in another way,

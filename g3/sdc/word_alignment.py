@@ -45,9 +45,9 @@ def align_words(
 ) -> tuple[tuple[Span, ...], ...]:
     """Place the words of each field in a command.
 
-    A field's words keep their order. Of all such placements, it takes the one that shares the
-    fewest words with the fields before it. Ties go to the one that splits the fewest words of the
-    command, then to the one with the fewest gaps, then to the leftmost.
+    A field's words keep their order. Of all such placements, it takes that which shares the
+    fewest words with the fields before it. Among ties the fewest split words of the command win,
+    then the fewest gaps, then the leftmost placement.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _extend(
     """Place one more word: the best placement for each of its occurrences.
 
     ``length`` is that of the last word placed. Of the placements that end before an occurrence
-    it is the least or, because it leaves no gap, the one that ends where the white space before
+    it is the least or, because it leaves no gap, that which ends where the white space before
     the occurrence begins.
     """
     found = re.finditer(f"(?={re.escape(word.text)})", command)

@@ -11,6 +11,7 @@ from g3.actions.robot_state import is_load
 from g3.geometry.plane import BoolArray
 from g3.groundings import Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase
+from g3.inference.potentials.plan_things import NAMES
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.clause_roles import names_again
 from g3.inference.problem.grounding_problem import Group, things_of
@@ -22,7 +23,7 @@ from g3.inference.problem.phrases import (
     names_thing,
 )
 from g3.language.discourse.groups import group as group_of
-from g3.language.discourse.groups import noun_words
+from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
@@ -31,6 +32,7 @@ from g3.language.lexicon.word_sets import (
     CARDINALS,
     COLLECTIVES,
     GENERIC,
+    HEAPED,
     NOUNLESS,
     PARTS,
     PRONOUNS,
@@ -39,6 +41,7 @@ from g3.language.lexicon.word_sets import (
     ROWS,
     SIDES,
 )
+from g3.language.similarity.presence import best_naming, is_called
 from g3.language.similarity.word_similarity import labels_in
 from g3.sdc.clauses import all_words
 
@@ -107,12 +110,14 @@ def you(case: CandidateCase) -> Measured:
 
 @potential("not-robot", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def not_robot(case: CandidateCase) -> Measured:
-    """A noun that is a label of something else, and not of the robot, isn't the robot."""
+    """A noun that names something else better than the robot isn't the robot."""
     noun, context = noun_words(case.sdc)[-1:], case.problem.state.context
     robot = context.agent_id
-    if labels_in(noun, context.agent.labels) or not any(
-        labels_in(noun, o.labels) for o in context.objects if o.id != robot
-    ):
+    others = [o.labels for o in context.objects if o.id != robot]
+    if not noun or _says_no_kind(noun):
+        return False
+    best = best_naming(noun[0], others)
+    if best < NAMES or best_naming(noun[0], [context.agent.labels]) >= best:
         return False
     return _says(case, lambda g: robot in _ids(g))
 
@@ -123,21 +128,29 @@ def load_elsewhere(case: CandidateCase) -> Measured:
     return bool(case.problem.load) and _says(case, lambda g: case.problem.load in _ids(g))
 
 
-@potential("own-label", kind="noun", types=("OBJECT",), weight=log(0.05))
+@potential("own-label", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def own_label(case: CandidateCase) -> Measured:
-    """A noun that is a label of some load means such a load: "the crate"."""
+    """A noun that surely names something means such a thing: "the crate", "the worker".
+
+    What loads hold is a name of others, too: a crate is a box.
+    """
     noun, state = noun_words(case.sdc)[-1:], case.problem.state
-    objects = state.context.objects
-    named = {labels for labels in {o.labels for o in objects} if labels_in(noun, labels)}
-    names = {n for n in named if not any(_is_said_shorter(n, other, noun) for other in named)}
-    labelled = {o.id for o in objects if o.labels in names}
-    if not any(is_load(state, own) for own in labelled):
+    if not noun or _says_no_kind(noun):
         return False
-    return _says(case, lambda g: not _ids(g) or not _ids(g) <= labelled)
+    objects = [o for o in state.context.objects if o.id != state.context.agent_id]
+    is_content = not HEAPED.isdisjoint(field_words(noun_leaf(case.sdc).words)[-1:])
+    named = {o.labels for o in objects if labels_in(noun, o.labels)} or {
+        o.labels
+        for o in objects
+        if is_called(noun[0], o.labels) and not (is_content and is_load(state, o.id))
+    }
+    names = {own for own in named if not any(_is_said_shorter(own, n, noun) for n in named)}
+    meant = {o.id for o in objects if o.labels in names}
+    return bool(meant) and _says(case, lambda g: not _ids(g) or not _ids(g) <= meant)
 
 
 def _is_said_shorter(labels: tuple[str, ...], other: tuple[str, ...], noun: Sequence[str]) -> bool:
-    """Whether a noun only begins these labels and is all of others: generators, their parts."""
+    """Check that a noun begins some labels and is all of others: generators, and their parts."""
     own, plain = ([word for label in of for word in label.split()] for of in (labels, other))
     return set(plain) < set(own) and not labels_in(noun, own[-1:])
 

@@ -9,39 +9,25 @@ are learned together, as a conditional logit over plans, from commands that imit
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from functools import lru_cache
 
 import numpy as np
 
-from g3.actions.forklift_actions import DRIVE_AWAY, TURN_AWAY
 from g3.actions.grounding_candidates import carrier
-from g3.actions.robot_state import State, is_load
-from g3.geometry.footprints import centre
+from g3.actions.robot_state import State
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import PlanCase, PlanEnd
+from g3.inference.potentials.plan_things import about, named_things, where_it_ends
 from g3.inference.potentials.potential_registry import potential
-from g3.inference.problem.grounding_problem import things_of
 from g3.language.discourse.negation import is_negation
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.verb_classes import word_class
 from g3.language.lexicon.word_sets import (
-    ARTICLES,
     BESIDE,
-    EXISTENTIAL,
     FLOOR,
     FORKS,
-    GENERIC,
-    PLACE_PREPOSITIONS,
-    PRONOUNS,
-    QUANTIFIERS,
 )
-from g3.language.similarity.presence import best_naming
 
-NAMES, ALIKE = 0.6, 0.03
-"""A word names things that it is so likely for, and what is as likely but for so much."""
-NEAR_M, NEAR_LARGE_M = 5.0, 7.0
-"""What is so near to the middle of a load or of the robot is about it: loads, and larger things."""
 ENDS = ("lifted", "on a thing", "on the ground", "not handled")
 """What may have become of a load."""
 CUES = (
@@ -114,61 +100,19 @@ def of_things(case: PlanCase) -> FloatArray:
 
 
 def _of_things(
-    plan: PlanEnd, named: Sequence[Collection[str]], start: State
+    plan: PlanEnd, named: Sequence[tuple[str, Collection[str]]], start: State
 ) -> tuple[float, float, float, float, float]:
-    handled, ends = set(plan.handled), _where_it_ends(plan)
-    about = handled | ends | _where_it_begins(plan, start) | _what_it_leaves(plan)
-    explained = [not about.isdisjoint(things) for things in named]
+    ends, own = where_it_ends(plan), about(plan, start)
+    explained = [not own.isdisjoint(things) for _, things in named]
     under = carrier(plan.state, plan.put) if plan.put else None
-    is_named = under is not None and any(under.id in things for things in named)
+    is_named = under is not None and any(under.id in things for _, things in named)
     return (
         float(len(named) - sum(explained)),
         float(np.mean(explained)) if named else 1.0,
-        float(bool(named) and not ends.isdisjoint(named[-1])),
+        float(bool(named) and not ends.isdisjoint(named[-1][1])),
         float(is_named),
         float(under is not None and not is_named),
     )
-
-
-def _where_it_ends(plan: PlanEnd) -> set[str]:
-    """Ids of what is near where a load is put, and of what it is put on; without loads, the robot.
-
-    Nothing where a load is lifted.
-    """
-    state = plan.state
-    if plan.put:
-        under = carrier(state, plan.put)
-        near = _near(state, centre(state.thing(plan.put).prism), {plan.put})
-        return near if under is None else near | {under.id}
-    return set() if plan.handled else _near(state, state.pose[:2], {state.held})
-
-
-def _where_it_begins(plan: PlanEnd, start: State) -> set[str]:
-    """Ids of what is near the loads that are handled, and of what they stand on."""
-    found: set[str] = set()
-    for load in plan.handled:
-        if load != start.held:
-            under = carrier(start, load)
-            found |= _near(start, centre(start.thing(load).prism), {load})
-            found |= {under.id} if under else set()
-    return found
-
-
-def _what_it_leaves(plan: PlanEnd) -> set[str]:
-    """Ids of what the robot drives or turns away from: it ends far from that."""
-    leaving = (a for a in plan.actions if a.kind in (DRIVE_AWAY, TURN_AWAY))
-    return {thing.id for a in leaving for thing in things_of(a.target)}
-
-
-def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[str]:
-    return {
-        o.id
-        for o in state.context.objects
-        if o.id not in but
-        and o.id != state.context.agent_id
-        and np.linalg.norm(centre(o.prism) - spot)
-        < (NEAR_M if is_load(state, o.id) else NEAR_LARGE_M)
-    }
 
 
 def _end(plan: PlanEnd) -> int:
@@ -197,33 +141,3 @@ def cues(words: Sequence[str]) -> set[str]:
     found |= {"up", "down"} & set(words[last:])
     found |= {"down"} if "off" in words[last:] else set()
     return found
-
-
-def named_things(words: Sequence[str], state: State) -> list[frozenset[str]]:
-    """Ids of the things that each noun names as well as any; words that name nothing are left out.
-
-    The robot has no part in it.
-    """
-    labels = {
-        o.id: tuple(o.labels) for o in state.context.objects if o.id != state.context.agent_id
-    }
-    found = []
-    for word in filter(_may_name, words):
-        likely = {name: _naming(word, own) for name, own in labels.items()}
-        best = max(likely.values(), default=0.0)
-        if best >= NAMES:
-            found.append(frozenset(n for n, likeness in likely.items() if likeness >= best - ALIKE))
-    return found
-
-
-@lru_cache(maxsize=65536)
-def _naming(word: str, labels: tuple[str, ...]) -> float:
-    return best_naming(word, [labels])
-
-
-@lru_cache(maxsize=65536)
-def _may_name(word: str) -> bool:
-    """Whether a word is none of those that say how, where or what to do."""
-    others = (PLACE_PREPOSITIONS, ARTICLES, PRONOUNS, QUANTIFIERS, EXISTENTIAL)
-    is_function_word = any(word in known for known in others)
-    return not (is_function_word or word_class(word) or normalise(word) in GENERIC or len(word) < 3)

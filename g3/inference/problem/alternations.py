@@ -23,7 +23,6 @@ from g3.inference.problem.joined_clauses import (
 )
 from g3.inference.problem.measures_apart import measures_apart
 from g3.inference.problem.phrases import (
-    is_complement,
     is_floor,
     is_measure,
     is_pronoun,
@@ -43,19 +42,15 @@ from g3.language.lexicon.word_sets import (
     ARTICLES,
     ASKING,
     BESIDE,
-    DRIVERS,
-    EMPTYING,
     FILLING,
     GENERIC,
     GETTING,
     HANDLING_VERBS,
     HELD,
-    IT,
     LIGHT,
     LOWERING,
     REGARDING,
     RELATIVE,
-    UNLOADING,
     YOU,
 )
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
@@ -72,9 +67,15 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     nouns
         What words may name in the world.
     """
-    wanted = [_wanted(plain_phrases(sdc), nouns) for sdc in joined(sdcs)]
+    wanted = [_wanted(plain_phrases(sdc), nouns) for sdc in joined(list(map(_whole, sdcs)))]
     asking = without_statements(wanted, nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
+
+
+def _whole(sdc: SDC) -> SDC:
+    """A clause whose words are whole: "right-hand" and "twenty-five" are one word each."""
+    parts = (tuple(map(_whole, own)) for own in (sdc.figure, sdc.landmark1, sdc.landmark2))
+    return SDC(sdc.type, whole_words(sdc.words), whole_words(sdc.relation), *parts)
 
 
 def _wanted(sdc: SDC, nouns: Nouns) -> SDC:
@@ -99,39 +100,6 @@ def _plain(sdc: SDC, nouns: Nouns) -> SDC:
 def _names_load(sdc: SDC, nouns: Nouns) -> bool:
     """Whether a noun is a label of a load, and not only like one."""
     return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
-
-
-def _called(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Who is spoken to, taken for a thing: "kid, go to the gate", "the operator goes there"."""
-    first = next(iter(sdc.landmark1 or sdc.figure), None)
-    drives = subject_of(sdc)
-    if drives is not None and drives.words and bare(drives.words[-1].text) in DRIVERS:
-        return None if nouns.name_other(drives.words) else replace(sdc, figure=IMPLICIT_FIGURE)
-    if first is None or first.type != "OBJECT" or len(first.words) != 1 or not sdc.relation:
-        return None
-    before = first.words[0].start < sdc.relation[0].start
-    if not before or names_robot(first) or is_pronoun(first):
-        return None
-    if nouns.name_other(first.words) or nouns.name_load(first.words):
-        return None
-    if sdc.landmark1:
-        return replace(sdc, landmark1=sdc.landmark1[1:])
-    return replace(sdc, figure=IMPLICIT_FIGURE)
-
-
-def _named_first(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """A noun that was taken for a verb, before another verb: "gensets go to the gate"."""
-    theme, *own = sdc.relation[:1], *sdc.relation[1:]
-    verb, first = (verb_of(tuple(bare(w.text) for w in words)) for words in (own, theme))
-    if not (own and first.is_open) or subject_of(sdc) or any(map(_is_thing, arguments_of(sdc))):
-        return None
-    if verb.start or verb.classes != {"going"}:
-        return None
-    return replace(sdc, relation=tuple(own), figure=(SDC("OBJECT", words=theme),))
-
-
-def _is_thing(sdc: SDC) -> bool:
-    return sdc.type == "OBJECT"
 
 
 def _held(sdc: SDC, nouns: Nouns) -> SDC | None:
@@ -223,30 +191,6 @@ def _says_what_is_held(part: SDC) -> bool:
     return verb_words(part)[:1] == ["with"] or names_forks(part.landmark1[0])
 
 
-def _aboard(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Onto the forks, where nothing is yet: "get the drum on your forks"."""
-    theme = only_object(sdc)
-    if theme is None or nouns.state.held is not None or not theme.figure:
-        return None
-    if not (theme.landmark1 and names_forks(theme.landmark1[0])):
-        return None
-    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
-    return replace(sdc, landmark1=theme.figure, landmark2=(place,))
-
-
-def _robot_asked(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Who is asked, taken for a thing: "can the forklift lift the drum"."""
-    robot = frozenset(map(normalise, nouns.state.context.agent.labels))
-    first = next(iter(sdc.landmark1), None)
-    if first is None or first.type != "OBJECT" or not first.is_leaf:
-        return None
-    if robot.isdisjoint(field_words(first.words)[-1:]):
-        return None
-    if not any(p.type == "OBJECT" for p in arguments_of(sdc)[1:]):
-        return None
-    return replace(sdc, landmark1=sdc.landmark1[1:])
-
-
 def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
     """A load that goes somewhere, named before the verb: "the drums go to the gate"."""
     theme, *goals = arguments_of(sdc) or (None,)
@@ -261,31 +205,14 @@ def _goes(sdc: SDC, nouns: Nouns) -> SDC | None:
     return replace(sdc, figure=(theme,), landmark1=tuple(goals), landmark2=())
 
 
-def _verbless(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """A noun that was taken for a verb: "drums to the gate"."""
-    own, parts = sdc.relation, arguments_of(sdc)
-    if not parts or any(part.type not in ("PATH", "PLACE") for part in parts) or subject_of(sdc):
-        return None
-    verb = verb_of(tuple(verb_words(sdc)))
-    if verb.classes or not nouns.name_load(own):
-        return None
-    theme = SDC("OBJECT", words=own)
-    return replace(sdc, relation=(), landmark1=(theme,), landmark2=parts)
-
-
-def _no_noun(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """A verb that was taken for a noun: "trundle to the gate"."""
-    theme = next(iter(sdc.landmark1), None)
-    if sdc.relation or theme is None or not theme.is_leaf or len(theme.words) != 1:
-        return None
-    named = nouns.name_load(theme.words) or nouns.name_other(theme.words) or is_pronoun(theme)
-    if named or not verb_of((bare(theme.words[0].text),)).is_open:
-        return None
-    return replace(sdc, relation=theme.words, landmark1=sdc.landmark2, landmark2=())
-
-
 def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
     """What is filled comes first, and what with in it: "load the truck with the drum"."""
+    parts = arguments_of(sdc)
+    if not FILLING.isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == ["OBJECT"]:
+        company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
+        if len(parts) == 2 and company and not _names_load(parts[0], nouns):
+            own = (*sdc.relation, *company[0].relation)
+            return replace(sdc, relation=own, landmark1=company[0].landmark1, landmark2=parts[:1])
     filled = only_object(sdc)
     if filled is None or not filled.figure or not filled.landmark1:
         return None
@@ -299,37 +226,6 @@ def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
         landmark1=filled.figure,
         landmark2=filled.landmark1,
     )
-
-
-def _emptied(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """What is emptied comes first, and what of in it: "clear the truck of drums"."""
-    emptied = next(iter(sdc.landmark1), None)
-    if emptied is None or not emptied.figure or not emptied.landmark1 or len(sdc.landmark1) > 1:
-        return None
-    if EMPTYING.isdisjoint(verb_words(sdc)) or [bare(w.text) for w in emptied.relation] != ["of"]:
-        return None
-    source = noun_leaf(emptied.figure[0]).words
-    known = (nouns.others | IT).intersection(field_words(source))
-    if not known and not UNLOADING.isdisjoint(verb_words(sdc)):
-        return None  # "unload the skid of boxes": a skid isn't known to be what they stand on
-    if _names_load(emptied.figure[0], nouns):
-        return None
-    path = SDC("PATH", relation=emptied.relation, landmark1=emptied.figure)
-    return replace(sdc, landmark1=emptied.landmark1, landmark2=(path, *sdc.landmark2))
-
-
-def _taken_of(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """What a load is taken off, with a letter missing: "take the drum of the truck"."""
-    theme = next(iter(sdc.landmark1), None)
-    if theme is None or not is_complement(theme) or len(theme.figure) != 1:
-        return None
-    if "taking" not in verb_of(tuple(verb_words(sdc))).classes or len(theme.landmark1) != 1:
-        return None
-    source = noun_leaf(theme.landmark1[0]).words
-    if not (nouns.name_load(noun_leaf(theme.figure[0]).words) and nouns.name_other(source)):
-        return None
-    path = SDC("PATH", relation=theme.relation, landmark1=theme.landmark1)
-    return replace(sdc, landmark1=theme.figure, landmark2=(path, *sdc.landmark2))
 
 
 def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
@@ -420,21 +316,13 @@ def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]
 
 
 _ALTERNATIONS: tuple[Callable[[SDC, Nouns], SDC | None], ...] = (
-    _called,
-    _robot_asked,
     _held,
     _fronted,
     _put_beside,
     _loaded,
-    _aboard,
-    _named_first,
-    _verbless,
-    _no_noun,
     _goes,
     _light,
     _filled,
-    _emptied,
-    _taken_of,
     _needed,
     _result,
 )

@@ -12,8 +12,10 @@ from g3.actions.action_kinds import ActionKind
 from g3.actions.forklift_actions import (
     BACK_UP,
     CARRY,
+    DRIVE_AROUND,
     DRIVE_AWAY,
     DRIVE_PAST,
+    DRIVE_TO,
     FACE,
     GO_STRAIGHT,
     LINE_UP,
@@ -38,25 +40,32 @@ from g3.inference.problem.clause_roles import (
 )
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked
-from g3.inference.problem.phrases import names_forks, names_lift, names_robot
+from g3.inference.problem.phrases import is_measure, names_forks, names_lift, names_robot
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words
 from g3.language.lexicon.verb_classes import word_class
 from g3.language.lexicon.word_sets import (
     ALIGNING,
+    AREAS,
+    BACK,
     FACING,
+    HOLDING,
     IT,
     KEEPING,
+    LAPS,
     LINING,
     LOWERING,
+    ORBITING,
     PARKING,
     PASSING,
     RAISING,
+    RETURNING,
     SIDES,
+    START,
     VERBS,
 )
-from g3.sdc.clauses import SDC, Field, all_words
+from g3.sdc.clauses import SDC, Field, SDCType, all_words
 
 Kinds = frozenset[ActionKind]
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
@@ -72,7 +81,8 @@ def asked_kinds(tree: Tree, root: int) -> Kinds:
 
 def asks_to_wait(tree: Tree) -> bool:
     """Whether a command asks for nothing but waiting."""
-    return all(asked_kinds(tree, root) == {WAIT} for root in asked(tree))
+    wanted = [root for root in asked(tree) if not negated(tree.nodes[root])]
+    return bool(wanted) and all(asked_kinds(tree, root) == {WAIT} for root in wanted)
 
 
 def _said(sdc: SDC) -> set[str]:
@@ -115,6 +125,54 @@ def _leads(tree: Tree, root: int) -> bool:
     return bool(paths or goal_places(tree, root)) or goal_within(tree, root) is not None
 
 
+def returns(tree: Tree, root: int) -> bool:
+    """Check that a clause sends the robot back to where it was told: "come back here".
+
+    "Go back", with nothing before it, is said of the way.
+    """
+    if tree.nodes[root].type != "EVENT" or amounts_said(tree, root).metres is not None:
+        return False
+    said = _said(tree.nodes[root])
+    places = _said_of_places(tree, root, "PATH", "PLACE", "OBJECT", "EVENT")
+    verb = bool(said & RETURNING) and said <= RETURNING | START
+    verb = verb or _verbs(tree, root) == {"staying"}  # "stop where you started"
+    back = any(words & BACK for words in (said, *places))
+    named = [words for words in places if words != {"back"}]
+    there = all(words <= START for words in named) and bool(named or root != asked(tree)[0])
+    spots = all(AREAS.intersection(figure_words(tree.nodes[n])) for n in _things(tree, root))
+    return verb and back and there and spots
+
+
+def _said_of_places(tree: Tree, root: int, *types: SDCType) -> list[set[str]]:
+    """Return the words of a clause's arguments of some types, of each by itself."""
+    told = tree.below(root, _ARGUMENTS, *types)
+    told = [n for n in told if not is_measure(tree.nodes[n])]
+    return [{bare(word.text) for word in all_words(tree.nodes[n])} for n in told]
+
+
+def _returning(tree: Tree, root: int) -> Kinds:
+    """Come back; return to where you were."""
+    return frozenset({DRIVE_TO}) if returns(tree, root) else frozenset()
+
+
+def _staying(tree: Tree, root: int) -> Kinds:
+    """Stay where you are; wait there; keep hold of it; don't move."""
+    said = _said(tree.nodes[root])
+    if said <= HOLDING and len(said) > 1 and not said.isdisjoint(("hang", "keep", "hold")):
+        return frozenset({WAIT})
+    stays = "staying" in _verbs(tree, root)
+    here = all(words <= START for words in _said_of_places(tree, root, "PATH", "PLACE"))
+    return frozenset({WAIT}) if stays and here and not _things(tree, root) else frozenset()
+
+
+def _around(tree: Tree, root: int) -> Kinds:
+    """Go around the truck; do a lap of it."""
+    paths = [n for n in _ways(tree, root) if _said(tree.nodes[n]) & ORBITING]
+    alone = bool(paths) and paths == _ways(tree, root) and not _verbs(tree, root) & {"placing"}
+    laps = all(LAPS.intersection(figure_words(tree.nodes[n])) for n in objects(tree, root))
+    return frozenset({DRIVE_AROUND}) if alone and laps else frozenset()
+
+
 def _lining_up(tree: Tree, root: int) -> Kinds:
     """Line up with the pallet; align the forks with it."""
     said, things = _said(tree.nodes[root]), _things(tree, root)
@@ -150,8 +208,8 @@ def _away(tree: Tree, root: int) -> Kinds:
 
 
 def _is_away(tree: Tree, root: int, way: int) -> bool:
-    said = _said(tree.nodes[way])
-    return "from" in said and "away" in said | _said(tree.nodes[root])
+    said = _said(tree.nodes[way]) | _said(tree.nodes[root])
+    return {"from", "away"} <= said
 
 
 def _past(tree: Tree, root: int) -> Kinds:
@@ -231,6 +289,9 @@ def _waiting(tree: Tree, root: int) -> Kinds:
 
 
 _READINGS: tuple[Callable[[Tree, int], Kinds], ...] = (
+    _returning,
+    _staying,
+    _around,
     _lining_up,
     _forks,
     _away,

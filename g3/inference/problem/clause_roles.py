@@ -22,6 +22,7 @@ from g3.language.lexicon.word_sets import (
     INDEFINITE,
     LOWERING,
     OWNERS,
+    PRONOUNS,
     RAISING,
     SIDES,
     UNTIL,
@@ -81,10 +82,11 @@ def objects(tree: Tree, root: int) -> list[int]:
     """OBJECTs that a clause handles or comes to, what is handled first.
 
     "The boxes should be on the trailer" handles the boxes, and "load the truck with the tires" the
-    tires.
+    tires. A pronoun beside what it stands for is no other thing: "the boxes, lift them".
     """
     arguments = tree.below(root, _ARGUMENTS, "OBJECT")
     found = [n for n in arguments if not is_measure(tree.nodes[n])]
+    found = [n for n in found if not stands_for_other(tree.nodes[n])] or found[:1]
     words = {bare(word.text) for word in tree.nodes[root].relation}
     if len(found) == 2 and "with" in words and words & FILLING:
         found = found[::-1]
@@ -97,6 +99,12 @@ def landmark_nodes(tree: Tree, node: int) -> list[int]:
     found = [n for n in below if not is_measure(tree.nodes[n])]
     paths = tree.below(node, _ARGUMENTS, "PATH")
     return found or [n for p in paths for n in tree.below(p, _ARGUMENTS, "OBJECT", "PLACE")]
+
+
+def stands_for_other(sdc: SDC) -> bool:
+    """Check that an OBJECT is nothing but a word for what was named: "it", "those"."""
+    words = [bare(word.text) for word in sdc.words]
+    return len(words) == 1 and words[0] in PRONOUNS
 
 
 def subjects(tree: Tree, root: int) -> list[int]:

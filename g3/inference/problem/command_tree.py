@@ -17,17 +17,20 @@ from g3.inference.problem.phrases import (
     names_thing,
     unstressed,
 )
+from g3.language.discourse.anaphora import Antecedent, anaphors
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.verb_chains import Verb, verb_of
-from g3.language.lexicon.word_sets import COLLECTIVES, NOUNLESS, PARTS
+from g3.language.lexicon.word_sets import COLLECTIVES, COUNTS, NOUNLESS, PARTS, QUANTIFIERS
 from g3.learning.examples import factor_words
 from g3.sdc.clauses import SDC, Field, Span, breadth_first, child_indices
 from g3.short_repr import short_repr
 
 T = TypeVar("T")
 
+_NO_KINDS = NOUNLESS | COLLECTIVES | PARTS | QUANTIFIERS | frozenset(COUNTS)
+"""Words that don't say of which kind a thing is."""
 _SCALES: tuple[tuple[Concept, Concept], ...] = (
     ("left", "right"),
     ("near", "far"),
@@ -105,16 +108,34 @@ class Tree:
     def left_out(self, sdc: SDC) -> Span | None:
         """The noun of the OBJECT before that "the other" or "the empty one" stands for.
 
-        That is the last one, or else the last that is told apart by the same: "load the far crate
-        on the truck and lift the near one".
+        That is the last one that has the same part in its clause, what is handled or where to, or
+        the last that is told apart by the same: "load the far crate on the truck and lift the near
+        one".
         """
         leaf = noun_leaf(sdc)
         if sdc.type != "OBJECT" or not leaf.words or bare(leaf.words[-1].text) not in NOUNLESS:
             return None
         before = [noun for noun in self.nouns if noun[-1].start < leaf.words[0].start]
         alike = [noun for noun in before if not _scales(noun).isdisjoint(_scales(leaf.words))]
-        last = max(alike or before, key=lambda noun: noun[-1].start, default=None)
+        handled = leaf.words[0] in self._handled
+        same = [noun for noun in before if (noun[-1] in self._handled) == handled]
+        last = max(alike or same or before, key=lambda noun: noun[-1].start, default=None)
         return last[-1] if last else None
+
+    @cached_property
+    def antecedents(self) -> dict[int, tuple[Antecedent, ...]]:
+        """Antecedents of OBJECTs that mean the same as another one: "it", "that crate"."""
+        return {a.index: a.antecedents for a in anaphors(self.sdcs) if a.kind == "same"}
+
+    @cached_property
+    def _handled(self) -> frozenset[Span]:
+        """Words of the OBJECTs that EVENTs are about, without those of their landmarks."""
+        found = [n for n, sdc in enumerate(self.nodes) if sdc.type == "EVENT"]
+        below = [c for n in found for c in self.below(n, ("f", "l", "l2"), "OBJECT")]
+        for n in below:
+            fields: tuple[Field, ...] = ("f", "l") if is_complement(self.nodes[n]) else ("f",)
+            below += self.below(n, fields, "OBJECT")
+        return frozenset(word for n in below for word in self.nodes[n].words)
 
     @cached_property
     def nouns(self) -> list[tuple[Span, ...]]:
@@ -128,7 +149,7 @@ class Tree:
         return [
             (*before.get(id(sdc), ()), *sdc.words)
             for sdc in leaves
-            if bare(sdc.words[-1].text) not in NOUNLESS | COLLECTIVES | PARTS
+            if bare(sdc.words[-1].text) not in _NO_KINDS
             and names_thing(sdc)
             and not (is_pronoun(sdc) or names_robot(sdc) or is_measure(sdc) or names_forks(sdc))
         ]

@@ -235,7 +235,7 @@ def _passes_on(tree: Tree, root: int) -> bool:
     if not side_by_side(tree.nodes[root], tree.nodes[after], _JOINED):
         return False
     named = tree.below(root, _ARGUMENTS, "OBJECT", "PLACE", "PATH")
-    if not all(_is_robot(tree, n) for n in named):
+    if not all(_is_robot(tree, n) or names_forks(tree.nodes[n]) for n in named):
         return False
     return words[-2:] == ["go", "ahead"] or not told_ways(tree, root)
 
@@ -266,6 +266,7 @@ def _frame(tree: Tree, node: int) -> Frame:
         places = tuple(n for n in places if tree.nodes[n].landmark1)  # not "turn to the right"
     end = goal_within(tree, node)
     leads = bool(places or paths) or end is not None
+    remains = "staying" in verb.classes and bool(subjects(tree, node))
     classes = frozenset(("carrying",)) if subjects(tree, node) else verb.classes
     said = set(_relation(tree, node))
     if said & FILLING and "with" in said and len(named) > 1:
@@ -290,12 +291,13 @@ def _frame(tree: Tree, node: int) -> Frame:
     guessed = not classes and (verb.is_open or wordless or (verb.leads_on and named and leads))
     if guessed:
         classes = _guessed(theme=bool(named), leads=leads)
+        guessed = not (wordless and named and leads)  # "the crate to the gate"
     return Frame(
         node,
         tuple(_relation(tree, node)[verb.start :]),
         classes,
         bool(guessed),
-        any(negated(tree.nodes[n]) for n in (*outer, node)),
+        remains or any(negated(tree.nodes[n]) for n in (*outer, node)),
         tuple(subjects(tree, node)),
         named,
         places,

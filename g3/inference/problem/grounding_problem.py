@@ -92,6 +92,13 @@ class GroundingProblem:
         Names of potentials that are switched off.
     later
         The state in which the clause begins, where a side is told as it is then.
+    only
+        Id of the load that a clause about several is carried out for; empty for others.
+    raised
+        True if loads go on something, False if they go on the ground, as the request's first load
+        did; None if either is possible.
+    ruled_out
+        Ids of what must not be handled.
     leaves
         What is known of OBJECTs without others below, by node: the log-probabilities of their
         factors with each of the scene's groups.
@@ -113,6 +120,9 @@ class GroundingProblem:
     explain: bool = False
     disabled: frozenset[str] = frozenset()
     later: State | None = None
+    only: str = ""
+    raised: bool | None = None
+    ruled_out: frozenset[str] = frozenset()
     leaves: Mapping[int, FloatArray] = field(default_factory=dict)
 
     @cached_property

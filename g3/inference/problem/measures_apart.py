@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from g3.inference.problem.joined_clauses import arguments_of, verb_words, whole_words
-from g3.inference.problem.phrases import names_forks
+from g3.inference.problem.phrases import is_measure, names_forks, side_by_side
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
@@ -17,6 +17,7 @@ from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import ABOUT, AROUND, SIDES, STRAIGHT
 from g3.sdc.clauses import SDC, Span, all_words
 
+_SPACE = len(" ")
 _Apart = tuple[SDC | None, tuple[Span, ...]]
 """What stays an argument of a clause, and the words that become the clause's own."""
 
@@ -30,7 +31,7 @@ def measures_apart(sdc: SDC) -> SDC:
     classes = verb_of(tuple(verb_words(sdc))).classes
     stays = "staying" in classes
     if not stays and classes & {"placing", "taking"} and not any(map(names_forks, named)):
-        return sdc
+        return _with_distance(sdc)
     first, second = (
         [_time(part) if stays else _measure(part) for part in own]
         for own in (sdc.landmark1, sdc.landmark2)
@@ -43,6 +44,19 @@ def measures_apart(sdc: SDC) -> SDC:
         landmark1=tuple(part for part, _ in first if part),
         landmark2=tuple(part for part, _ in second if part),
     )
+
+
+def _with_distance(sdc: SDC) -> SDC:
+    """A clause whose place has the measure before it: "five metres", "to the left of the truck"."""
+    found: list[SDC] = []
+    for part in sdc.landmark2:
+        before = found[-1] if found else None
+        leads = part.type in ("PLACE", "PATH") and before is not None and is_measure(before)
+        if before is not None and leads and side_by_side(before, part, _SPACE):
+            found[-1] = replace(part, relation=(*before.words, *part.relation))
+        else:
+            found.append(part)
+    return replace(sdc, landmark2=tuple(found))
 
 
 def _time(part: SDC) -> _Apart:

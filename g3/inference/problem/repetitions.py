@@ -25,7 +25,9 @@ from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 BACK = 2
 """What is said again is said by one of so many clauses before."""
-_BESIDE_AGAIN = AGAIN | DEMONSTRATIVES | words("after and as do for next with it please now")
+_BESIDE_AGAIN = (
+    AGAIN | DEMONSTRATIVES | ARTICLES | words("after and as do for next with it please now w")
+)
 """What is said besides the load."""
 
 

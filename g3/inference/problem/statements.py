@@ -12,6 +12,7 @@ from itertools import pairwise
 from g3.inference.problem.phrases import is_pronoun, names_robot
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
+from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.word_sets import (
@@ -51,7 +52,9 @@ def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
 
 
 def _states(sdc: SDC, nouns: Nouns) -> bool:
-    """Whether a clause only states or calls something."""
+    """Check that a clause only states or calls something; what it forbids counts."""
+    if negated(sdc):
+        return False
     words = [bare(word.text) for word in sdc.relation]
     parts = (*sdc.landmark1, *sdc.landmark2)
     if sdc.type != "EVENT" or not words:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, is_load
-from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.field_words import bare, normalise
 from g3.language.similarity.presence import best_naming, is_called
 from g3.sdc.clauses import Span
 from g3.short_repr import short_repr
@@ -47,17 +47,29 @@ class Nouns:
         return frozenset().union(*self._labels.values()) - self.loads
 
     def name_load(self, words: Sequence[Span]) -> bool:
-        """Whether words name a load: by a label, by its form, or by what is like it."""
+        """Check that words name a load: by a label, by its form, or by a word like one."""
         said = list(filter(None, (bare(word.text) for word in words)))
         if not self.loads.isdisjoint(map(normalise, said)):
             return True
-        known = [o.labels for o in self.state.context.objects if is_load(self.state, o.id)]
-        likely = bool(said) and best_naming(said[-1], known) >= LIKELY
+        likely = bool(said) and self._likeness(said[-1], of_loads=True) >= LIKELY
         return likely and not self.call_robot(words)
 
     def name_other(self, words: Sequence[Span]) -> bool:
-        """Whether words are a label of something else than a load and the robot."""
-        return not self.others.isdisjoint(field_words(words)) and not self.call_robot(words)
+        """Check that words name neither a load nor the robot, by a label or by a word like one."""
+        said = list(filter(None, (bare(word.text) for word in words)))
+        if not said or self.call_robot(words):
+            return False
+        if not self.others.isdisjoint(map(normalise, said)):
+            return True
+        likeness = self._likeness(said[-1], of_loads=False)
+        if likeness < LIKELY or not self.loads.isdisjoint(map(normalise, said)):
+            return False
+        return likeness > self._likeness(said[-1], of_loads=True)
+
+    def _likeness(self, noun: str, *, of_loads: bool) -> float:
+        things = self.state.context.objects
+        known = (o.labels for o in things if is_load(self.state, o.id) == of_loads)
+        return best_naming(noun, known)
 
     def call_robot(self, words: Sequence[Span]) -> bool:
         """Whether words are a name of the robot: "forklift"."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from g3.actions.action_kinds import Action, agent_of, possible_actions, result
 from g3.actions.forklift_actions import WAIT
+from g3.actions.grounding_candidates import carrier
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State
 from g3.features.bodies import IntArray
@@ -32,45 +33,16 @@ from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, told_side
 from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
 from g3.inference.problem.later_sides import is_seen_later
-from g3.inference.problem.packed_scene import Group, Scene
-from g3.inference.problem.phrases import factor_type, is_pronoun, is_there, names_other, names_same
+from g3.inference.problem.packed_scene import Group
+from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_against, told_besides, weightiest
 from g3.inference.search.arguments import arguments, combine, focus_of
+from g3.inference.search.requests import Request, after, next_request, ruled_out
 from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, path_batch
-from g3.inference.search.thing_search import ground_thing
-from g3.language.discourse.anaphora import anaphors
+from g3.inference.search.thing_search import ground_thing, leaf_scores
 from g3.sdc.clauses import SDC_TYPES
 from g3.short_repr import short_repr
-
-
-def leaf_scores(tree: Tree, scene: Scene, cost: Cost) -> dict[int, FloatArray]:
-    """Return the log-probabilities of a scene's groups for OBJECTs without clauses below, by node.
-
-    Only of a learned cost: one that is random depends on what else is in a batch.
-    """
-    if not isinstance(cost, Scorer):
-        return {}
-    nodes = [n for n in range(len(tree.nodes)) if _is_leaf(tree, n)]
-    if not nodes:
-        return {}
-    groups = np.arange(len(scene.groups))
-    batch = scene.batch(
-        "OBJECT",
-        [tree.words[n] for n in nodes],
-        np.repeat(np.arange(len(nodes)), len(groups)),
-        figure=np.tile(groups, len(nodes)),
-    )
-    scores = cost.log_probability(batch).reshape(len(nodes), -1)
-    return dict(zip(nodes, scores, strict=True))
-
-
-def _is_leaf(tree: Tree, node: int) -> bool:
-    sdc = tree.nodes[node]
-    if sdc.is_implicit or factor_type(sdc) != "OBJECT" or is_pronoun(sdc):
-        return False
-    return not tree.below(node, ("f", "l", "l2"), "OBJECT", "PLACE", "PATH")
-
 
 Reasons = tuple[Action, tuple[Reason, ...]]
 Choices = tuple[tuple[Group, float], ...]
@@ -109,6 +81,8 @@ class Hypothesis:
         action after the plan's earlier clauses that was possible then.
     problems
         Where reasons are requested, the problems in which clauses were grounded.
+    undone
+        Ids of loads that were meant, and for which there is no room or no way.
     """
 
     score: float
@@ -120,6 +94,7 @@ class Hypothesis:
     reasons: Mapping[int, Reasons] = field(default_factory=dict)
     choices: Mapping[int, Choices] = field(default_factory=dict)
     problems: Mapping[int, GroundingProblem] = field(default_factory=dict)
+    undone: tuple[str, ...] = ()
 
 
 def _problems(
@@ -136,13 +111,14 @@ def extend(
     """Yield the hypotheses that extend one by the next top-level clause, the best first."""
     state, cost = before.state, problem.cost
     forbidden = frame(tree, root).negated
-    actions = [Action(WAIT)] if forbidden else possible_actions(state, focus_of(state, found))
+    actions = [Action(WAIT)] if forbidden else _allowed(tree, root, state, found, problem)
+    if not actions:
+        return
     rows = combine(state, actions, found)
     scene = problem.scene.things() if state is problem.state else None
     batch, stage, marks = event_batch(Trial(tree, root, state, found, actions, rows, scene))
-    is_event = tree.nodes[root].type == "EVENT"
     event = np.zeros(len(batch))
-    if is_event:
+    if is_event := tree.nodes[root].type == "EVENT":
         learned = cost.log_probability(batch, true=not forbidden)
         event = np.where(_is_untaught(actions)[rows.action], UNTAUGHT, learned)
     theme_score, goal_score = (
@@ -201,7 +177,22 @@ def extend(
             {**before.reasons, **_reasons(root, factors, cost, ranked, a)},
             {**before.choices, **choices},
             {**before.problems, **_problems(found, theme, goal)} if problem.explain else {},
+            before.undone,
         )
+
+
+def _allowed(
+    tree: Tree, root: int, state: State, found: Arguments, problem: GroundingProblem
+) -> list[Action]:
+    """Return the possible actions, without those on loads that must not be handled.
+
+    A clause about one load of several handles that one, or it can't be carried out.
+    """
+    possible = possible_actions(state, focus_of(state, found))
+    possible = [action for action in possible if action.object_id not in problem.ruled_out]
+    if problem.only and frame(tree, root).handles:
+        return [action for action in possible if action.object_id == problem.only]
+    return possible
 
 
 def _is_untaught(actions: Sequence[Action]) -> BoolArray:
@@ -315,52 +306,147 @@ def search(
     """Return the best plans for a command, the best first."""
     beam = [Hypothesis(0.0, start)]
     problem = replace(problem, leaves=leaf_scores(tree, problem.scene, problem.cost))
-    known = {a.index: a.antecedents for a in anaphors(tree.sdcs) if a.kind == "same"}
-    for root in asked(tree):
-        below = tree.all_below(root)
-        turned = any(is_seen_later(tree, n) for n in below)
-        if tree.nodes[root].type in ("OBJECT", "PLACE"):
-            beam = _mentioned(tree, root, beam, problem, turned=turned)[:width]
-            continue
-        pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
-        own = frame(tree, root)
-        there = own.leaves_open or own.down or any(is_there(tree.nodes[n]) for n in below)
-        named = any(
-            names_other(tree.nodes[n]) or names_same(tree.nodes[n]) or names_again(tree, n)
-            for n in below
+    problem = replace(problem, ruled_out=ruled_out(tree, problem))
+    left = list(asked(tree))
+    while left and beam:
+        best = beam[0]  # all hypotheses carry the same loads, those that the best one means
+        request = next_request(tree, left, problem, best.state, best.nodes)
+        beam = _each(tree, request, beam, problem, width) or _steps(
+            tree, request.clauses, beam, problem, width
         )
-        grounded: dict[tuple[object, ...], Arguments] = {}
-        grown: list[Hypothesis] = []
-        for before in beam:
-            spoken = before.referents if pronouns or own.takes_unnamed else ()
-            goals = before.goals if there else ()
-            meant_before = _meant(before) if named else frozenset()
-            meant = {
-                n: tuple(
-                    (before.nodes[x.index][0], x.probability)
-                    for x in known.get(n, ())
-                    if x.index in before.nodes
-                )
-                for n in pronouns
-            }
-            later = before.state if turned else None
-            key = (spoken, goals, meant_before, before.state.held, id(later), *meant.values())
-            if key not in grounded:
-                around = replace(
-                    problem,
-                    referents=spoken,
-                    antecedents=meant,
-                    goals=goals,
-                    spoken=meant_before,
-                    load=before.state.held,
-                    held=before.state.held,
-                    told_side=told_side(tree, root),
-                    later=later,
-                )
-                grounded[key] = arguments(tree, root, around)
-            grown += islice(extend(tree, root, before, grounded[key], problem), width)
-        beam = sorted(grown, key=lambda h: -h.score)[:width]
+        left = left[len(request.clauses) :]
     return beam
+
+
+def _steps(
+    tree: Tree,
+    clauses: Sequence[int],
+    beam: Sequence[Hypothesis],
+    problem: GroundingProblem,
+    width: int,
+) -> list[Hypothesis]:
+    """Return the hypotheses that continue with some top-level clauses, the best first."""
+    beam = list(beam)
+    for root in clauses:
+        beam = _step(tree, root, beam, problem, width)
+    return beam
+
+
+def _each(
+    tree: Tree,
+    request: Request,
+    beam: Sequence[Hypothesis],
+    problem: GroundingProblem,
+    width: int,
+) -> list[Hypothesis]:
+    """Return the hypotheses that carry out a request for each of its loads; none if none can be.
+
+    Loads for which there is no room, or no way, stay where they are, and are named.
+    """
+    done = list(beam)
+    carried: list[str] = []
+    undone: list[str] = []
+    for load in request.loads:
+        own = _of_load(tree, load, replace(problem, only=load[request.theme]), done[0], carried)
+        further = _steps(tree, request.clauses, done, own, width)
+        further = [hypothesis for hypothesis in further if hypothesis.state.held is None]
+        if not carried:  # the others follow the first one: on the truck, or beside it
+            first = load[request.theme]
+            further = [h for h in further if _is_raised(h, first) == _is_raised(further[0], first)]
+        done = further or done
+        (carried if further else undone).append(load[request.theme])
+    if not carried:
+        return []
+    return [_with_all(hypothesis, request.theme, carried, undone) for hypothesis in done]
+
+
+def _of_load(
+    tree: Tree,
+    load: Mapping[int, str],
+    problem: GroundingProblem,
+    best: Hypothesis,
+    carried: Sequence[str],
+) -> GroundingProblem:
+    """Return the problem in which a request's clauses are grounded for one of its loads.
+
+    All loads go to the same place, in the same way as the first.
+    """
+    if not carried:
+        return replace(problem, answers={**problem.answers, **load})
+    known = dict(load)
+    for node, (group, _) in best.nodes.items():
+        sdc = tree.nodes[node]
+        is_thing = sdc.type == "OBJECT" and not is_pronoun(sdc) and len(group) == 1
+        if is_thing and node not in known and isinstance(group[0], PhysicalObject):
+            known[node] = group[0].id
+    raised = _is_raised(best, carried[-1])
+    again = after(tree, problem, best.state)
+    return replace(again, answers={**known, **problem.answers}, raised=raised)
+
+
+def _is_raised(hypothesis: Hypothesis, load: str) -> bool:
+    """Check that a load stands on something at the end of a plan."""
+    return carrier(hypothesis.state, load) is not None
+
+
+def _with_all(
+    hypothesis: Hypothesis, theme: int, carried: Sequence[str], undone: Sequence[str]
+) -> Hypothesis:
+    """Return a hypothesis in which a request's OBJECT means all loads that were carried."""
+    nodes = dict(hypothesis.nodes)
+    group = tuple(hypothesis.state.thing(name) for name in carried)
+    if theme in nodes:
+        nodes[theme] = group, nodes[theme][1]
+    referents, left = (*hypothesis.referents, group), (*hypothesis.undone, *undone)
+    return replace(hypothesis, nodes=nodes, referents=referents, undone=left)
+
+
+def _step(
+    tree: Tree, root: int, beam: Sequence[Hypothesis], problem: GroundingProblem, width: int
+) -> list[Hypothesis]:
+    """Return the hypotheses that continue with a top-level clause, the best first."""
+    below = tree.all_below(root)
+    turned = any(is_seen_later(tree, n) for n in below)
+    if tree.nodes[root].type in ("OBJECT", "PLACE"):
+        return _mentioned(tree, root, beam, problem, turned=turned)[:width]
+    pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
+    own = frame(tree, root)
+    there = own.leaves_open or own.down or any(is_there(tree.nodes[n]) for n in below)
+    named = any(
+        names_other(tree.nodes[n]) or names_same(tree.nodes[n]) or names_again(tree, n)
+        for n in below
+    )
+    grounded: dict[tuple[object, ...], Arguments] = {}
+    grown: list[Hypothesis] = []
+    for before in beam:
+        spoken = before.referents if pronouns or own.takes_unnamed else ()
+        goals = before.goals if there else ()
+        meant_before = _meant(before) if named else frozenset()
+        meant = {
+            n: tuple(
+                (before.nodes[x.index][0], x.probability)
+                for x in tree.antecedents.get(n, ())
+                if x.index in before.nodes
+            )
+            for n in pronouns
+        }
+        later = before.state if turned else None
+        key = (spoken, goals, meant_before, before.state.held, id(later), *meant.values())
+        if key not in grounded:
+            around = replace(
+                problem,
+                referents=spoken,
+                antecedents=meant,
+                goals=goals,
+                spoken=meant_before,
+                load=before.state.held,
+                held=before.state.held,
+                told_side=told_side(tree, root),
+                later=later,
+            )
+            grounded[key] = arguments(tree, root, around)
+        grown += islice(extend(tree, root, before, grounded[key], problem), width)
+    return sorted(grown, key=lambda h: -h.score)[:width]
 
 
 def _mentioned(

@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from g3.actions.action_kinds import Action, Focus
+from g3.actions.grounding_candidates import ground, square
 from g3.actions.robot_state import State, is_load
 from g3.features.bodies import IntArray
-from g3.groundings import PhysicalObject
+from g3.groundings import PhysicalObject, Place
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import added
 from g3.inference.problem.asked_amounts import amounts_said
-from g3.inference.problem.asked_kinds import asked_kinds
+from g3.inference.problem.asked_kinds import asked_kinds, returns
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, frame, leads_aboard
@@ -58,6 +59,9 @@ def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
         return Arguments((None,), marks, root, {}, problem, problem, asked, amounts)
     own = frame(tree, root)
     free = replace(problem, load=None, told_side="")
+    if returns(tree, root):
+        start = Candidate((_start(problem.state),), 0.0, {})
+        return Arguments((None,), (start,), -1, {}, free, free, asked, amounts)
     themes, left = _themes(tree, own, free)
     toward = replace(problem, load=problem.load or _load(themes, problem.state))
     if leads_aboard(tree, own, problem.state.context.agent.labels):
@@ -69,6 +73,12 @@ def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
         goals = tuple(likely(reached(tree, root, toward), GOALS)) or goals
     others = {way: _marks(tree, way, free, PATH_LANDMARKS) for way in own.ways if way != goal_path}
     return Arguments(themes, goals, goal_path, others, free, toward, asked, amounts)
+
+
+def _start(state: State) -> Place:
+    """Return the place where the robot is when a command is given."""
+    x, y, yaw = state.pose.tolist()
+    return square(np.array([x, y]), yaw, ground(state))
 
 
 def _themes(

@@ -161,13 +161,13 @@ class PathFactor:
         return path_batch(self.tree, self.path, self.stage, figure, landmark)
 
     def best(
-        self, bodies: IntArray, candidates: Sequence[Candidate | None], besides: FloatArray
+        self, bodies: IntArray, candidates: Sequence[Candidate | None], other_scores: FloatArray
     ) -> tuple[FloatArray, IntArray]:
         """Return the best landmark of each action, with the scores of both; shape (actions,).
 
         Parameters
         ----------
-        besides
+        other_scores
             Other scores of each action with each landmark, shape (actions, candidates).
         """
         n, m = len(self.stage.motions), len(bodies)
@@ -176,7 +176,7 @@ class PathFactor:
             none = np.full(n, -1, dtype=np.intp)
             return self.scores(motion, none), np.zeros(n, dtype=np.intp)
         own = self.scores(np.repeat(motion, m), np.tile(bodies, n)).reshape(n, m)
-        total = own + np.array([c.score if c else 0.0 for c in candidates]) + besides
+        total = own + np.array([c.score if c else 0.0 for c in candidates]) + other_scores
         which = total.argmax(axis=1)
         return total[np.arange(n), which], which
 

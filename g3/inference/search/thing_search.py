@@ -37,6 +37,7 @@ from g3.inference.potentials.potential_registry import added, allowed
 from g3.inference.problem.asked_spots import spots_asked
 from g3.inference.problem.clause_roles import landmark_nodes
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.grounding_problem import (
     LANDMARKS,
     Candidate,
@@ -45,6 +46,7 @@ from g3.inference.problem.grounding_problem import (
     group_key,
 )
 from g3.inference.problem.later_sides import says_later, seen_from
+from g3.inference.problem.packed_scene import Scene
 from g3.inference.problem.phrases import (
     factor_type,
     is_complement,
@@ -54,6 +56,7 @@ from g3.inference.problem.phrases import (
     is_there,
     names_origin,
 )
+from g3.language.discourse.groups import is_partitive
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.word_sets import NEARER, YOU
@@ -72,6 +75,34 @@ JOINT_LANDMARKS = 3
 def likely(beam: Sequence[Candidate], count: int) -> list[Candidate]:
     """Return the best candidates of a beam, without those far behind the best."""
     return [c for c in beam[:count] if c.score >= beam[0].score - FAR_BEHIND]
+
+
+def leaf_scores(tree: Tree, scene: Scene, cost: Cost) -> dict[int, FloatArray]:
+    """Return the log-probabilities of a scene's groups for OBJECTs without clauses below, by node.
+
+    Only of a learned cost: one that is random depends on what else is in a batch.
+    """
+    if not isinstance(cost, Scorer):
+        return {}
+    nodes = [n for n in range(len(tree.nodes)) if _is_leaf(tree, n)]
+    if not nodes:
+        return {}
+    groups = np.arange(len(scene.groups))
+    batch = scene.batch(
+        "OBJECT",
+        [tree.words[n] for n in nodes],
+        np.repeat(np.arange(len(nodes)), len(groups)),
+        figure=np.tile(groups, len(nodes)),
+    )
+    scores = cost.log_probability(batch).reshape(len(nodes), -1)
+    return dict(zip(nodes, scores, strict=True))
+
+
+def _is_leaf(tree: Tree, node: int) -> bool:
+    sdc = tree.nodes[node]
+    if sdc.is_implicit or factor_type(sdc) != "OBJECT" or is_pronoun(sdc):
+        return False
+    return not tree.below(node, ("f", "l", "l2"), "OBJECT", "PLACE", "PATH")
 
 
 def ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
@@ -110,9 +141,14 @@ def _ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Cand
         scores = added(CandidateCase(tree, node, problem, groups, "figure", node))
         own = [Candidate(g, float(x), {}) for g, x in zip(groups, scores, strict=True)]
     if node in problem.answers:
-        own = [c for c in own if group_key(c.group) == (problem.answers[node],)] or own
+        meant = (problem.state.thing(problem.answers[node]),)
+        own = [c for c in own if group_key(c.group) == group_key(meant)] or [
+            Candidate(meant, 0.0, {})
+        ]
     pairs = [(f, lm) for f in own for lm in landmarks]
-    if is_complement(sdc):
+    if is_partitive(sdc):
+        pairs = [(f, lm) for f, lm in pairs if lm and _is_part(f.group, lm.group)] or pairs
+    elif is_complement(sdc):
         pairs = _same(own, landmarks) or pairs
     return _scored(tree, node, problem, pairs)
 
@@ -136,6 +172,11 @@ def _same(
     """Return pairs of candidates that are one thing."""
     marks = {group_key(lm.group): lm for lm in landmarks if lm is not None}
     return [(f, marks[group_key(f.group)]) for f in own if group_key(f.group) in marks]
+
+
+def _is_part(group: Group, whole: Group) -> bool:
+    """Check that all things of a group are of another one."""
+    return set(group_key(group)) <= set(group_key(whole))
 
 
 def _antecedents(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
@@ -281,6 +322,9 @@ def _room(problem: GroundingProblem, spots: list[Place]) -> list[Place]:
     """Return the spots that have room for the load that the clause moves; all if none has."""
     if problem.load is None:
         return spots
+    if problem.raised is not None:
+        floor = ground(problem.state) + GROUND_M
+        spots = [s for s in spots if (s.prism.z_min > floor) == problem.raised] or spots
     free = allowed(SpotCase(problem, spots))
     return [spot for spot, is_free in zip(spots, free, strict=True) if is_free] or spots
 

@@ -8,11 +8,14 @@ from typing import Literal
 
 from g3.language.lexicon.field_words import bare
 from g3.language.lexicon.word_sets import (
+    ARTICLES,
     COLLECTIVES,
     COUNTS,
+    ONES,
     ORDINALS,
     PLURAL,
     QUANTIFIERS,
+    REST,
     SINGLE,
     SINGULAR,
 )
@@ -23,6 +26,7 @@ Number = Literal["singular", "plural"]
 
 
 _ORDINALS = ORDINALS | {"last": -1, "final": -1}
+_QUANTITIES = {*QUANTIFIERS, *COUNTS, *REST, *ONES, *ARTICLES}
 _NOT_PLURAL = ("ss", "us", "is", "'s", "’s")
 
 
@@ -71,7 +75,7 @@ def group(sdc: SDC) -> Group:
     >>> group(sdc)
     Group(number='plural', count=2, quantifier='', ordinals=(1, 2), collective='')
     """
-    words = noun_words(sdc)
+    words = quantity_words(sdc) or noun_words(sdc)
     if not words:
         return Group("singular")
     head = words[-1]
@@ -89,15 +93,36 @@ def group(sdc: SDC) -> Group:
 
 
 def noun_words(sdc: SDC) -> list[str]:
-    """The words of the noun itself, in lower case, without what modifies it."""
-    return [bare(word.text) for word in noun_leaf(sdc).words]
+    """Return the words of the noun itself, in lower case, without what modifies it.
+
+    Those of "one of the three crates" begin with "one".
+    """
+    return [*quantity_words(sdc), *(bare(word.text) for word in noun_leaf(sdc).words)]
 
 
 def noun_leaf(sdc: SDC) -> SDC:
-    """The leaf that has the noun of an OBJECT."""
+    """Return the leaf that has the noun of an OBJECT: "the crates" of "one of the crates"."""
     while sdc.figure:
-        sdc = sdc.figure[0]
+        sdc = sdc.landmark1[0] if is_partitive(sdc) else sdc.figure[0]
     return sdc
+
+
+def quantity_words(sdc: SDC) -> list[str]:
+    """Return "one" of "one of the crates"; no words where an OBJECT has no such part."""
+    while sdc.figure:
+        if is_partitive(sdc):
+            return [bare(word.text) for word in sdc.figure[0].words]
+        sdc = sdc.figure[0]
+    return []
+
+
+def is_partitive(sdc: SDC) -> bool:
+    """Check that an OBJECT says how many of some things it means: "three of the four crates"."""
+    of = [word.text.lower() for word in sdc.relation] == ["of"]
+    if not (of and sdc.landmark1 and sdc.figure[0].is_leaf):
+        return False
+    said = [bare(word.text) for word in sdc.figure[0].words]
+    return bool(said) and all(word in _QUANTITIES or word.isdecimal() for word in said)
 
 
 def _members(sdc: SDC) -> Group | None:
@@ -115,7 +140,7 @@ def _is_plural(words: Sequence[str]) -> bool:
         return True
     if head in SINGULAR or words[0] in SINGLE:
         return False
-    if head in PLURAL or any(COUNTS.get(word, 0) > 1 for word in words[:-1]):
+    if head in PLURAL or any(COUNTS.get(word, 0) > 1 for word in words[:-1] or words):
         return True
     return len(head) > 2 and head.endswith("s") and not head.endswith(_NOT_PLURAL)
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from g3.language.lexicon.spelling import mended
 from g3.language.lexicon.stemming import stem
-from g3.language.lexicon.word_sets import CONTRACTED, SHORT_FORMS
+from g3.language.lexicon.word_sets import ARROWS, CONTRACTED, SHORT_FORMS
 from g3.sdc.clauses import SDC, Span, all_words
 
 _AROUND = '"`.,;:!?()[]{}<>*-'
@@ -31,7 +31,7 @@ def bare(word: str) -> str:
     >>> bare("Pallets,"), bare("'em"), bare("Pikc")
     ('pallets', 'them', 'pick')
     """
-    return mended(unshortened(word.strip(_AROUND)))
+    return "to" if word in ARROWS else mended(unshortened(word.strip(_AROUND)))
 
 
 def text_words(text: str) -> tuple[str, ...]:

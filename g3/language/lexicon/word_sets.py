@@ -92,17 +92,11 @@ NEXT_TO = LATERAL | stems("near close nearby adjacent")
 """Not far from something, on whatever side."""
 BETWEEN = stems(f"{BETWEEN_WORDS} among")
 """With landmarks on both sides. The concept "between" has nouns, too: the middle, the centre."""
-PAIRED = words(f"{BETWEEN_WORDS} midway")
-"""Words after which a grammar expects two landmarks."""
-EXTREMES = stems("leftmost left-most rightmost right-most all outside")
-"""With a side these tell of the first from it: "all the way on the left"."""
 ENDS = stems("end outside")
 """The end of a row."""
 AROUND = stems("around round circle u-turn")
 NEARER = stems(f"{NEARER_WORDS} nearer")
 """Some of the way towards something."""
-TOWARD = stems("toward towards")
-"""A way, which need not end there."""
 NEAREST = stems(NEAREST_WORDS)
 FARTHEST = stems(FARTHEST_WORDS)
 DISTANT = stems("far away distant further farther")
@@ -164,6 +158,18 @@ QUANTIFIERS = words(
     "all both each every any some several many few no most either neither everything anything "
     "something nothing"
 )
+UNIVERSAL = words("all both each every everything")
+"""Words that speak of each thing of a kind."""
+DISTRIBUTIVE = words("each every both")
+"""Words before a landmark that takes one thing each."""
+EVERYTHING = stems("everything stuff stock goods freight cargo lot thing")
+"""Words that don't tell the kind of a load."""
+HEAPED = stems("tire tyre wheel box brick block stone bag sack accessory part goods supplies")
+"""Nouns whose plural may name a single load, a pallet of them."""
+EXCEPTING = words("but except exception excepting excluding besides bar save")
+"""Words before what is left out: "all but the red one"."""
+RECIPROCAL = words("other another")
+"""Words that end "each other" and "one another"."""
 SINGLE = words("a an another each every either neither this that one")
 """Before a noun these speak of one thing."""
 SINGULAR = words("it its itself this that one other another bus gas lens")
@@ -197,7 +203,7 @@ THESE = words("this that these those")
 """Demonstratives: "this table" is one that was spoken of."""
 _PERSONAL = words("him her he she")
 PERSONAL = _PERSONAL | words("himself herself")
-IT = words("it them they itself") | PERSONAL
+IT = words("it them they itself em") | PERSONAL
 """Pronouns that the search grounds as their antecedents are."""
 PRONOUNS = IT | THESE | SELVES | _PERSONAL
 """Words that stand for something spoken of before, as their clause's noun."""
@@ -206,6 +212,26 @@ AGAIN = words("then also too likewise same well ditto")
 """Words by which the same is said of something else: "then the crate", "the crate as well"."""
 OTHERS = words("other another")
 """Something else than what was meant before: "the other truck"."""
+START = words(
+    "to at in on back here there where you ye u your yer the this same that it spot place position "
+    "point location are were was is be now then been started start starting began begin current "
+    "present original first initial again right me i my we came from stand standing sitting put "
+    "stationary still over of after came home s 're re off along"
+)
+"""Words of which places are made where the robot was when it was told: "back to your spot"."""
+RETURNING = words(
+    "come comes go get head return returning resume drive roll run back again here there over right"
+    " then and"
+)
+"""Words of a clause that sends the robot back."""
+BACK = words("back return returning resume started began came")
+"""Words that say that the robot has been there."""
+HOLDING = words("keep keeping hold holding hang hanging on onto of to still it up")
+"""Words of a clause that keeps a load on the forks."""
+ORBITING = words("around round lap circle circuit")
+"""Words of a way around something."""
+LAPS = stems("lap circuit circle loop round run tour")
+"""Nouns for such a way: "a lap around the truck"."""
 REST = OTHERS | words("others rest remainder remaining")
 """Nouns for what else there is of a kind."""
 ONES = words("one ones")
@@ -213,7 +239,7 @@ NOUNLESS = ONES | words("other others")
 """Heads that leave out their noun: "the empty one"."""
 PEOPLE = words(
     "person people man woman human worker pedestrian guy lady fellow fella bloke chap gentleman "
-    "employee colleague somebody someone"
+    "employee colleague somebody someone dude buddy lad lass boy girl kid"
 )
 """People, who are no loads."""
 DRIVERS = words("operator driver")
@@ -416,10 +442,6 @@ SHORT_FORMS = {
 """Words that people type or say shorter, and slips in words too short to be mended."""
 CONTRACTED = {"re": "are", "ve": "have", "ll": "will", "d": "would", "em": "them", "til": "till"}
 """What stands after an apostrophe."""
-ASIDES = words(
-    "lol lmao pls plz rn asap thx thanks cheers ty tks boss bud buddy mate pal dude bro sir maam"
-)
-"""Words that say nothing of what to do, wherever they stand."""
 ABOUT = words(
     "about around approximately approx roughly maybe perhaps like some or so exactly just only by "
     "for to of on at the side spot way place more further another extra bit little say big"
@@ -431,7 +453,7 @@ WHEN = words("when once after")
 """What begins a clause that says what has been done before."""
 LATER = words("then now will")
 """Words for what is so after the steps before: "the crate that is then on your left"."""
-ARROWS = words("-> --> => ==> > →")
+ARROWS = words("-> --> => ==> → ⇒ ➜")
 """Signs that are read as "to"."""
 
 # Clauses
@@ -439,9 +461,6 @@ ARROWS = words("-> --> => ==> > →")
 _UNTIL = "until till when"
 UNTIL = words(_UNTIL)
 """Before what is to be reached."""
-SUBORDINATORS = UNTIL | words("while before after once if")
-CONJUNCTIONS = words("and or &")
-COPULAS = words("be is are was located of")
 SENTENCE_ENDS = frozenset(".!?;")
 NOT_IMPERATIVE = words(
     "the a an this that these those it they them he she we i you your my its one two three there "
@@ -464,7 +483,7 @@ WORD_CLASSES = {
     "enter exit leave back reverse follow reach navigate steer maneuver cruise retreat zip scoot "
     "mosey",
     "turning": "turn spin rotate swing swerve pivot swivel face veer circle twist",
-    "staying": "stop wait stay halt pause remain keep stand hold idle park freeze",
+    "staying": "stop wait stay halt pause remain keep stand hold idle park freeze bide chill",
     "side": "left right front rear back side middle center centre end corner edge top bottom "
     "leftmost rightmost far near north south east west",
     "way": "forward forwards backward backwards ahead straight up down around over off away out "
@@ -485,8 +504,7 @@ WORD_CLASSES = {
     "it": "it them they one ones its their itself",
 }
 """Classes of words that decide how a command is built: verbs by what they take (a place, a source,
-a way), words of direction, words that measure. The extractor learns what follows which, so that a
-class has all words that stand in the same place;
+a way), words of direction, words that measure.
 :func:`g3.language.lexicon.verb_classes.word_class` looks them up."""
 RELATIVE = words(WORD_CLASSES["relative"])
 """Words before what tells of a thing: "the crate that is on the truck"."""

@@ -1,1 +1,1 @@
-"""Training of the extractor from annotated trees."""
+"""Training of the parser from annotated trees."""

@@ -1,4 +1,4 @@
-"""Hand-written trees that every extractor is trained on besides its corpus.
+"""Hand-written trees that the bundled parser is trained on besides the treebank.
 
 They hold what people say and corpora of commands seldom have: "all the tires", "never", "without
 touching it". None is from a corpus.

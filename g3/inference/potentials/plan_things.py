@@ -1,0 +1,148 @@
+"""Things that a text names, and those that have a part in a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from g3.actions.forklift_actions import DRIVE_AWAY, TURN_AWAY
+from g3.actions.grounding_candidates import carrier
+from g3.actions.robot_state import State, is_load
+from g3.geometry.footprints import centre
+from g3.groundings import FloatArray
+from g3.inference.potentials.cases import PlanEnd
+from g3.inference.problem.grounding_problem import things_of
+from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.verb_classes import word_class
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    EXISTENTIAL,
+    GENERIC,
+    PLACE_PREPOSITIONS,
+    PRONOUNS,
+    QUANTIFIERS,
+)
+from g3.language.similarity.presence import best_naming
+
+NAMES, ALIKE = 0.6, 0.03
+"""A word names things that it is so likely for, and what is as likely but for so much."""
+NEAR_M, NEAR_LARGE_M = 5.0, 7.0
+"""Largest distances from the middle of a load or of the robot to things about it: loads, and
+larger things; in metres."""
+
+
+def named_things(words: Sequence[str], state: State) -> list[tuple[str, frozenset[str]]]:
+    """Return nouns with the ids of the things that each names as well as any.
+
+    Words that name nothing are left out, and so is the robot.
+
+    Parameters
+    ----------
+    words
+        Words of a text.
+    state
+        The state in which it was given.
+    """
+    labels = {
+        o.id: tuple(o.labels) for o in state.context.objects if o.id != state.context.agent_id
+    }
+    found = []
+    for word in filter(_may_name, words):
+        likely = {name: _naming(word, own) for name, own in labels.items()}
+        best = max(likely.values(), default=0.0)
+        if best >= NAMES:
+            alike = (n for n, likeness in likely.items() if likeness >= best - ALIKE)
+            found.append((word, frozenset(alike)))
+    return found
+
+
+def left_aside(plan: PlanEnd, words: Sequence[str], start: State) -> tuple[str, ...]:
+    """Return the words that name things of which none has a part in a plan, each once.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    words
+        Words of the text.
+    start
+        The state in which it was given.
+    """
+    own = about(plan, start)
+    named = named_things(words, start)
+    return tuple(dict.fromkeys(word for word, things in named if own.isdisjoint(things)))
+
+
+def about(plan: PlanEnd, start: State) -> set[str]:
+    """Return the ids of what is handled, and of what is near where that begins and ends.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    start
+        The state in which its command was given.
+    """
+    begins, ends = _where_it_begins(plan, start), where_it_ends(plan)
+    return {*plan.handled, *begins, *ends, *_what_it_leaves(plan)}
+
+
+def where_it_ends(plan: PlanEnd) -> set[str]:
+    """Return the ids of what is near where a load is put, and of what it is put on.
+
+    Without loads, of what is near the robot; none where a load is lifted.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    """
+    state = plan.state
+    if plan.put:
+        under = carrier(state, plan.put)
+        near = _near(state, centre(state.thing(plan.put).prism), {plan.put})
+        return near if under is None else near | {under.id}
+    return set() if plan.handled else _near(state, state.pose[:2], {state.held})
+
+
+def _where_it_begins(plan: PlanEnd, start: State) -> set[str]:
+    """Return the ids of what is near the loads that are handled, and of what they stand on."""
+    found: set[str] = set()
+    for load in plan.handled:
+        if load != start.held:
+            under = carrier(start, load)
+            found |= _near(start, centre(start.thing(load).prism), {load})
+            found |= {under.id} if under else set()
+    return found
+
+
+def _what_it_leaves(plan: PlanEnd) -> set[str]:
+    """Return the ids of what the robot drives or turns away from: it ends far from that."""
+    leaving = (a for a in plan.actions if a.kind in (DRIVE_AWAY, TURN_AWAY))
+    return {thing.id for a in leaving for thing in things_of(a.target)}
+
+
+def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[str]:
+    return {
+        o.id
+        for o in state.context.objects
+        if o.id not in but
+        and o.id != state.context.agent_id
+        and np.linalg.norm(centre(o.prism) - spot)
+        < (NEAR_M if is_load(state, o.id) else NEAR_LARGE_M)
+    }
+
+
+@lru_cache(maxsize=65536)
+def _naming(word: str, labels: tuple[str, ...]) -> float:
+    return best_naming(word, [labels])
+
+
+@lru_cache(maxsize=65536)
+def _may_name(word: str) -> bool:
+    """Check that a word may be a noun: it doesn't say how, where or what to do."""
+    others = (PLACE_PREPOSITIONS, ARTICLES, PRONOUNS, QUANTIFIERS, EXISTENTIAL)
+    is_function_word = any(word in known for known in others)
+    return not (is_function_word or word_class(word) or normalise(word) in GENERIC or len(word) < 3)

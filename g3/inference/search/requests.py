@@ -1,0 +1,424 @@
+"""Requests about several loads, carried out one load after the other.
+
+"Put both crates on the truck" is one clause, and a forklift carries one crate at a time. So a
+request is a run of top-level clauses that is gone through once for each of its loads: a clause that
+picks things up, and those after it until they are put down. Which loads are meant is given by the
+clause's OBJECT: its grammatical number, its quantifier and its exceptions, and the learned scores
+of the loads that it may name. φ is true for each of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle, takewhile
+
+import numpy as np
+
+from g3.actions.robot_state import State, is_load
+from g3.geometry.footprints import centre
+from g3.groundings import PhysicalObject
+from g3.inference.problem.asked_spots import scene_asked
+from g3.inference.problem.clause_roles import is_source
+from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.frames import Frame, asked, frame, spares
+from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, Group, things_of
+from g3.inference.problem.phrases import is_complement, is_pronoun, is_singled_out, names_robot
+from g3.inference.search.thing_search import ground_thing, leaf_scores
+from g3.language.discourse.groups import group, noun_leaf, noun_words
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    BESIDE,
+    COUNTS,
+    DISTRIBUTIVE,
+    EVERYTHING,
+    EXCEPTING,
+    GENERIC,
+    HEAPED,
+    NOUNLESS,
+    PRONOUNS,
+    RECIPROCAL,
+    REST,
+    UNIVERSAL,
+)
+from g3.language.similarity.word_similarity import labels_in
+from g3.sdc.clauses import SDC
+from g3.short_repr import short_repr
+
+BEHIND = 2.5
+"""Gap to the best log-probability at which a load is no member of a described group."""
+_ANYTHING = frozenset({"anything", "any", "nothing", "none"})
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Top-level clauses that are carried out together, once for each load.
+
+    Parameters
+    ----------
+    clauses
+        The clauses, in their order.
+    theme
+        The OBJECT that names the loads; -1 in a request about one load, or none.
+    loads
+        For each load, in the order in which they are carried, the ids of the things that OBJECTs
+        mean, by node: the load itself, and "each trailer" of "one crate on each trailer".
+    """
+
+    clauses: tuple[int, ...]
+    theme: int = -1
+    loads: tuple[Mapping[int, str], ...] = ()
+
+
+def next_request(
+    tree: Tree,
+    left: Sequence[int],
+    problem: GroundingProblem,
+    state: State,
+    meant: Mapping[int, tuple[Group, float]],
+) -> Request:
+    """Return the request that a command's next top-level clauses make.
+
+    Parameters
+    ----------
+    tree
+        The command.
+    left
+        The top-level clauses that are left, in their order.
+    problem
+        What they are grounded in.
+    state
+        The state that the plan so far leads to.
+    meant
+        Groundings of the clauses before, by node.
+    """
+    one = Request((left[0],))
+    if tree.nodes[left[0]].type != "EVENT" or state.held is not None:
+        return one
+    own = frame(tree, left[0])
+    if own.negated or own.forks or not own.handles or not _speaks_of_several(tree, own):
+        return one
+    clauses, theme = _run(tree, left, own), own.objects[0]
+    if not clauses:
+        return one
+    members = _members(tree, own, problem, meant, _moved(problem.state, state))
+    targets = _targets(tree, own, problem)
+    if targets is None:
+        return Request(clauses, theme, tuple({theme: load} for load in members)) if members else one
+    mark, things = targets
+    if members:  # all that are named, in turn; otherwise one for each
+        pairs = zip(members, cycle(things), strict=False)
+    else:
+        pairs = zip((load.id for load, _ in _loads(tree, theme, problem)), things, strict=False)
+    return Request(clauses, theme, tuple({theme: load, mark: thing} for load, thing in pairs))
+
+
+def _speaks_of_several(tree: Tree, own: Frame) -> bool:
+    """Check that a clause may be about several loads, before any is looked for."""
+    marks = [n for place in (*own.places, *own.paths) for n in _marks(tree, place)]
+    several = UNIVERSAL | REST
+    return bool(own.objects) and (
+        sum(_is_apart(tree, own, n) for n in own.objects) > 1
+        or any(group(tree.nodes[n]).number == "plural" for n in own.objects)
+        or any(not several.isdisjoint(noun_words(tree.nodes[n])) for n in (*own.objects, *marks))
+        or any(EVERYTHING.intersection(field_words(_kind(tree, n).words)) for n in own.objects)
+    )
+
+
+def _run(tree: Tree, left: Sequence[int], own: Frame) -> tuple[int, ...]:
+    """Return a clause with those after it that put its loads down; none if nothing does."""
+    last = 0
+    if not _puts(own):
+        last = 1 + len(list(takewhile(lambda n: not _puts(frame(tree, n)), left[1:])))
+        if last == len(left) or not all(_follows(tree, n) for n in left[1 : last + 1]):
+            return ()  # the forks hold one load
+    elif not own.places_load and len(left) > 1 and _follows(tree, left[1]):
+        last = int(frame(tree, left[1]).places_load)  # "take both there and put them down"
+    return tuple(left[: last + 1])
+
+
+def _puts(own: Frame) -> bool:
+    """Check that a clause leaves its load somewhere."""
+    return own.places_load or bool(own.places or own.paths) or own.end is not None
+
+
+def _follows(tree: Tree, root: int) -> bool:
+    """Check that a clause continues with the loads of the clause before: "and put them down"."""
+    if tree.nodes[root].type != "EVENT":
+        return False
+    own = frame(tree, root)
+    if own.negated or (not own.handles and own.objects):
+        return False
+    return all(
+        is_pronoun(tree.nodes[n]) or group(tree.nodes[n]).quantifier for n in own.objects[:1]
+    )
+
+
+def _moved(before: State, now: State) -> frozenset[str]:
+    """Return the ids of the loads that a plan so far has moved."""
+    pairs = zip(before.context.objects, now.context.objects, strict=True)
+    return frozenset(a.id for a, b in pairs if a is not b and is_load(before, a.id))
+
+
+def _members(
+    tree: Tree,
+    own: Frame,
+    problem: GroundingProblem,
+    meant: Mapping[int, tuple[Group, float]],
+    moved: Collection[str],
+) -> tuple[str, ...]:
+    """Return the ids of the loads that a clause is about, if they are several."""
+    spoken = _antecedents(tree, own.objects[0], meant)
+    if spoken is not None:
+        return spoken
+    coordinated = [n for n in own.objects if _is_apart(tree, own, n)]
+    found: list[str] = []
+    for node in coordinated if len(coordinated) > 1 else own.objects[:1]:
+        loads = _named(tree, node, problem, meant, own.node, moved=moved)
+        if not loads and len(coordinated) > 1:
+            loads = [thing.id for thing, _ in _loads(tree, node, problem)[:1]]
+        found += [name for name in loads if name not in found]
+    found = _from_there(tree, own, problem, found)
+    return tuple(_but_there(tree, own, problem, found))
+
+
+def _is_apart(tree: Tree, own: Frame, node: int) -> bool:
+    """Check that an OBJECT is one of several coordinated ones in the same field."""
+    fields = tree.children[own.node]
+    return any(node in fields.get(name, ()) and len(fields[name]) > 1 for name in ("f", "l"))
+
+
+def _antecedents(
+    tree: Tree, node: int, meant: Mapping[int, tuple[Group, float]]
+) -> tuple[str, ...] | None:
+    """Return the loads that a pronoun for several stands for; None if it is none."""
+    sdc = tree.nodes[node]
+    words = set(noun_words(sdc))
+    if not (is_pronoun(sdc) or words <= UNIVERSAL | {"of", "them", "those", "these"}):
+        return None
+    before = [x.index for x in tree.antecedents.get(node, ()) if x.index in meant]
+    if not before and words <= UNIVERSAL:
+        before = [n for n in reversed(list(meant)) if n < node and len(meant[n][0]) > 1]
+    for n in before[:1]:
+        ids = tuple(thing.id for thing in things_of(meant[n][0]))
+        return ids if group(sdc).number == "plural" else ids[:1]
+    return () if is_pronoun(sdc) else None
+
+
+def _named(
+    tree: Tree,
+    node: int,
+    problem: GroundingProblem,
+    meant: Mapping[int, tuple[Group, float]],
+    root: int,
+    *,
+    moved: Collection[str] = (),
+) -> list[str]:
+    """Return the ids of the loads that an OBJECT of a clause names, if it speaks of several.
+
+    What was moved before is named again by a pronoun, or together with all others.
+    """
+    node, but = _without_exceptions(tree, node, root)
+    sdc = tree.nodes[node]
+    said = group(sdc)
+    words = {said.quantifier, *noun_words(sdc)}
+    every = not UNIVERSAL.isdisjoint(words) or not EVERYTHING.isdisjoint(
+        field_words(noun_leaf(sdc).words)
+    )
+    others = not REST.isdisjoint(words)
+    count = 2 if "both" in words else said.count
+    loads = _loads(tree, node, problem)
+    loads = [load for load in loads if load[0].id not in moved] or loads
+    if not (every or others or but or (count or 0) > 1):
+        if said.number != "plural" or count == 1 or said.ordinals or said.collective:
+            return []
+        if not _are_counted(loads, sdc):
+            return []
+    outside = set[str]()
+    for n in but:
+        outside |= set(_named(tree, n, problem, meant, n) or _best(tree, n, problem))
+    if others:
+        outside |= {t.id for own, _ in meant.values() for t in things_of(own)}
+    found = [(thing.id, score) for thing, score in loads if thing.id not in outside]
+    if others and said.number == "singular":
+        found = found if len(found) == 1 else []
+    elif count and count > 1:
+        found = found[:count]
+    elif found and _tells_more(tree, node):
+        found = [c for c in found if c[1] >= found[0][1] - BEHIND]
+    return [name for name, _ in found]
+
+
+def _without_exceptions(tree: Tree, node: int, root: int) -> tuple[int, list[int]]:
+    """Return the OBJECT without "all but the red one", and the OBJECTs that are left out."""
+    excepting = [
+        n
+        for n in tree.all_below(root)
+        if EXCEPTING.intersection(bare(w.text) for w in tree.nodes[n].relation)
+    ]
+    out = [n for own in excepting for n in tree.below(own, ("l", "l2"), "OBJECT")]
+    while node in excepting and (inner := tree.below(node, ("f",), "OBJECT")):
+        node = inner[0]
+    return node, out
+
+
+def _kind(tree: Tree, node: int) -> SDC:
+    """Return the leaf that names the kind of an OBJECT: "bricks" of "two loads of the bricks"."""
+    sdc = tree.nodes[node]
+    while sdc.figure:
+        if is_complement(sdc) and sdc.landmark1:
+            inner = noun_leaf(sdc.landmark1[0])
+            if inner.words and bare(inner.words[-1].text) not in PRONOUNS:
+                return inner
+        sdc = sdc.figure[0]
+    left_out = tree.left_out(sdc)
+    return sdc if left_out is None else SDC("OBJECT", (*sdc.words[:-1], left_out))
+
+
+def _matches(thing: PhysicalObject, tree: Tree, node: int) -> bool:
+    """Check that an OBJECT's noun is a label of a thing."""
+    noun = set(field_words(_kind(tree, node).words))
+    return bool(noun.intersection(map(normalise, thing.labels)))
+
+
+def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
+    """Keep the things that an OBJECT's noun names: by labels, or those like the best one."""
+    kind = set(noun_words(_kind(tree, node))) - UNIVERSAL - ARTICLES - set(COUNTS) - {"any"}
+    words = [word for word in map(normalise, kind) if word]
+    if not things or (EVERYTHING | GENERIC).issuperset(words):
+        return list(things)
+    fits = [(n := labels_in(words, t.labels), n - len(t.labels)) for t in things]
+    if not max(fits)[0]:
+        return [thing for thing in things if thing.labels == things[0].labels]
+    return [thing for thing, fit in zip(things, fits, strict=True) if fit == max(fits)]
+
+
+def _are_counted(loads: Sequence[tuple[PhysicalObject, float]], sdc: SDC) -> bool:
+    """Check that a plural counts loads: "crates" does, and "tires" may be one pallet of them."""
+    noun = field_words(noun_leaf(sdc).words)[-1:]
+    return len(loads) > 1 and HEAPED.isdisjoint(noun)
+
+
+def _loads(tree: Tree, node: int, problem: GroundingProblem) -> list[tuple[PhysicalObject, float]]:
+    """Return the loads that an OBJECT may name with their scores.
+
+    The best come first, or the nearest where words give no more than the kind.
+    """
+    wide = replace(problem, width=len(problem.scene.groups))
+    singles = _singles(ground_thing(tree, node, wide), problem.state)
+    kept = {thing.id for thing in _of_a_kind([thing for thing, _ in singles], tree, node)}
+    singles = [c for c in singles if c[0].id in kept - problem.ruled_out]
+    if _tells_more(tree, node):
+        return singles
+    at = np.array(problem.state.pose[:2])
+    return sorted(singles, key=lambda c: float(np.linalg.norm(centre(c[0].prism) - at)))
+
+
+def _tells_more(tree: Tree, node: int) -> bool:
+    """Check that an OBJECT says more of its things than how many, and of what kind."""
+    sdc = tree.nodes[node]
+    return is_singled_out(sdc) and not REST.intersection(noun_words(sdc))
+
+
+def _singles(beam: Sequence[Candidate], state: State) -> list[tuple[PhysicalObject, float]]:
+    found: dict[str, tuple[PhysicalObject, float]] = {}
+    for c in beam:
+        things = things_of(c.group)
+        if len(c.group) == len(things) == 1 and is_load(state, things[0].id):
+            found.setdefault(things[0].id, (things[0], c.score))
+    return list(found.values())
+
+
+def _from_there(tree: Tree, own: Frame, problem: GroundingProblem, loads: list[str]) -> list[str]:
+    """Keep the loads that stand where the clause takes them from, if any does."""
+    marks = [n for way in own.ways if is_source(tree.nodes[way]) for n in _marks(tree, way)]
+    for node in marks[:1]:
+        beam = ground_thing(tree, node, problem)
+        best = {t.id for c in beam[:1] for t in things_of(c.group)}
+        loads = [name for name in loads if problem.carriers.get(name) in best] or loads
+    return loads
+
+
+def _but_there(tree: Tree, own: Frame, problem: GroundingProblem, loads: list[str]) -> list[str]:
+    """Leave out the loads that are on what they are to be put on, unless all are."""
+    goals = [n for n in (*own.places, *own.paths) if _leads_onto(tree.nodes[n])]
+    for node in [mark for goal in goals for mark in _marks(tree, goal)][:1]:
+        beam = ground_thing(tree, node, problem)
+        best = {t.id for c in beam[:1] for t in things_of(c.group)}
+        loads = [n for n in loads if problem.carriers.get(n) not in best and n not in best] or loads
+    return loads
+
+
+def _leads_onto(sdc: SDC) -> bool:
+    """Check that a PLACE or a PATH leads onto its landmark, or to it: not beside it."""
+    said = concepts(field_words(sdc.relation))
+    return bool(said & {"on", "to"}) and not said & BESIDE
+
+
+def _marks(tree: Tree, node: int) -> list[int]:
+    found = tree.below(node, ("l", "l2"), "OBJECT")
+    return [n for n in found if not names_robot(tree.nodes[n])]
+
+
+def _targets(
+    tree: Tree, own: Frame, problem: GroundingProblem
+) -> tuple[int, tuple[str, ...]] | None:
+    """Return the landmark that takes one load each, and the things that it names."""
+    for node in [n for place in (*own.places, *own.paths) for n in _marks(tree, place)]:
+        words = noun_words(tree.nodes[node])
+        if DISTRIBUTIVE.isdisjoint(words[:1]) or (words[-1:] and words[-1] in RECIPROCAL):
+            continue
+        beam = ground_thing(tree, node, replace(problem, width=len(problem.scene.groups)))
+        things = [t for c in beam if len(c.group) == 1 for t in things_of(c.group)]
+        apart = [t for t in things if not is_load(problem.state, t.id)]
+        found = dict.fromkeys(t.id for t in _of_a_kind(apart, tree, node))
+        if len(found) > 1:
+            return node, tuple(found)
+    return None
+
+
+def ruled_out(tree: Tree, problem: GroundingProblem) -> frozenset[str]:
+    """Return the ids of the loads that a command says must not be handled, anywhere in it.
+
+    Not of what a pronoun stands for: "lift the crate, but don't drop it" forbids to drop it only.
+    """
+    found: set[str] = set()
+    for root in asked(tree):
+        if tree.nodes[root].type != "EVENT":
+            continue
+        own = frame(tree, root)
+        if not (own.negated or (spares(tree, root, None) and problem.state.held is None)):
+            continue
+        for node in own.objects:
+            words = noun_words(tree.nodes[node])
+            if is_pronoun(tree.nodes[node]) or not words or not {"else", *REST}.isdisjoint(words):
+                continue
+            if not _ANYTHING.isdisjoint(words):
+                found.update(thing.id for thing, _ in _loads(tree, node, problem))
+            else:
+                found.update(_named(tree, node, problem, {}, node) or _best(tree, node, problem))
+    return frozenset(found)
+
+
+def _best(tree: Tree, node: int, problem: GroundingProblem) -> list[str]:
+    """Return the loads that an OBJECT for one thing means: all that its kind may name, if alone."""
+    words = noun_words(tree.nodes[node])
+    if not words:
+        return []
+    singles = [thing for thing, _ in _singles(ground_thing(tree, node, problem), problem.state)]
+    if words[-1] not in NOUNLESS:
+        singles = [thing for thing in singles if _matches(thing, tree, node)]
+    alone = not _tells_more(tree, node) and words[-1] not in NOUNLESS
+    return [thing.id for thing in (singles if alone else singles[:1])]
+
+
+def after(tree: Tree, problem: GroundingProblem, state: State) -> GroundingProblem:
+    """Return the problem for the next load: things are where they are now, seen as at first."""
+    first, now = problem.state.context, state.context
+    objects = tuple(first.agent if o.id == now.agent_id else o for o in now.objects)
+    seen = replace(state, context=replace(now, objects=objects))
+    again = replace(problem, state=seen, scene=scene_asked(tree, seen))
+    return replace(again, leaves=leaf_scores(tree, again.scene, again.cost))
