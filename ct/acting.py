@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from g3.actions.robot_state import State
     from g3.groundings import Context
     from g3.inference.grounder import Grounder, Result
-    from g3.language.parsing.extractor import Parse, SDCExtractor
+    from g3.language.parsing.sdc_parser import SDCParser
+    from g3.language.parsing.trees import Parse
     from g3.learning.grounding_model import GroundingModel
     from g3.sdc.clauses import SDC
 
@@ -27,9 +28,9 @@ Where: TypeAlias = "State | Context | Path | str"
 
 
 def parse(
-    command: str | Entry, *, n_best: int = 1, extractor: SDCExtractor | Path | str | None = None
+    command: str | Entry, *, n_best: int = 1, extractor: SDCParser | Path | str | None = None
 ) -> Parse:
-    """Extract the clauses of a command (section 3.1). It needs the extra ``language``.
+    """Extract the clauses of a command (section 3.1).
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def parse(
     n_best
         Largest number of trees.
     extractor
-        Extractor, or its file; the bundled one if left out.
+        Parser, or its file; the bundled one if left out.
 
     Returns
     -------
@@ -51,10 +52,10 @@ def parse(
     (SDC('EVENT', 'Put the pallet on the truck'),)
     """
     from corpus_tools.corpus.corpus_entries import Entry
-    from g3.language.parsing.extractor import SDCExtractor
     from g3.language.parsing.parser import parse as extract
+    from g3.language.parsing.sdc_parser import SDCParser
 
-    used = SDCExtractor.load(extractor) if isinstance(extractor, (Path, str)) else extractor
+    used = SDCParser.load(extractor) if isinstance(extractor, (Path, str)) else extractor
     a_kind_of("command", command, (str, Entry), "give its text, or an entry of a corpus")
     text = command if isinstance(command, str) else command.text
     return extract(text, n_best=n_best, extractor=used)
@@ -89,9 +90,9 @@ def follow(
     Returns
     -------
     Result
-        The plans, best first, or why there is none. Plans that the simulated robot can't carry
-        out say so (`why_not`). A notebook draws the scene, what the clauses are grounded in, and
-        the ways of the plan.
+        The plans, best first, or why there is none. A plan that the simulated robot can't carry
+        out gives the reason (`why_not`). A notebook draws the scene, what the clauses are grounded
+        in, and the ways of the plan.
 
     Raises
     ------
@@ -127,7 +128,7 @@ def follow(
 
 def _of_entry(command: AnyCommand) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
     from corpus_tools.corpus.corpus_entries import Entry
-    from g3.language.parsing.extractor import Parse
+    from g3.language.parsing.trees import Parse
     from g3.sdc.clauses import SDC
 
     said = "give its text, an entry of a corpus, clauses, or what ct.parse gave"

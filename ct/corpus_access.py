@@ -87,7 +87,7 @@ def import_corpus(
     """
     import secrets
 
-    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+    from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.importers.importer_registry import importers
     from corpus_tools.importers.report import REPORT
 
@@ -99,13 +99,13 @@ def import_corpus(
     for name, value in options.items():
         one_of(name, value, choices[name] or (value,))
     if out is not None:
-        check_writable(out, force=force)
+        Corpus.check_target(out, force=force)
     given: dict[str, Any] = {option.name: option.default for option in importer.options} | options
     corpus, report = importer.load()(
         Path(path), salt=salt or secrets.token_hex(16), keep_going=keep_going, **given
     )
     if out is not None:
-        write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
+        corpus.save(out, force=force, attachments={REPORT: report.to_bytes()})
     return corpus
 
 
@@ -166,13 +166,12 @@ def export(
     FormatError
         If there is no such format, or the folder holds something else.
     """
-    from corpus_tools.corpus.corpus_writing import write_corpus
     from corpus_tools.exporters.export_registry import export_corpus_to, exporters
 
     one_of("to", to, ("corpus", *(exporter.name for exporter in exporters())))
     folder = Path(out)
     if to == "corpus" and videos is None:
-        write_corpus(load(corpus), folder, force=force)
+        load(corpus).save(folder, force=force)
     else:
         films = None if videos is None else Path(videos)
         export_corpus_to(load(corpus), to, folder, videos=films, force=force)

@@ -13,7 +13,7 @@ from ct.corpus_access import AnyCorpus, load
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
-    from eval.tables.result_table import ResultTable
+    from eval.tables.formats import ResultTable
     from g3.learning.grounding_model import GroundingModel
 
 DRAWS = {1: 2000, 2: 10_000, 3: 2000}
@@ -93,7 +93,6 @@ def evaluate(
 def _folder_of(thing: AnyCorpus | GroundingModel | None) -> Iterator[str]:
     """Yield a name that processes can open; a corpus in memory is written to a folder."""
     from corpus_tools.corpus.corpus_model import Corpus
-    from corpus_tools.corpus.corpus_writing import write_corpus
 
     if thing is None or isinstance(thing, (str, Path)):
         yield str(thing or "")
@@ -101,7 +100,7 @@ def _folder_of(thing: AnyCorpus | GroundingModel | None) -> Iterator[str]:
     with TemporaryDirectory(prefix="ct-") as folder:
         if isinstance(thing, Corpus):
             path = Path(folder) / (Path(thing.name).name or "corpus")
-            write_corpus(thing, path)
+            thing.save(path)
         else:
             path = Path(folder) / "model.npz"
             thing.save(path)
@@ -164,6 +163,6 @@ def _table_3(
 
 
 def _table(number: int, render: Any) -> ResultTable:
-    from eval.tables.result_table import ResultTable
+    from eval.tables.formats import ResultTable
 
     return ResultTable(f"Table {number}", render)

@@ -9,7 +9,7 @@ from ct.argument_checks import one_of, positive, several
 from ct.corpus_access import AnyCorpus, load
 
 if TYPE_CHECKING:
-    from g3.language.parsing.extractor import SDCExtractor
+    from g3.language.parsing.sdc_parser import SDCParser
     from g3.learning.grounding_model import GroundingModel
 
 
@@ -25,7 +25,7 @@ def train(
     seed: int = ...,
 ) -> GroundingModel: ...
 @overload
-def train(corpus: AnyCorpus, to: Literal["parse"], *, l2: float | None = ...) -> SDCExtractor: ...
+def train(corpus: AnyCorpus, to: Literal["parse"], *, l2: float | None = ...) -> SDCParser: ...
 def train(
     corpus: AnyCorpus,
     to: Literal["match", "follow", "parse"] = "match",
@@ -35,7 +35,7 @@ def train(
     ablate: Sequence[str] = (),
     plus: Sequence[str] = (),
     seed: int = 0,
-) -> GroundingModel | SDCExtractor:
+) -> GroundingModel | SDCParser:
     """Train a model on a corpus. Its ``save(path)`` keeps it, for the command line too.
 
     Parameters
@@ -45,7 +45,8 @@ def train(
     to
         Purpose of the model. ``match``: to predict matches between clauses and groundings (Table
         1), as ``ct train g3`` does. ``follow``: to follow commands; it learns from the alternatives
-        in each scene, which takes minutes. ``parse``: to extract clauses, as ``ct train sdc`` does.
+        in each scene, which takes minutes. ``parse``: to parse commands, as ``ct train parser``
+        does.
     l2
         Strength of the regularisation, above 0.
     negatives, ablate, plus, seed
@@ -62,9 +63,9 @@ def train(
     positive("l2", l2)
     known = load(corpus)
     if to == "parse":
-        from corpus_tools.learning.trained import extractor_from
+        from corpus_tools.learning.trained import parser_from
 
-        return extractor_from([known], l2)
+        return parser_from([known], l2)
     from g3.learning.grounding_model import DEFAULT_L2
 
     strength = DEFAULT_L2 if l2 is None else l2

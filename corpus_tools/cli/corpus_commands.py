@@ -106,7 +106,7 @@ def seal(path: Path, form: str) -> None:
       ct corpus seal aaai11
       ct corpus seal aaai11 --json
     """
-    from corpus_tools.corpus.corpus_writing import seal as sealed
+    from corpus_tools.corpus.corpus_validation import seal as sealed
 
     before, after = sealed(path)
     record = {"corpus": path, "hash": after.hash, "hash_before": before.hash}

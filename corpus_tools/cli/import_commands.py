@@ -76,10 +76,10 @@ def _command(importer: Importer) -> click.Command:
     ) -> None:
         import secrets
 
-        from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+        from corpus_tools.corpus.corpus_model import Corpus
         from corpus_tools.importers.report import REPORT
 
-        check_writable(out, force=force)
+        Corpus.check_target(out, force=force)
         with progress_bar("reading") as on_progress:
             corpus, report = importer.load()(
                 path,
@@ -88,7 +88,7 @@ def _command(importer: Importer) -> click.Command:
                 on_progress=on_progress,
                 **options,
             )
-        write_corpus(corpus, out, force=force, attachments={REPORT: report.to_bytes()})
+        corpus.save(out, force=force, attachments={REPORT: report.to_bytes()})
         tell(form, {"folder": out, "report": report}, *_summary(report, out))
 
     for option in importer.options:

@@ -13,7 +13,8 @@ from corpus_tools.runtime.terminal import note, say
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
-    from g3.language.parsing.extractor import Parse, SDCExtractor
+    from g3.language.parsing.sdc_parser import SDCParser
+    from g3.language.parsing.trees import Parse
 
 
 @click.command(
@@ -37,7 +38,11 @@ if TYPE_CHECKING:
     default=1,
     help="How many trees to give for each command, the most probable first.",
 )
-@click.option("--model", type=PATH, help="A model of `ct train sdc`, rather than the bundled one.")
+@click.option(
+    "--model",
+    type=PATH,
+    help="A model of `ct train parser`, rather than the bundled one.",
+)
 @OUT
 def parse(
     *,
@@ -53,7 +58,7 @@ def parse(
     TEXT is a command; "-" reads commands from the standard input, one a line. What can't be
     parsed, wholly or in part, is named on the standard error.
     """
-    from g3.language.parsing.extractor import SDCExtractor, default_extractor
+    from g3.language.parsing.sdc_parser import SDCParser, default_parser
     from g3.storage.atomic_file import write_bytes
 
     commands = _commands(text, source)
@@ -61,7 +66,7 @@ def parse(
         raise click.UsageError("--format svg draws one command.")
     if form in ("svg", "conllu") and n_best > 1:
         raise click.UsageError(f"--format {form} shows the best tree only; leave out --n-best.")
-    extractor = default_extractor() if model is None else SDCExtractor.load(model)
+    extractor = default_parser() if model is None else SDCParser.load(model)
     written = _write(commands, form, n_best, extractor)
     content = "\n".join(written)
     if out is None:
@@ -94,15 +99,14 @@ def _commands(text: str | None, source: Path | None) -> list[str]:
     return commands
 
 
-def _write(commands: list[str], form: str, n_best: int, extractor: SDCExtractor) -> list[str]:
+def _write(commands: list[str], form: str, n_best: int, extractor: SDCParser) -> list[str]:
     from g3.language.parsing.conllu import to_conllu
     from g3.language.parsing.spacy_pipeline import analyse
     from g3.sdc.sdc_drawing import to_svg
 
     if form == "conllu":
-        analyses = list(analyse(commands))
-        parses = list(extractor.predict_proba(analyses))
-        numbered = enumerate(zip(analyses, parses, strict=True), start=1)
+        parses = list(extractor.predict_proba(commands))
+        numbered = enumerate(zip(analyse(commands), parses, strict=True), start=1)
         texts = [to_conllu(a, p.sdcs, sent_id=str(n)) for n, (a, p) in numbered]
     else:
         parses = list(extractor.predict_proba(commands, n_best=n_best))

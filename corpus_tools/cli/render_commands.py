@@ -86,7 +86,7 @@ def render_videos(
     gets a folder in OUT with video.mp4, poster.png, segmentation.png and segmentation.json
     (what is where in the first frame), log.mcap and manifest.json. A folder is there as a
     whole or not at all. What is there already, made of the same input by the same program,
-    is skipped: run again to go on after an interruption.
+    is skipped: run again to resume after an interruption.
 
     The exit status is 0 if all are there, 1 if one failed by an error of ct, 2 by its input.
 

@@ -11,7 +11,7 @@ from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 
 SHOWN_PEOPLE = 5
-"""Number of people listed most of whose commands were unrelated to the execution."""
+"""Number of people listed whose commands were mostly unrelated to the execution."""
 
 
 @click.group()

@@ -56,7 +56,7 @@ def describe(
     The scenarios are executed in physics; the commands have trees and groundings.
 
     It can be named wherever a corpus is taken. The same options give the same files, more
-    scenarios change none of the others, and an interrupted run goes on where it stopped. Scenarios
+    scenarios change none of the others, and an interrupted run resumes where it stopped. Scenarios
     that the robot fails at are left out and named, and the exit status is 2 then.
 
     \b
@@ -116,11 +116,11 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form
     """
     from dataclasses import replace
 
-    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+    from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.importers.authored.bundled import open_corpus
     from corpus_tools.simulation.simulated_raters import rate as judge
 
-    check_writable(out)
+    Corpus.check_target(out)
     rated = open_corpus(corpus)
     given = judge(rated, raters=raters, judgments=judgments, seed=seed)
     made = replace(
@@ -129,6 +129,6 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form
         judgments=given,
         source=f"{rated.source} The judgments are simulated; see docs/simulation.md.",
     )
-    write_corpus(made, out)
+    made.save(out)
     record = {"folder": out, "judgments": len(given)}
     tell(form, record, f"simulated {len(given)} judgments in {out}")

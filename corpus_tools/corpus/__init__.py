@@ -1,7 +1,7 @@
-"""The corpus on disk: its format, reading, writing, checking and counting.
+"""The corpus: its class, its format on disk, checks and counts.
 
-Read :mod:`corpus_tools.corpus.corpus_model` first (what a corpus is in memory), then
-:mod:`corpus_tools.corpus.corpus_records` (what its files hold). ``reading.load_corpus`` and
-``writing.write_corpus`` lead from one to the other through ``decoding`` and
-``encoding``. The format is described in ``docs/corpus-format.md``.
+Read :mod:`corpus_tools.corpus.corpus_model` first (the class ``Corpus``), then
+:mod:`corpus_tools.corpus.corpus_records` (the records of its files). ``Corpus.load`` reads files by
+``decoding``, ``Corpus.save`` writes them by ``corpus_tables``. The format is described in
+``docs/corpus-format.md``.
 """

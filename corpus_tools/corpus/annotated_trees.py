@@ -21,17 +21,18 @@ class Annotated(NamedTuple):
 def annotated_trees(corpus: Corpus) -> list[Annotated]:
     """List each annotated command of a corpus once, with its first annotation's trees.
 
+    A command that asks for nothing has none.
+
     Raises
     ------
     CorpusError
-        If there are none.
+        If there are no trees.
     """
     found: dict[str, Annotated] = {}
     for annotation in corpus.annotations:
-        if annotation.sdcs:
-            command = annotation.command
-            found.setdefault(command.id, Annotated(command, annotation.sdcs))
-    if not found:
+        command = annotation.command
+        found.setdefault(command.id, Annotated(command, annotation.sdcs))
+    if not any(annotated.sdcs for annotated in found.values()):
         raise CorpusError(
             "no command has SDC trees",
             where=f"corpus {corpus.name}",

@@ -126,7 +126,7 @@ def contexts_by_command(
     -------
     dict
         From a command's id to a context's: that of its annotations, else of its outcomes,
-        else of its scenario's other commands, else the one with its scenario's name.
+        else of its scenario's other commands, else its scenario's name.
         Commands whose context is unknown are missing.
     """
     annotated: dict[str, str] = {}

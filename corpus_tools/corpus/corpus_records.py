@@ -47,7 +47,7 @@ class ObjectRecord(_Record, frozen=True):
     """A physical object; its trajectory is an index into trajectories.npz.
 
     ``liftable`` says whether the robot can lift it, and ``colours`` what colours it has, where
-    somebody has said so.
+    somebody has stated them.
     """
 
     id: str
@@ -128,6 +128,7 @@ class AnnotationRecord(_Record, frozen=True):
 
     ``groundings`` and ``correct`` follow the clauses breadth first: the top-level
     clauses, then their children in the order figure, landmark1, landmark2, and so on.
+    ``taken_back`` are the words that the person takes back; they are in no clause.
     """
 
     id: str
@@ -137,6 +138,7 @@ class AnnotationRecord(_Record, frozen=True):
     sdcs: tuple[SDCRecord, ...]
     groundings: tuple[tuple[GroundingRecord, ...], ...]
     correct: tuple[bool | None, ...]
+    taken_back: tuple[Word, ...] = ()
 
 
 class JudgmentRecord(_Record, frozen=True):

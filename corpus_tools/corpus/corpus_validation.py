@@ -1,4 +1,4 @@
-"""Checking everything in a corpus, and telling all that is wrong with it."""
+"""Checks of everything in a corpus, and acceptance of changes made by hand."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import numpy as np
 
 from corpus_tools.corpus import corpus_records as records
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_reading import read_corpus
+from corpus_tools.corpus.corpus_tables import manifest_to_bytes, sealed
+from corpus_tools.corpus.decoding import read_content, read_manifest, refuse
 from corpus_tools.corpus.trajectory_arrays import read_arrays, unpack_one
 from g3.errors import CorpusError, FormatError
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.sdc.sdc_notation import check_sdc
+from g3.storage.atomic_file import write_bytes
 
 SMALLEST_AREA_M2 = 1e-6
 
@@ -27,7 +29,7 @@ def validate(folder: Path) -> list[CorpusError]:
     FormatError.
     """
     problems: list[CorpusError] = []
-    corpus = read_corpus(folder, problems.append)
+    corpus = Corpus.load(folder, on_problem=problems.append)
     problems += _trajectory_problems(folder)
     problems += _prism_problems(corpus, folder)
     problems += _text_problems(corpus, folder)
@@ -99,3 +101,16 @@ def _sdc_problems(corpus: Corpus, folder: Path) -> Iterator[CorpusError]:
                 check_sdc(sdc, where=f"{folder / records.ANNOTATIONS}: {annotation.id}: sdcs[{i}]")
             except CorpusError as problem:
                 yield problem
+
+
+def seal(folder: Path) -> tuple[records.Manifest, records.Manifest]:
+    """Write the hash, counts and digests of a corpus's present content into its corpus.json.
+
+    Returns the manifest as it was, and as it is now. If anything else is wrong with the corpus,
+    that is a FormatError, and nothing is written.
+    """
+    before = read_manifest(folder)
+    _, tables = read_content(folder, before, refuse)
+    after = sealed(before, tables)
+    write_bytes(folder / records.MANIFEST, manifest_to_bytes(after))
+    return before, after

@@ -5,14 +5,13 @@ from __future__ import annotations
 import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from corpus_tools.corpus.corpus_entries import belongs_to
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import PAPER, Statistics
-from corpus_tools.corpus.encoding import encode
+from corpus_tools.corpus.corpus_tables import Content, encode
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
 from corpus_tools.corpus.trajectory_arrays import as_lists
 from g3.annotation import Annotation, Command, TaskOutcome
@@ -170,13 +169,15 @@ def _annotation(annotation: Annotation) -> str:
         grounded = "; ".join(map(_grounding, groundings)) or "-"
         words = " ".join(span.text for span in all_words(sdc)) or "(implicit)"
         rows.append((sdc.type, words, grounded, LABELS[label]))
+    taken_back = " ".join(span.text for span in annotation.taken_back)
     return "\n".join(
         [
             f"annotation {annotation.id} ({annotation.source})",
             f"  {annotation.command.text.strip()!r}",
             f"  context {annotation.context.id}",
             "",
-            format_brackets(annotation.sdcs),
+            *([format_brackets(annotation.sdcs)] if annotation.sdcs else ["asks for nothing"]),
+            *([f"taken back: {taken_back}"] if taken_back else []),
             "",
             *columns(rows),
         ]
@@ -270,16 +271,7 @@ def excerpt(corpus: Corpus, name: str) -> Mapping[str, object]:
     contexts |= {outcome.context: corpus.contexts[outcome.context] for outcome in outcomes}
     commands |= {key: value for key, value in corpus.commands.items() if key == name}
     contexts |= {key: value for key, value in corpus.contexts.items() if key == name}
-    tables = encode(
-        replace(
-            corpus,
-            contexts=contexts,
-            commands=commands,
-            annotations=annotations,
-            judgments=(),
-            outcomes=outcomes,
-        )
-    )
+    tables = encode(Content(contexts, commands, annotations, (), outcomes))
     return {
         "commands": tables.commands,
         "annotations": tables.annotations,

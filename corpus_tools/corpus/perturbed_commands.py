@@ -6,7 +6,6 @@ from collections import defaultdict
 from dataclasses import replace
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import rehashed
 from g3.language.parsing.perturbation import perturb
 from g3.sdc.clauses import SDC
 
@@ -29,7 +28,12 @@ def with_perturbed_commands(corpus: Corpus, kind: str, *, seed: int = 0) -> Corp
         for command in corpus.commands.values()
     }
     annotations = tuple(
-        replace(a, command=commands[a.command.id], sdcs=typed[a.command.id].carry(a.sdcs))
+        replace(
+            a,
+            command=commands[a.command.id],
+            sdcs=typed[a.command.id].carry(a.sdcs),
+            taken_back=(),  # typed another way, its words may be others
+        )
         for a in corpus.annotations
     )
-    return rehashed(replace(corpus, commands=commands, annotations=annotations))
+    return replace(corpus, commands=commands, annotations=annotations)

@@ -1,6 +1,6 @@
 """Heading of the robot at the start, where nobody has recorded it.
 
-A context says so by having the heading of its agent among what is assumed. Results for such
+Such a context lists the heading of its agent in `assumed`. Results for such
 worlds should be given for several headings: give each rule to :func:`with_headings`.
 """
 
@@ -13,7 +13,6 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import rehashed
 from g3.annotation import Annotation
 from g3.errors import FormatError
 from g3.geometry.plane import rotate
@@ -97,7 +96,7 @@ def with_headings(corpus: Corpus, rule: HeadingRule) -> Corpus:
         )
 
     annotations = tuple(map(moved, corpus.annotations))
-    return rehashed(replace(corpus, contexts=turned, annotations=annotations))
+    return replace(corpus, contexts=turned, annotations=annotations)
 
 
 def turn_robot(context: Context, rule: HeadingRule) -> Context:

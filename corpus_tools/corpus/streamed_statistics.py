@@ -15,10 +15,10 @@ from typing import Any
 import msgspec
 
 from corpus_tools.corpus import corpus_records as records
-from corpus_tools.corpus import digests
-from corpus_tools.corpus.corpus_reading import load_corpus, read_manifest
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import Statistics, Tally, of_annotations, statistics
-from corpus_tools.corpus.decoding import command
+from corpus_tools.corpus.corpus_tables import is_as_written
+from corpus_tools.corpus.decoding import command, read_manifest
 from corpus_tools.corpus.trajectory_arrays import read_arrays
 from g3.annotation import Command
 from g3.storage import regular_file
@@ -41,7 +41,7 @@ def statistics_of_files(folder: Path) -> Statistics:
             counted = None
         if counted is not None:
             return counted
-    return statistics(load_corpus(folder))  # or it tells what is wrong
+    return statistics(Corpus.load(folder))  # or it tells what is wrong
 
 
 def _counted(folder: Path, manifest: records.Manifest) -> Statistics | None:
@@ -68,7 +68,7 @@ def _counted(folder: Path, manifest: records.Manifest) -> Statistics | None:
         records.JUDGMENTS: count_judgment,
     }
     found = {name: _each_line(folder / name, count) for name, count in counting.items()}
-    if not digests.is_as_written(manifest, found, read_arrays(folder / records.TRAJECTORIES)):
+    if not is_as_written(manifest, found, read_arrays(folder / records.TRAJECTORIES)):
         return None
     return Statistics(
         name=manifest.name,

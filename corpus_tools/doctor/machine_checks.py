@@ -57,11 +57,11 @@ def image_tags() -> str:
 
 def parsing() -> str:
     """Check that commands can be parsed."""
-    from g3.language.parsing.extractor import default_extractor  # noqa: PLC0415 - slow to import
-    from g3.language.parsing.spacy_pipeline import language_model  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.sdc_parser import default_parser  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.spacy_pipeline import language_model  # noqa: PLC0415 - as above
 
     meta = language_model().meta
-    default_extractor()
+    default_parser()
     return f"{meta['lang']}_{meta['name']} {meta['version']}"
 
 

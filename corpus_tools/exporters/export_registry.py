@@ -118,6 +118,12 @@ for _exporter in (
         f"{_HERE}.slu_core:slu_core_files",
         "data/aaai11/forkliftMturkEsdcs.stefie10.groundings.withPaths.yaml.bz2",
     ),
+    Exporter(
+        "treebank",
+        "Commands with their clauses in bracket notation, without worlds.",
+        f"{_HERE}.treebank_files:treebank_files",
+        "trees.jsonl",
+    ),
 ):
     register(_exporter)
 

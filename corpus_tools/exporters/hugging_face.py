@@ -16,7 +16,7 @@ import yaml
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import AnnotationRecord, ObjectReference
-from corpus_tools.corpus.encoding import encode
+from corpus_tools.corpus.corpus_tables import encode
 from corpus_tools.corpus.trajectory_arrays import as_lists
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from g3.annotation import Annotation
@@ -51,7 +51,7 @@ def hugging_face_files(corpus: Corpus) -> dict[str, bytes]:
     """Return a Parquet file a part and the card ``README.md``; FormatError without pyarrow."""
     pa, _ = import_pyarrow()
     schemas = _schemas(pa)
-    tables = encode(corpus)
+    tables = encode(corpus.content)
     rows: Mapping[str, Iterable[Row]] = {
         "commands": map(_with_all_fields, tables.commands),
         "contexts": map(_with_all_fields, tables.contexts),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_reading import load_corpus, read_manifest
+from corpus_tools.corpus.decoding import read_manifest
 from corpus_tools.corpus.labelled_corpus import scenario_ids
 from corpus_tools.importers.authored.bundled import resolve
 from corpus_tools.runtime.progress import OnProgress
@@ -49,7 +49,7 @@ def default_model(on_progress: OnProgress | None = None) -> GroundingModel:
     model = kept_model()
     if model is not None:
         return model
-    corpus = load_corpus(resolve(DEFAULT_CORPUS))
+    corpus = Corpus.load(resolve(DEFAULT_CORPUS))
     path = kept_at(corpus.hash)
     path.parent.mkdir(parents=True, exist_ok=True)
     following_model(corpus, on_progress=on_progress).save(path)

@@ -138,4 +138,16 @@ register(
     )
 )
 
+register(
+    Importer(
+        name="treebank",
+        summary="Commands with SDC trees, without worlds and groundings.",
+        description=(
+            "PATH is a folder with trees.jsonl, such as datasets/treebank. "
+            "docs/treebanks.md describes the files."
+        ),
+        target="corpus_tools.importers.treebank:import_treebank",
+    )
+)
+
 IMPORTERS.load_others()

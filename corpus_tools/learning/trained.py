@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from corpus_tools.corpus.annotated_trees import annotated_trees
+from corpus_tools.corpus.annotated_trees import Annotated, annotated_trees
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import Options, labelled_examples, scenario_ids
 from corpus_tools.corpus.load_choices import load_choices_of
@@ -23,7 +23,7 @@ from g3.learning.optimum import Optimizer
 
 if TYPE_CHECKING:
     from corpus_tools.shards.shard_files import Manifest
-    from g3.language.parsing.extractor import SDCExtractor
+    from g3.language.parsing.sdc_parser import SDCParser
 
 IN_MEMORY = 20_000
 """Number of examples whose features take 50 MiB, and four times as much during training."""
@@ -103,23 +103,25 @@ def _fit_on_disk(
         )
 
 
-def extractor_from(corpora: Sequence[Corpus], l2: float | None = None) -> SDCExtractor:
-    """Train the extractor of clauses on annotated trees; the first corpus's ways are followed."""
-    from g3.language.parsing import extractor as parsing  # noqa: PLC0415 - brings spaCy
-    from g3.language.parsing.training.extractor_training import prepare  # noqa: PLC0415 - as above
+def parser_from(corpora: Sequence[Corpus], l2: float | None = None) -> SDCParser:
+    """Teach the bundled parser annotated trees; the first corpus's ways are followed."""
+    from g3.language.parsing import sdc_parser as parsing  # noqa: PLC0415 - slow to import
 
-    first, *others = [annotated_trees(corpus) for corpus in corpora]
-    items = [*first, *(item for part in others for item in part)]
-    strength = parsing.DEFAULT_L2 if l2 is None else l2
+    items, first, card = _annotated(corpora, parsing.DEFAULT_L2 if l2 is None else l2)
+    return parsing.SDCParser(l2=card["l2"], card=card).fit(items[:first], others=items[first:])
+
+
+def _annotated(corpora: Sequence[Corpus], l2: float) -> tuple[list[Annotated], int, dict[str, Any]]:
+    """Annotated commands, how many of them are the first corpus's, and notes on them."""
+    parts = [annotated_trees(corpus) for corpus in corpora]
+    items = [item for part in parts for item in part]
     card = {
         "corpora": {corpus.name: corpus.hash for corpus in corpora},
         "commands": len(items),
-        "l2": strength,
+        "l2": l2,
         "scenarios": sorted({item.command.scenario for item in items}),
     }
-    lessons = prepare(items)
-    own, besides = lessons[: len(first)], lessons[len(first) :]
-    return parsing.SDCExtractor(l2=strength, card=card).fit(own, others=besides)
+    return items, len(parts[0]), card
 
 
 def from_shards(

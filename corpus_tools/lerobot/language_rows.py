@@ -226,7 +226,7 @@ def check_language(schema: Any, file: Path) -> None:
 
 
 def widened(kind: Any, usual: Any) -> Any:
-    """Return a type in which nulls have become those of `usual`, and all else stays."""
+    """Return a type in which nulls have become those of `usual`, and the rest stays."""
     pa, _ = import_pyarrow()
     if pa.types.is_null(kind):
         return usual

@@ -200,7 +200,7 @@ def _parts(
     on_error: OnError,
     on_progress: OnProgress,
 ) -> tuple[list[_Shown], list[int]]:
-    """Return the parts of videos that show episodes, and the episodes whose videos go on."""
+    """Return the parts of videos that show episodes, and the episodes with longer videos."""
     from corpus_tools.video.probe import VideoInfo, probe  # noqa: PLC0415 - PyAV may be missing
 
     files = list(dict.fromkeys(one.episode.videos[camera].file for one in framed))

@@ -185,7 +185,7 @@ class SceneEntity(msgspec.Struct, frozen=True, gc=False):
 
 
 class SceneEntityDeletion(msgspec.Struct, frozen=True, gc=False):
-    """What to draw no longer."""
+    """Entities to remove from the drawing."""
 
     timestamp: Time
     type: Unsigned

@@ -35,7 +35,7 @@ PORTIONS = 8
 
 @dataclass(frozen=True, slots=True)
 class Portion:
-    """Every `of`-th shard of a corpus, from the one with this number on."""
+    """Every `of`-th shard of a corpus, from this number on."""
 
     corpus: str
     order: int

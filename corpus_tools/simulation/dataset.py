@@ -56,7 +56,7 @@ def write_dataset(
     """Simulate workers, write their commands with scenarios and logs, and return the failures.
 
     The folder `out` of the dataset is made if it isn't there. What is there already is kept, so
-    that an interrupted run goes on where it stopped. Layouts and words are those of the dataset
+    that an interrupted run resumes where it stopped. Layouts and words are those of the dataset
     `basis`. The files don't depend on the `workers` that execute the scenarios. A scenario is
     left out if the robot can't do its script. FormatError if the folder holds something else, or
     the layouts have no room.

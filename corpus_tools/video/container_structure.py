@@ -1,7 +1,7 @@
 """The outermost structure of MP4 and WebM files: their kind, and whether their end is there.
 
 FFmpeg reads a file that was cut off as a shorter one. The sizes that its boxes or elements state
-tell the two apart.
+distinguish the two.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.execution import recorded
 from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
@@ -107,7 +107,7 @@ def _replayed(context: Context, corpus: str) -> Story:
     return Story(
         context.id,
         "",
-        make_corpus("", contexts=[context], commands=(), annotations=()).hash,
+        Corpus.build("", contexts=[context], commands=(), annotations=()).hash,
         {"corpus": Path(corpus).name},
         lambda: replay(context, RATE_HZ),
     )

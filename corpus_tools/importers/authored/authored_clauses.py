@@ -175,7 +175,7 @@ def check_log(world: World) -> None:
 def check_clauses(clauses: Clauses, world: World) -> None:
     """Check that a command's groundings fit the log.
 
-    A command that names loads names the one that moves. A PLACE of an EVENT is where what moves
+    A command that names loads names the load that moves. A PLACE of an EVENT is where what moves
     ends, or the robot. If they don't, the FormatError's ``where`` is the field.
     """
     nodes = list(breadth_first(clauses.sdcs))

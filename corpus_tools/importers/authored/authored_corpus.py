@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored import authored_files
 from corpus_tools.importers.authored.authored_clauses import (
     Clauses,
@@ -83,7 +82,7 @@ def import_authored(
             where=str(path),
             fix="docs/authored-corpora.md describes the files",
         )
-    corpus = make_corpus(
+    corpus = Corpus.build(
         dataset.name,
         contexts=[world.context for world in worlds],
         commands=[item.command for item in grounded],

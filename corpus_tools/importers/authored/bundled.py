@@ -1,8 +1,8 @@
 """The corpora that come with the toolkit, built from their sources when they are needed.
 
 A bundled dataset is a folder of ``datasets`` with an authored corpus
-(``docs/authored-corpora.md``). Its corpus is built into the user's cache when it is
-first used, and again after its files or the program have changed.
+(``docs/authored-corpora.md``) or a treebank (``docs/treebanks.md``). Its corpus is built into the
+user's cache when it is first used, and again after its files or the program have changed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import time
 from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_records import (
     ANNOTATIONS,
     COMMANDS,
@@ -24,8 +23,8 @@ from corpus_tools.corpus.corpus_records import (
     MANIFEST,
     TRAJECTORIES,
 )
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.importers.report import REPORT
+from corpus_tools.importers.report import REPORT, ImportReport
+from corpus_tools.importers.treebank import import_treebank, is_treebank
 from corpus_tools.runtime.shipped import DATASET, bundled, program_digest
 from g3.errors import FormatError
 from g3.storage.cache_folder import cache_folder
@@ -38,7 +37,7 @@ DIGITS = 16
 
 _FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
 
-_BUILDERS = ("corpus", "importers/authored", "logs", "world", "../g3")
+_BUILDERS = ("corpus", "importers", "logs", "world", "../g3")
 """Folders with the modules that determine what is built, from this package."""
 
 
@@ -50,7 +49,7 @@ def resolve(name_or_path: str | Path) -> Path:
     name_or_path
         A folder, which is returned as it is; or, where there is no such folder, the name
         of a bundled dataset, such as ``warehouse``. The folder of an authored corpus's
-        sources stands for the corpus built from it.
+        sources, or of a treebank, stands for the corpus built from it.
 
     Raises
     ------
@@ -59,7 +58,8 @@ def resolve(name_or_path: str | Path) -> Path:
     """
     path = Path(name_or_path)
     if path.exists():
-        is_source = (path / DATASET).is_file() and not (path / MANIFEST).exists()
+        is_source = (path / DATASET).is_file() or is_treebank(path)
+        is_source = is_source and not (path / MANIFEST).exists()
         return _built(path) if is_source else path
     source = bundled().get(str(name_or_path))
     if source is None:
@@ -75,7 +75,7 @@ def open_corpus(name_or_path: str | Path) -> Corpus:
     FormatError
         If there is none, or something in it is wrong.
     """
-    return load_corpus(resolve(name_or_path))
+    return Corpus.load(resolve(name_or_path))
 
 
 def _built(source: Path) -> Path:
@@ -91,15 +91,11 @@ def _is_whole(corpus: Path) -> bool:
 
 def _build(source: Path, target: Path) -> None:
     """Build under a temporary name and rename: the first process wins, the others agree."""
-    from corpus_tools.importers.authored.authored_corpus import (  # noqa: PLC0415 - once a version only
-        import_authored,
-    )
-
-    corpus, report = import_authored(source)
+    corpus, report = _imported(source)
     new = target.with_name(f".{target.name}.new-{secrets.token_hex(4)}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        write_corpus(corpus, new, attachments={REPORT: report.to_bytes()})
+        corpus.save(new, attachments={REPORT: report.to_bytes()})
         if target.exists() and not _is_whole(target):
             shutil.rmtree(target)  # somebody has removed files from it
         new.rename(target)
@@ -115,6 +111,16 @@ def _build(source: Path, target: Path) -> None:
     forget_old(f"{source.resolve().name}-{'?' * DIGITS}", but=target)
 
 
+def _imported(source: Path) -> tuple[Corpus, ImportReport]:
+    if is_treebank(source):
+        return import_treebank(source)
+    from corpus_tools.importers.authored.authored_corpus import (  # noqa: PLC0415 - once a version only
+        import_authored,
+    )
+
+    return import_authored(source)
+
+
 def forget_old(pattern: str, *, but: Path | None = None) -> None:
     """Remove folders from the cache that are older than a month, by a pattern of their names."""
     oldest = time.time() - KEPT_DAYS * 24 * 3600
@@ -127,7 +133,7 @@ def forget_old(pattern: str, *, but: Path | None = None) -> None:
 def _digest(source: Path) -> str:
     """Digest of a dataset's files and of the program that builds it."""
     digest = hashlib.sha256(program_digest(*_BUILDERS).encode())
-    for path in sorted(p for kind in ("yaml", "mcap") for p in source.rglob(f"*.{kind}")):
+    for path in sorted(p for kind in ("yaml", "mcap", "jsonl") for p in source.rglob(f"*.{kind}")):
         digest.update(f"{path.relative_to(source).as_posix()}\n".encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:DIGITS]

@@ -14,7 +14,6 @@ from typing import Any
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import statistics
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.corpus.start_headings import HeadingRule, turn_robot
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.importers.slu_core import slu_files
@@ -78,7 +77,7 @@ def import_automatic(
         commands += typed
         outcomes += outcomes_of_log(log, context, world.only_video(typed, video), world.remark)
     journal.check()
-    corpus = make_corpus(
+    corpus = Corpus.build(
         NAME,
         contexts=contexts,
         commands=commands,

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.importers.slu_core import slu_files
 from corpus_tools.importers.slu_core.slu_tables import read_assignments, read_judgments
@@ -76,7 +75,7 @@ def import_slu_core(
             where=str(path),
             fix="fetch the files again",
         )
-    corpus = make_corpus(
+    corpus = Corpus.build(
         NAME,
         contexts=desk.worlds.contexts(),
         commands=desk.all_commands(),

@@ -10,7 +10,6 @@ from typing import Literal, TypeAlias, get_args
 import msgspec
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import merged
 from corpus_tools.corpus.start_headings import parse_heading
 from corpus_tools.importers.report import ImportReport
 from corpus_tools.importers.slu_core.automatic_corpus import (
@@ -81,7 +80,7 @@ def import_parts(
         find_layout(path)  # tells what is looked for
     done = [importers[name]() for name in PARTS if name in taken]
     reports = [report for _, report in done]
-    corpus = done[0][0] if len(done) == 1 else merged(IMPORTER, [c for c, _ in done])
+    corpus = done[0][0] if len(done) == 1 else Corpus.merge(IMPORTER, [c for c, _ in done])
     return corpus, msgspec.structs.replace(
         _joined(reports), parts_there=there, parts_taken=tuple(p for p in PARTS if p in taken)
     )

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.importers.slu_core import slu_files
 from corpus_tools.importers.slu_core.slu_trees import read_groundings, read_labels, read_trees
@@ -75,7 +74,7 @@ def import_relations(
             f"only a point is known of a landmark; it is a square of {POINT_M:g} m",
             f"{landmark} ({count})",
         )
-    corpus = make_corpus(
+    corpus = Corpus.build(
         NAME,
         contexts=shelf.contexts.values(),
         commands=sorted(shelf.commands.values(), key=lambda command: command.id),

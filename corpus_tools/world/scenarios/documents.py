@@ -44,6 +44,15 @@ _OWN_WORDS = {
     "bool": "true or false",
 }
 """Plain names of msgspec's types."""
+_CODES_OF_LIMITS = {
+    ("str", "of length >="): "too-short",
+    ("array", "of length >="): "too-short",
+    ("str", "of length <="): "too-long",
+    **{(kind, ">="): "below" for kind in ("int", "float")},
+    **{(kind, ">"): "not-above" for kind in ("int", "float")},
+    **{(kind, "<="): "above" for kind in ("int", "float")},
+}
+"""Codes of problems, by msgspec's type and relation."""
 
 
 @short_repr
@@ -56,6 +65,10 @@ class Problem:
     what: str
     fix: str
     """Problem and way to fix it, as in :class:`g3.errors.CorpusError`."""
+    code: str = ""
+    """Name of the kind of problem, for pages with words of their own; empty for most."""
+    limit: str = ""
+    """Limit that a value is beyond."""
 
 
 @short_repr
@@ -168,7 +181,19 @@ def convert(
         unknown = re.fullmatch(r"Object contains unknown field `(.*)`", what)
         if unknown:
             return Problem((*where, unknown[1]), "there is no such field", "leave it out")
-        return Problem(where, _reworded(what), f"see {manual} for the form")
+        return Problem(where, _reworded(what), f"see {manual} for the form", *_code(what))
+
+
+def _code(what: str) -> tuple[str, str]:
+    """Return the code and the limit of msgspec's message; empty if there is no code for it."""
+    limits = r"(?: (of length >=|of length <=|>=|>|<=) (.+)|, got .+)?"
+    found = re.fullmatch(r"Expected `(\w+)(?: \| null)?`" + limits, what)
+    if found is None:
+        return "", ""
+    kind, relation, limit = found[1], found[2] or "", found[3] or ""
+    if relation:
+        return _CODES_OF_LIMITS.get((kind, relation), ""), limit
+    return {"int": "no-integer", "float": "no-number"}.get(kind, ""), ""
 
 
 def _reworded(what: str) -> str:

@@ -112,7 +112,7 @@ def kind_of(labels: Iterable[str]) -> Kind:
 
     Labels of other corpora are understood, of one word or several: {tire, assembly, pallet} is a
     tire pallet, {ship container} a container, {flatbed, trailer} a trailer. Of kinds that fit as
-    well the one that was registered first is taken.
+    well the first that was registered is taken.
     """
     words = re.findall("[a-z]+", " ".join(labels).lower())
     known = {_SAME_AS.get(word, word) for word in words}
