@@ -5,7 +5,7 @@ A scenario's examples are never on both sides: its commands describe the same vi
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -19,9 +19,6 @@ from g3.short_repr import short_repr
 from g3.storage.text_lines import split_lines
 
 IntArray: TypeAlias = npt.NDArray[np.intp]
-
-HELD_OUT = 1 / 3
-"""Fraction of the scenarios that a drawn split holds out, about as in the paper."""
 
 
 @short_repr
@@ -61,13 +58,6 @@ def hold_out(scenarios: Sequence[str], held_out: Collection[str]) -> Split:
     chosen = set(held_out)
     tested = np.array([name in chosen for name in scenarios], dtype=bool)
     return Split(", ".join(sorted(chosen)), np.flatnonzero(~tested), np.flatnonzero(tested))
-
-
-def draw_scenarios(known: Iterable[str], rng: np.random.Generator) -> tuple[str, ...]:
-    """Draw about a third of the scenarios, in the order of their names."""
-    names = sorted(set(known))
-    count = max(1, round(len(names) * HELD_OUT))
-    return tuple(sorted(rng.choice(names, size=count, replace=False).tolist())) if names else ()
 
 
 def read_scenarios(given: str, known: Collection[str]) -> tuple[str, ...]:

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import functools
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from itertools import islice
-from typing import Any, ParamSpec, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
+from corpus_tools.options.format_option import TARGET_FILE
+from corpus_tools.runtime.terminal import say
 from g3.errors import nearest
+
+if TYPE_CHECKING:
+    from eval.judging.judge_registry import PlanJudge
+    from eval.language_model.chat_endpoint import Endpoint, Form
+    from eval.parsing.parser_registry import TextParser
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -112,7 +122,7 @@ class Modes(click.Group):
 
     def _choosing(self) -> dict[str, click.Option]:
         """Return the options that choose a mode, by name."""
-        found: dict[str, click.Option] = {}
+        result: dict[str, click.Option] = {}
         for name, mode in self.commands.items():
             option, _, value = name.partition(" ")
             own = dict(_options(mode)).get(option)
@@ -121,10 +131,10 @@ class Modes(click.Group):
             if value:
                 values = [n.partition(" ")[2] for n in self.commands if n.startswith(f"{option} ")]
                 about, takes = f"Choose {any_of(values)}.", click.Choice(values)
-            found[option] = click.Option(
+            result[option] = click.Option(
                 [option], type=takes, is_flag=not takes, help=about, hidden=True, expose_value=False
             )
-        return found
+        return result
 
     def _shown(self, name: str) -> str:
         own = dict(_options(self.commands[name])).get(name)
@@ -202,3 +212,274 @@ def _is_given(ctx: click.Context, parameter: click.Parameter) -> bool:
     if ctx.get_parameter_source(name) in (ParameterSource.DEFAULT, None):
         return False
     return ctx.params.get(name) not in (None, False, "", ())
+
+
+Command = Callable[..., Any]
+
+TRAIN = click.option(
+    "--train", metavar="CORPUS,...", required=True, help="Learn from these corpora."
+)
+FOLLOWED = click.option("--test", metavar="CORPUS", required=True, help="Follow its commands.")
+DIVIDED = click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide.")
+BY_SCENARIO = click.option(
+    "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
+)
+TESTED = click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus.")
+SEED = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Random seed of splits, hard negatives, resamples, orders and perturbations.",
+)
+THRESHOLD = click.option(
+    "--threshold",
+    type=click.FloatRange(0, 1),
+    default=0.5,
+    show_default=True,
+    help="Probability from which a correspondence is predicted.",
+)
+RATED = click.option("--corpus", metavar="CORPUS", required=True, help="The corpus with ratings.")
+STUDY = click.option(
+    "--study", default="", help="Count these ratings [default: the largest study]."
+)
+HELD_OUT = click.option(
+    "--cv",
+    type=click.Choice(["scenario"]),
+    expose_value=False,
+    help="Hold out each scenario in turn, which is always done here.",
+)
+MOST = click.option(
+    "--most",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default="all",
+    help="How many commands of each scenario to follow.",
+)
+
+
+def _each_once(
+    _ctx: click.Context, _option: click.Parameter, value: tuple[str, ...]
+) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(value))
+
+
+PERTURB = click.option(
+    "--perturb",
+    type=click.Choice(["articles", "typos", "capitals", "run-on"]),
+    multiple=True,
+    callback=_each_once,
+    help="Also test the commands without articles, with a misspelt word each, in capitals, or "
+    "without punctuation; give several for a row each.",
+)
+
+
+def draws_option(default: int = 2000) -> Callable[[Command], Command]:
+    """Add ``--draws``, the number of resamples for intervals."""
+    return click.option(
+        "--draws",
+        type=click.IntRange(min=1),
+        default=default,
+        show_default=True,
+        help="Resamples for the intervals.",
+    )
+
+
+def form_options(given: str, made: str, form: str) -> Callable[[Command], Command]:
+    """Add ``--write-tasks``, and the option for its form as filled in by other programs.
+
+    `given` is the name of that option, `made` its help, and `form` the content of the form.
+    """
+    taken = click.option(
+        given,
+        type=click.Path(path_type=Path, dir_okay=False, exists=True),
+        multiple=True,
+        help=f"{made}, called like the file (repeatable).",
+    )
+    written = click.option(
+        "--write-tasks",
+        "tasks",
+        type=TARGET_FILE,
+        help=f"Only write the form for {given}: {form}.",
+    )
+    return lambda command: taken(written(command))
+
+
+TOP = click.option(
+    "--top",
+    type=click.IntRange(min=1),
+    default=10,
+    show_default=True,
+    help="How many phrases to list of each kind.",
+)
+
+
+def is_terminal(out: Path | None) -> bool:
+    """Check that a result is shown on a terminal, which has colours."""
+    return out is None and sys.stdout.isatty()
+
+
+def write(text: str, out: Path | None) -> None:
+    """Write a result to a file, or to the standard output."""
+    from g3.storage.atomic_file import write_bytes  # noqa: PLC0415 - `ct --help` does without
+
+    if out is None:
+        say(text, styled=True)
+    else:
+        write_bytes(out, f"{text}\n".encode())
+
+
+NAME = "llm"
+"""Name of the language model for ``--grounder``, ``--parser`` and ``--judge``."""
+_PURPOSES = {
+    "grounders": "--grounder",
+    "parsers": "--parser",
+    "parser": "--parser",
+    "judge": "--judge",
+}
+"""Options that can name the language model, by the parameters that have their values."""
+
+
+def _price(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[float, float] | None:
+    if not value:
+        return None
+    try:
+        prompt, completion = (float(part) for part in value.split(","))
+    except ValueError:
+        raise click.BadParameter("give two numbers, such as 0.15,0.60") from None
+    return prompt, completion
+
+
+_OPTIONS = (
+    click.option(
+        "--llm", metavar="MODEL", default="", help="Name of the language model at --endpoint."
+    ),
+    click.option(
+        "--endpoint",
+        metavar="URL",
+        default="",
+        help="Where the language model is, such as http://localhost:8000/v1. Without it nothing is "
+        "ever sent (extra: llm).",
+    ),
+    click.option(
+        "--replies",
+        type=click.Path(path_type=Path, file_okay=False),
+        help="Keep the language model's replies in this folder, so that no request is sent twice "
+        "[default: in the cache].",
+    ),
+    click.option(
+        "--at-once",
+        type=click.IntRange(1, 256),
+        default=8,
+        show_default=True,
+        help="How many requests to the language model are under way at the same time.",
+    ),
+    click.option(
+        "--wait",
+        "wait_s",
+        type=click.FloatRange(min=0, min_open=True),
+        default=120.0,
+        show_default=True,
+        help="How many seconds to wait for a reply of the language model.",
+    ),
+    click.option(
+        "--reply-form",
+        type=click.Choice(["schema", "object", "none"]),
+        default="schema",
+        show_default=True,
+        help="How the server is held to JSON: by a schema, as an object, or by the prompt only.",
+    ),
+    click.option(
+        "--price",
+        metavar="IN,OUT",
+        default="",
+        callback=_price,
+        help="Dollars for a million tokens of prompts and of replies, to show what a run costs.",
+    ),
+)
+
+
+def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options; the command gets an ``endpoint``, which is None if none is given."""
+
+    @functools.wraps(command)
+    def with_endpoint(
+        *args: Any,
+        llm: str,
+        endpoint: str,
+        replies: Path | None,
+        at_once: int,
+        wait_s: float,
+        price: tuple[float, float] | None,
+        reply_form: Form,
+        **options: Any,
+    ) -> Any:
+        purposes = [option for name, option in _PURPOSES.items() if name in options]
+        asked = any(
+            value == NAME or (isinstance(value, tuple) and NAME in value)
+            for value in map(options.get, _PURPOSES)
+        )
+        if bool(llm) != bool(endpoint):
+            raise click.UsageError("Give --llm and --endpoint together.")
+        if asked and not endpoint:
+            raise click.UsageError("A language model needs --llm and --endpoint.")
+        if endpoint and not asked:
+            raise click.UsageError(f"Say what to ask the language model for: {any_of(purposes)}.")
+        made = None
+        if endpoint:
+            import secrets  # noqa: PLC0415 - `ct --help` does without
+
+            from eval.language_model import chat_endpoint  # noqa: PLC0415
+            from eval.language_model.model_answers import check_installed  # noqa: PLC0415
+            from g3.storage.cache_folder import cache_folder  # noqa: PLC0415
+
+            check_installed()
+            made = chat_endpoint.Endpoint(
+                endpoint.rstrip("/"),
+                llm,
+                str((replies or cache_folder() / "replies").absolute()),
+                seed=options.get("seed", 0),
+                at_once=at_once,
+                timeout_s=wait_s,
+                price=price,
+                form=reply_form,
+                run=secrets.token_hex(8),
+            )
+        return command(*args, endpoint=made, **options)
+
+    decorated: Callable[..., Any] = with_endpoint
+    for option in reversed(_OPTIONS):
+        decorated = option(decorated)
+    return decorated
+
+
+def judge_of(name: str, endpoint: Endpoint | None) -> PlanJudge:
+    """Return the judge with a name; ``llm`` is the language model at an endpoint."""
+    from eval.judging.judge_registry import judge_named  # noqa: PLC0415 - `ct --help` does without
+    from eval.language_model.model_answers import LanguageModelJudge  # noqa: PLC0415 - `ct --help` does without
+
+    return LanguageModelJudge(endpoint) if name == NAME and endpoint else judge_named(name)
+
+
+def parser_of(name: str, endpoint: Endpoint | None) -> TextParser:
+    """Return the parser with a name; ``llm`` is the language model at an endpoint."""
+    if name == NAME and endpoint:
+        from eval.language_model.model_answers import LanguageModelParser  # noqa: PLC0415 - `ct --help` does without
+
+        return LanguageModelParser(endpoint)
+    from eval.parsing.parser_registry import parser_named  # noqa: PLC0415 - `ct --help` does without
+
+    return parser_named(name)
+
+
+def used_of(
+    endpoint: Endpoint | None, *, plans: bool = False, parses: bool = False, judge: bool = False
+) -> dict[str, Mapping[str, object]]:
+    """Return a run's usage of a language model, by purpose."""
+    if endpoint is None:
+        return {}
+    from eval.language_model.chat_endpoint import usage  # noqa: PLC0415 - `ct --help` does without
+    from eval.language_model.model_answers import JUDGE, PARSE, PLAN  # noqa: PLC0415 - `ct --help` does without
+
+    asked = {PLAN: plans, PARSE: parses, JUDGE: judge}
+    return {purpose: usage(endpoint, purpose) for purpose, is_asked in asked.items() if is_asked}

@@ -12,8 +12,16 @@ from corpus_tools.options.format_option import FORMAT, OUT, TARGET_FOLDER
 from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import FOLLOWED, SEED, TRAIN, draws_option, is_terminal, write
-from eval.cli.modes import OptionSet, takes_one_of
+from eval.cli.modes import (
+    FOLLOWED,
+    SEED,
+    TRAIN,
+    OptionSet,
+    draws_option,
+    is_terminal,
+    takes_one_of,
+    write,
+)
 
 
 def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[str, ...]:
@@ -125,21 +133,21 @@ def end_to_end(
 
     # Before MuJoCo is imported, which reads what this chooses.
     choose_back_end()
-    from eval.plan_study import rating_report, rating_set, whole_study
+    from eval.plan_study import rating_set, whole_study
+    from eval.plan_study.study_plans import settings_for
     from eval.plan_study.study_rating import offer
-    from eval.plan_study.study_settings import settings_for
 
     settings = settings_for(train, test, most=most, l2=l2 or 1.0, seed=seed, plans=plans)
     terminal = is_terminal(out)
     if plans:
         with progress_bar("reading corpora") as on_progress:
             drawn = rating_set.prepare(folder, settings, on_progress=on_progress)
-        note(*rating_report.lines_planned(drawn.planned))
+        note(*rating_set.lines_planned(drawn.planned))
         with progress_bar("videos") as on_progress:
             rated = rating_set.finish(
                 drawn, ratings=ratings, pay=pay, draws=draws, on_progress=on_progress
             )
-        file, text = rated.file, rating_report.render(rated, form, terminal=terminal)
+        file, text = rated.file, rating_set.render(rated, form, terminal=terminal)
     else:
         with progress_bar("reading corpora") as on_progress:
             study = whole_study.go_on(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,21 +14,23 @@ from corpus_tools.options.model_options import training_options
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.mode_options import (
+from eval.cli.modes import (
     BY_SCENARIO,
     DIVIDED,
     SEED,
     TESTED,
     THRESHOLD,
     TOP,
+    OptionSet,
     draws_option,
     form_options,
     is_terminal,
+    takes_one_of,
     write,
 )
-from eval.cli.modes import OptionSet, takes_one_of
 
 if TYPE_CHECKING:
+    from corpus_tools.corpus.labelled_corpus import Negatives
     from corpus_tools.runtime.parallel import Workers
     from eval.table_1.divided_examples import Choices
     from eval.tables.formats import Format
@@ -74,12 +75,41 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         @wraps(command)
-        def chosen(*, cv: str | None, split: str | None, **options: Any) -> None:
+        def chosen(
+            *,
+            cv: str | None,
+            split: str | None,
+            corpus: str,
+            train: str,
+            test: str,
+            test_scenarios: str,
+            negatives: Negatives,
+            test_negatives: Negatives | None,
+            ablate: tuple[str, ...],
+            plus: tuple[str, ...],
+            l2: float | None,
+            threshold: float,
+            seed: int,
+            model: Path | None = None,
+            **options: Any,
+        ) -> None:
             from eval.table_1.divided_examples import Choices
 
-            known = {field.name for field in fields(Choices)} & options.keys()
-            asked = {name: options.pop(name) for name in known}
-            choices = Choices(division="cv" if cv else "split", **asked)
+            choices = Choices(
+                corpus=corpus,
+                train=train,
+                test=test,
+                model=model,
+                division="cv" if cv else "split",
+                test_scenarios=test_scenarios,
+                negatives=negatives,
+                test_negatives=test_negatives,
+                ablate=ablate,
+                plus=plus,
+                l2=l2,
+                threshold=threshold,
+                seed=seed,
+            )
             return command(choices=choices, **options)
 
         added = takes_one_of(*sets)(chosen)

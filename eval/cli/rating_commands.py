@@ -9,8 +9,17 @@ import click
 
 from corpus_tools.options.format_option import FORMAT, OUT, format_option
 from corpus_tools.options.parallel_options import WORKERS
-from eval.cli.language_model_options import judge_of, language_model_options, used_of
-from eval.cli.mode_options import RATED, SEED, STUDY, draws_option, is_terminal, write
+from eval.cli.modes import (
+    RATED,
+    SEED,
+    STUDY,
+    draws_option,
+    is_terminal,
+    judge_of,
+    language_model_options,
+    used_of,
+    write,
+)
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
@@ -86,7 +95,7 @@ def table_2(
     metavar="NAME",
     default="automatic",
     show_default=True,
-    help="Compare this judge besides: llm, or one of an installed package.",
+    help="Compare this judge as well: llm, or one of an installed package.",
 )
 @language_model_options
 @SEED
@@ -118,7 +127,7 @@ def judge_validity(
 
     other = None if judge == AUTOMATIC else judge_of(judge, endpoint)
     with Executor(workers) as executor:
-        found = compare(
+        result = compare(
             open_corpus(corpus),
             study=study,
             seed=seed,
@@ -132,7 +141,7 @@ def judge_validity(
     used = used_of(endpoint, judge=True)
     if used:
         metadata["language_model"] = used
-    write(render(found, form, metadata, terminal=is_terminal(out)), out)
+    write(render(result, form, metadata, terminal=is_terminal(out)), out)
 
 
 @click.command(

@@ -10,7 +10,7 @@ import click
 from corpus_tools.options.format_option import FORMAT, TARGET_FOLDER, tell
 from corpus_tools.options.model_options import L2, NEGATIVES
 from corpus_tools.runtime.progress import progress_bar
-from eval.cli.mode_options import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_option
+from eval.cli.modes import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_option
 
 
 @click.command(
@@ -64,7 +64,7 @@ def report(*, folder: Path, form: str, **choices: Any) -> None:
     A report that is there already is replaced.
     """
     from eval.report.report_contents import ReportChoices, gather
-    from eval.report.report_writing import check_writable, write_report
+    from eval.report.report_page import check_writable, write_report
 
     check_writable(folder)
     with progress_bar("extracting features") as on_progress:

@@ -13,21 +13,20 @@ from corpus_tools.options.model_options import ABLATE, L2
 from corpus_tools.options.parallel_options import WORKERS
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.language_model_options import (
-    NAME,
-    judge_of,
-    language_model_options,
-    used_of,
-)
-from eval.cli.mode_options import (
+from eval.cli.modes import (
     FOLLOWED,
     HELD_OUT,
     MOST,
+    NAME,
     PERTURB,
     SEED,
     TRAIN,
     draws_option,
     form_options,
+    judge_of,
+    language_model_options,
+    parser_of,
+    used_of,
     write,
 )
 
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
     from eval.language_model.chat_endpoint import Endpoint
     from eval.table_3.grounder_registry import PlanGrounder
-    from eval.table_3.kept_outcomes import Kept
+    from eval.table_3.outcomes import Kept
     from eval.tables.formats import Format
 
 
@@ -61,7 +60,7 @@ if TYPE_CHECKING:
     "--judge",
     metavar="NAME",
     required=True,
-    help="Who says whether a plan is right: automatic, a program that compares it with the "
+    help="Judge of plans: automatic, a program that compares them with the "
     "command's own log or outcome, and with its words; llm, a language model; or a judge of an "
     "installed package. People's ratings are shown by --table 2.",
 )
@@ -77,7 +76,8 @@ if TYPE_CHECKING:
     "parsers",
     metavar="NAME",
     multiple=True,
-    help="Add a row of the model with another parser, of an installed package (repeatable).",
+    help="Add a row of the model with another parser: llm, or one of an installed package "
+    "(repeatable).",
 )
 @form_options(
     "--plans",
@@ -143,7 +143,7 @@ def table_3(
     """
     from corpus_tools import __version__
     from corpus_tools.importers.authored.bundled import open_corpus
-    from eval.language_model.usage import in_words
+    from eval.language_model.chat_endpoint import in_words
     from eval.table_3.baselines import missing
     from eval.table_3.end_to_end import run, tasks_of
     from eval.table_3.given_plans import write_tasks
@@ -155,6 +155,7 @@ def table_3(
         tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
         return
     asked_judge, others = judge_of(judge, endpoint), _others(grounders, plans, endpoint)
+    parsed_by = [parser_of(name, endpoint) for name in dict.fromkeys(parsers)]
     strength = l2 or 1.0
     settings = {
         "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],
@@ -170,7 +171,8 @@ def table_3(
         "missing": sorted(missing()),
         "judge": {judge: dict(asked_judge.about)},
         "grounders": {own.name: dict(own.about) for own in others},
-        "parsers": list(parsers),
+        "parsers": [own.name for own in parsed_by],
+        "parsed_by": {own.name: dict(own.about) for own in parsed_by if own.about},
     }
     kept = _kept(out, settings)
     with progress_bar("reading corpora") as on_progress:
@@ -178,7 +180,7 @@ def table_3(
             train,
             test,
             grounders=others,
-            parsers=tuple(dict.fromkeys(parsers)),
+            parsers=parsed_by,
             judge=asked_judge,
             l2=strength,
             seed=seed,
@@ -192,7 +194,7 @@ def table_3(
             workers=workers,
             on_progress=on_progress,
         )
-    used = used_of(endpoint, plans=NAME in grounders, judge=judge == NAME)
+    used = used_of(endpoint, plans=NAME in grounders, parses=NAME in parsers, judge=judge == NAME)
     if used:
         result = result.with_metadata({"language_model": used})
     corpora = (open_corpus(name) for name in (test, *train.split(",")))
@@ -212,16 +214,16 @@ def _others(
     from eval.table_3.grounder_registry import grounder_named
 
     wanted = [name for name in dict.fromkeys(names) if name not in BASELINES]  # these are there
-    found: list[PlanGrounder] = [
+    result: list[PlanGrounder] = [
         LanguageModelGrounder(endpoint) if name == NAME and endpoint else grounder_named(name)
         for name in wanted
     ]
-    return [*found, *(read_plans(file) for file in plans)]
+    return [*result, *(read_plans(file) for file in plans)]
 
 
 def _kept(out: Path | None, settings: Mapping[str, object]) -> Kept | None:
     """Return the results that an interrupted run kept beside its output file, if there are any."""
-    from eval.table_3.kept_outcomes import kept_beside
+    from eval.table_3.outcomes import kept_beside
 
     kept = kept_beside(out, settings) if out else None
     if kept and kept.scenarios:

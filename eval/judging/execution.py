@@ -44,7 +44,7 @@ class Execution:
     """Loads that were moved, in the order in which they were lifted."""
     whole: bool = False
     """True if the execution covers all of a command, as a plan does. A log may start late, stop
-    early, or go on."""
+    early, or last longer."""
 
 
 def logged(context: Context) -> Execution:
@@ -115,7 +115,7 @@ def counterparts(one: Context, other: Context) -> dict[str, str]:
 
     Ids don't correspond where the logs were recorded at different times.
     """
-    found: dict[str, str] = {}
+    matches: dict[str, str] = {}
     kinds = {o.labels for o in one.objects if o.id != one.agent_id}
     for labels in sorted(kinds):
         mine = [o for o in one.objects if o.labels == labels and o.id != one.agent_id]
@@ -125,8 +125,8 @@ def counterparts(one: Context, other: Context) -> dict[str, str]:
             here, there = ends
             apart = np.linalg.norm(here[:, None] - there[None], axis=-1)
             for i, j in zip(*linear_sum_assignment(apart), strict=True):
-                found[mine[i].id] = theirs[j].id
-    return found
+                matches[mine[i].id] = theirs[j].id
+    return matches
 
 
 def _held_at_end(shown: Context) -> str | None:

@@ -1,21 +1,30 @@
-"""The automatic judge: comparison of a plan's end state with the end of the command's own log.
+"""The automatic judge: comparison of a plan's end with the known end of the command.
 
-It stands in for people in unattended evaluation, and its verdicts are labelled *automatic*. It
-compares the objects moved, their end positions and the load on the forks, within stated tolerances.
+It stands in for people in unattended evaluation, and its verdicts are labelled *automatic*.
+:func:`judge` compares the objects moved, their end positions and the load on the forks with those
+in the command's own log, within stated tolerances. Where no log has paths and positions,
+:func:`judge_outcome` compares a plan with the record of the handled loads, and with all that this
+says: the plan picks up the same loads and nothing else, and they end on the forks, on the ground,
+or on one of the possible carriers. A load's position on the ground, and the goal of a robot that
+only drove, are never known; any place will do.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from g3.actions.grounding_candidates import beneath, square
+from g3.actions.action_kinds import Action
+from g3.actions.grounding_candidates import beneath, carrier, square
 from g3.actions.logged_actions import NOTHING, end_of, handling, moved, recorded
 from g3.actions.robot_state import State, start_state
+from g3.annotation import TaskOutcome
 from g3.geometry.footprints import apart, centre
 from g3.geometry.plane import convex_hull, point_gap
 from g3.groundings import Context, FloatArray, PhysicalObject
+from g3.short_repr import short_repr
 
 MOVED_M = 0.5
 """Largest distance from its start at which an object counts as left alone, in metres."""
@@ -105,3 +114,77 @@ def shifted(start: State, final: State) -> set[str]:
         for o in final.context.objects
         if o.id != start.context.agent_id and apart(before[o.id].prism, o.prism) > MOVED_M
     }
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """A command's outcomes combined."""
+
+    last: Mapping[str, TaskOutcome]
+    """Last outcome of each object that was picked up."""
+    is_whole: bool
+    """True if nothing else was picked up."""
+    is_determined: bool
+    """True if nothing is unknown except the carrier of a load, of several that are right."""
+
+    @property
+    def picked(self) -> frozenset[str]:
+        """Ids of objects known to be picked up."""
+        return frozenset(self.last)
+
+    @property
+    def tells(self) -> bool:
+        """True if anything is known by which a plan could be wrong."""
+        return bool(self.last) or self.is_whole
+
+
+def expected(outcomes: Sequence[TaskOutcome]) -> Expected:
+    """Put the outcomes of a command together; they are in the order in which it was done."""
+    unknown = {name for o in outcomes for name in o.unknown}
+    return Expected(
+        {thing: o for o in outcomes for thing in o.picked},
+        bool(outcomes) and not unknown & {"picked", "rest"},
+        bool(outcomes) and unknown <= {"on"},
+    )
+
+
+def judge_outcome(want: Expected, picked: frozenset[str], start: State, final: State) -> Verdict:
+    """Compare a plan's loads (`picked_up`) and end state with the known outcomes."""
+    missing, strange = want.picked - picked, picked - want.picked
+    if missing:
+        return Verdict(False, f"it doesn't pick up {', '.join(sorted(missing))}")
+    if strange and want.is_whole:
+        return Verdict(False, f"it picks up {', '.join(sorted(strange))}, which was left alone")
+    if want.is_whole and not want.picked and final.held != start.held:
+        return Verdict(False, "the load on the forks isn't the same; the robot only drove")
+    wrong = [why for thing, o in want.last.items() if (why := _wrong_end(thing, o, final))]
+    return Verdict(not wrong, next(iter(wrong), ""))
+
+
+def _wrong_end(thing: str, outcome: TaskOutcome, final: State) -> str:
+    """Return the error in an object's end position; empty if there is none, or it isn't known."""
+    if not outcome.put or "put" in outcome.unknown:
+        return ""
+    if outcome.put == "held":
+        return "" if final.held == thing else "the load isn't on the forks at the end"
+    if final.held == thing:
+        return "the load is on the forks at the end"
+    under = carrier(final, thing)
+    if outcome.put == "ground":
+        return "" if under is None else "the load isn't on the ground"
+    is_there = under is not None and (not outcome.on or under.id in outcome.on)
+    return "" if is_there else "the load stands on something else"
+
+
+def picked_up(start: State, actions: Sequence[Action], final: State) -> frozenset[str]:
+    """Return the ids of loads that a plan picks up or moves, but for the one held at the start."""
+    lifted = {a.object_id for a in actions if a.kind.takes}
+    return frozenset(shifted(start, final) | lifted) - {start.held}
+
+
+def picked_in_log(context: Context) -> frozenset[str]:
+    """Return the ids of loads that are picked up in a context's own log."""
+    if handling(context) == NOTHING:
+        return frozenset()
+    return moved(recorded(context)) - {start_state(context).held}

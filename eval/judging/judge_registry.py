@@ -13,9 +13,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from eval.judging.execution import Execution
-from eval.judging.judge import Verdict, judge
-from eval.judging.outcome_judge import Expected, judge_outcome
-from eval.judging.picked_up import picked_up
+from eval.judging.judge import Expected, Verdict, judge, judge_outcome, picked_up
 from g3.actions.action_kinds import Action
 from g3.annotation import Annotation
 from g3.groundings import Context

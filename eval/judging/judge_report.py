@@ -10,8 +10,7 @@ from typing import Literal
 from rich.table import Table
 
 from corpus_tools.corpus.estimate import Estimate, explained
-from eval.judging.judge_agreement import Agreement
-from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, JudgedPair, Validity
+from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, Agreement, JudgedPair, Validity
 from eval.tables.formats import (
     cell,
     document,
@@ -71,24 +70,24 @@ def summary(validity: Validity) -> dict[str, object]:
     """Return the figures by name, without single pairs."""
     return {
         "near_misses": {
-            verdict: {name: _figures(found) for name, found in groups.items()}
+            verdict: {name: _figures(agreement) for name, agreement in groups.items()}
             for verdict, groups in validity.near_misses.items()
         },
-        "own_videos": {v: _figures(found) for v, found in validity.own_videos.items()},
+        "own_videos": {v: _figures(agreement) for v, agreement in validity.own_videos.items()},
         "all_pairs": {
             ENDS: {**_figures(validity.together), "auc": validity.auc._asdict()},
         },
         "n": len(validity.pairs),
         "left_out": validity.left_out,
-        "not_annotated": _unannotated(validity),
+        "not_judged_by_words": _unjudged(validity),
         "notes": notes(validity),
     }
 
 
 def notes(validity: Validity) -> list[str]:
     """State the figures in words, and their limits."""
-    found = [f"{title}: {_near(validity, v)}" for v, title in validity.titles.items()]
-    found += [
+    lines = [f"{title}: {_near(validity, v)}" for v, title in validity.titles.items()]
+    lines += [
         OWN_SAYS_LITTLE,
         f"all pairs together, {VERDICTS[ENDS]}: kappa {stated(validity.together.kappa)}, same "
         f"verdict {stated(validity.together.accuracy)}, AUC of people's mean ratings "
@@ -97,21 +96,22 @@ def notes(validity: Validity) -> list[str]:
         "right, the part that people accept; recall: of what they accept, the part it calls right",
     ]
     estimates = _estimates(validity)
-    found += explained(estimates.values())
-    found += left_out(estimates, "the")
+    lines += explained(estimates.values())
+    lines += left_out(estimates, "the")
     if validity.left_out:
-        found.append(f"{validity.left_out} pairs are left out: a video has no log in the corpus")
-    if _unannotated(validity):
-        found.append(
-            f"{_unannotated(validity)} pairs have no verdict by words: the command isn't annotated"
+        lines.append(f"{validity.left_out} pairs are left out: a video has no log in the corpus")
+    if _unjudged(validity):
+        lines.append(
+            f"{_unjudged(validity)} pairs have no verdict by words: the command isn't annotated, "
+            "or states nothing that can be measured"
         )
-    return found
+    return lines
 
 
 def with_validity(table_3: str, validity: Validity | None) -> str:
     """Table 3 as JSON with the validity of the judge that it is by; null if it isn't known."""
-    found = json.loads(table_3)
-    return document(found, {"judge_validity": None if validity is None else summary(validity)})
+    table = json.loads(table_3)
+    return document(table, {"judge_validity": None if validity is None else summary(validity)})
 
 
 def in_a_line(validity: Validity | None) -> str:
@@ -121,75 +121,77 @@ def in_a_line(validity: Validity | None) -> str:
             "The automatic judge's validity isn't known: none of the corpora has people's "
             "judgments with the videos' logs."
         )
-    said = "; ".join(f"{title}: {_near(validity, v)}" for v, title in validity.titles.items())
-    return f"The automatic judge against the majority of people, on near misses: {said}."
+    verdicts = "; ".join(f"{title}: {_near(validity, v)}" for v, title in validity.titles.items())
+    return f"The automatic judge against the majority of people, on near misses: {verdicts}."
 
 
 def _near(validity: Validity, verdict: str) -> str:
     """State a verdict's agreement on near misses; the second one's on held-out scenarios."""
     groups = validity.near_misses[verdict]
     name = "others" if verdict == WORDS and groups["others"].n else "all"
-    found = groups[name]
-    if not found.n:
+    agreement = groups[name]
+    if not agreement.n:
         return "no pair with another video"
     where = " of scenarios that its rules weren't chosen on" if name == "others" else ""
-    reached = "reaches" if found.kappa.value >= WANTED_KAPPA else "misses"
-    compared = f", which {reached} {WANTED_KAPPA}" if found.kappa.is_known else ""
-    both, yes = found.counts["people_yes_judge_yes"], found.counts["people_yes_judge_no"]
+    reached = "reaches" if agreement.kappa.value >= WANTED_KAPPA else "misses"
+    compared = f", which {reached} {WANTED_KAPPA}" if agreement.kappa.is_known else ""
+    both, yes = agreement.counts["people_yes_judge_yes"], agreement.counts["people_yes_judge_no"]
     return (
-        f"kappa {stated(found.kappa)}{compared}, on {found.n} near misses"
+        f"kappa {stated(agreement.kappa)}{compared}, on {agreement.n} near misses"
         f"{where}; people accept {both + yes}, and the verdict {both} of these and "
-        f"{found.counts['people_no_judge_yes']} others"
+        f"{agreement.counts['people_no_judge_yes']} others"
     )
 
 
 def _estimates(validity: Validity) -> dict[str, Estimate]:
     """Return all figures, by description."""
     agreements = {
-        f"{title}, {GROUPS[name]} near misses": found
+        f"{title}, {GROUPS[name]} near misses": agreement
         for verdict, title in validity.titles.items()
-        for name, found in validity.near_misses[verdict].items()
+        for name, agreement in validity.near_misses[verdict].items()
     }
     agreements[f"all pairs, {VERDICTS[ENDS]}"] = validity.together
     figures = {
-        f"{name} of {of}": getattr(found, name)
-        for of, found in agreements.items()
+        f"{name} of {of}": getattr(agreement, name)
+        for of, agreement in agreements.items()
         for name in NAMED
     }
     return {**figures, "AUC": validity.auc}
 
 
-def _unannotated(validity: Validity) -> int:
+def _unjudged(validity: Validity) -> int:
     return sum(WORDS not in p.verdicts for p in validity.pairs)
 
 
-def _figures(found: Agreement) -> dict[str, object]:
-    figures = {name: getattr(found, name)._asdict() for name in NAMED}
-    return {**figures, "counts": found.counts, "n": found.n}
+def _figures(agreement: Agreement) -> dict[str, object]:
+    figures = {name: getattr(agreement, name)._asdict() for name in NAMED}
+    return {**figures, "counts": agreement.counts, "n": agreement.n}
 
 
 def _near_misses(validity: Validity) -> Table:
     first = ("Verdict", "Scenarios", "kappa", "95%", "precision", "recall")
     table = figure_table((*first, *COUNTS), words=len(first))
     for verdict, groups in validity.near_misses.items():
-        for name, found in groups.items():
-            kappa = found.kappa
+        for name, agreement in groups.items():
+            kappa = agreement.kappa
             shown = (
                 figure(kappa.value),
                 interval(kappa),
-                *map(value, (found.precision, found.recall)),
+                *map(value, (agreement.precision, agreement.recall)),
             )
-            table.add_row(validity.titles[verdict], GROUPS[name], *shown, *_counts(found))
+            table.add_row(validity.titles[verdict], GROUPS[name], *shown, *_counts(agreement))
     return table
 
 
 def _own_videos(validity: Validity) -> Table:
-    rows = ((validity.titles[v], *_counts(found)) for v, found in validity.own_videos.items())
+    rows = (
+        (validity.titles[v], *_counts(agreement)) for v, agreement in validity.own_videos.items()
+    )
     return figure_table(("Verdict", *COUNTS), rows)
 
 
-def _counts(found: Agreement) -> list[str]:
-    return [*map(str, found.counts.values()), str(found.n)]
+def _counts(agreement: Agreement) -> list[str]:
+    return [*map(str, agreement.counts.values()), str(agreement.n)]
 
 
 def _disagreements(pairs: Sequence[JudgedPair], validity: Validity) -> Table:
@@ -214,7 +216,11 @@ def _disagreements(pairs: Sequence[JudgedPair], validity: Validity) -> Table:
 
 def _reasons(pair: JudgedPair) -> list[str]:
     short = {ENDS: "by log", WORDS: "by words"}
-    return [f"{short.get(v, v)}: {said.reason}" for v, said in pair.verdicts.items() if said.reason]
+    return [
+        f"{short.get(v, v)}: {verdict.reason}"
+        for v, verdict in pair.verdicts.items()
+        if verdict.reason
+    ]
 
 
 def _yes(said: bool) -> str:

@@ -9,23 +9,28 @@ world, as people did.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.estimate import Estimate
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from corpus_tools.runtime.parallel import Executor
 from eval.judging.execution import logged, replayed
 from eval.judging.judge import Verdict, judge
-from eval.judging.judge_agreement import Agreement, Resampled, agreement
 from eval.judging.judge_registry import JudgedPlan, PlanJudge
 from eval.judging.words_judge import judge_by_words
-from eval.statistics.estimates import BoolArray, FloatArray, IntArray, percentiles, ratio
+from eval.statistics.estimates import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    percentiles,
+    ratio,
+    resampled_sums,
+)
 from eval.statistics.ratings import AGREES, check_judgments, codes, of_study, shown_pair
-from eval.statistics.resampling import resampled_sums
 from g3.annotation import RATINGS, Annotation, Judgment
 from g3.errors import FormatError
 from g3.groundings import Context
@@ -67,7 +72,7 @@ class JudgedPair:
     people: bool
     """True if more than half of the people agree."""
     verdicts: Mapping[str, Verdict]
-    """The judge's verdicts, by name. A command without annotations has no second one."""
+    """The judge's verdicts, by name; without the second one where it can't judge."""
 
     @property
     def original(self) -> bool:
@@ -117,7 +122,7 @@ def judge_validity(
     """Compare the judge with the people whose judgments a corpus holds.
 
     `other` is a further judge to compare with people. `executor` makes the resamples
-    (:func:`eval.statistics.resampling.resampled_sums`).
+    (:func:`eval.statistics.estimates.resampled_sums`).
 
     Raises
     ------
@@ -171,20 +176,20 @@ def known_validity(corpora: Iterable[Corpus], *, seed: int, draws: int) -> Valid
 
 def contexts_of_videos(corpus: Corpus) -> dict[str, Context]:
     """Return the world and log of each video; a context's id is also a video's."""
-    found = dict(corpus.contexts)
+    contexts = dict(corpus.contexts)
     for annotation in corpus.annotations:
-        found.setdefault(annotation.command.video, annotation.context)
-    return found
+        contexts.setdefault(annotation.command.video, annotation.context)
+    return contexts
 
 
 def _annotated(corpus: Corpus) -> dict[tuple[str, str], Annotation]:
     """Return the first positive annotation of each command, by video and text."""
-    found: dict[tuple[str, str], Annotation] = {}
+    annotations: dict[tuple[str, str], Annotation] = {}
     for annotation in corpus.annotations:
         if annotation.source == "positive":
             command = annotation.command
-            found.setdefault((command.video, _plain(command.text)), annotation)
-    return found
+            annotations.setdefault((command.video, _plain(command.text)), annotation)
+    return annotations
 
 
 def _plain(text: str) -> str:
@@ -200,29 +205,29 @@ def _judged(
     ratings: dict[tuple[str, str, str], list[int]] = {}
     for j in judgments:
         ratings.setdefault(shown_pair(j), []).append(RATINGS.index(j.rating) + 1)
-    known = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
-    ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in known}
-    executions = {video: logged(contexts[video]) for video in {shown for _, _, shown in known}}
+    with_logs = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
+    ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in with_logs}
+    executions = {video: logged(contexts[video]) for video in {shown for _, _, shown in with_logs}}
     cases = {
         (text, own, shown): JudgedPlan(
             text, executions[shown], (), contexts[own], annotations.get((own, _plain(text)))
         )
-        for text, own, shown in known
+        for text, own, shown in with_logs
     }
-    said = _verdicts(cases, other) if other else {}
+    others = _verdicts(cases, other) if other else {}
     pairs = []
-    for (text, own, shown), given in known.items():
+    for (text, own, shown), given in with_logs.items():
         verdicts = {ENDS: ends[own, shown]}
-        annotation = annotations.get((own, _plain(text)))
-        if annotation is not None:
-            verdicts[WORDS] = judge_by_words(annotation, executions[shown])
+        by_words = judge_by_words(annotations.get((own, _plain(text))), executions[shown])
+        if by_words is not None:
+            verdicts[WORDS] = by_words
         if other:
-            verdicts[other.name] = said[text, own, shown]
+            verdicts[other.name] = others[text, own, shown]
         agree = 2 * sum(r >= AGREES for r in given) > len(given)
         scenario = scenarios.get(own, "")
         rated = tuple(sorted(given))
         pairs.append(JudgedPair(text, own, shown, scenario, rated, agree, verdicts))
-    return pairs, len(ratings) - len(known)
+    return pairs, len(ratings) - len(with_logs)
 
 
 def _verdicts(
@@ -250,9 +255,9 @@ def _agree(pairs: Sequence[JudgedPair], verdict: str, resampled: Resampled) -> A
 
 
 def _auc_of(pairs: Sequence[JudgedPair], resampled: Resampled) -> Estimate:
-    said = np.array([p.verdicts[ENDS].correct for p in pairs])
+    correct = np.array([p.verdicts[ENDS].correct for p in pairs])
     mean = np.array([np.mean(p.ratings) for p in pairs])
-    counts = _levels(said, mean, codes([p.command_video for p in pairs]))
+    counts = _levels(correct, mean, codes([p.command_video for p in pairs]))
     return percentiles(float(_auc(counts.sum(axis=0))), _auc(resampled(counts)), len(counts))
 
 
@@ -269,3 +274,100 @@ def _auc(counts: FloatArray) -> FloatArray:
     below = np.cumsum(no, axis=-1) - no / 2
     pairs = no.sum(axis=-1) * yes.sum(axis=-1)
     return ratio((yes * below).sum(axis=-1), pairs)
+
+
+Resampled = Callable[[FloatArray], FloatArray]
+"""A function from counts by video to sums over resampled videos."""
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """A verdict against the majority of people."""
+
+    counts: dict[str, int]
+    """Pairs by the answers of people and of the judge."""
+    kappa: Estimate
+    """Cohen's κ; undefined where one side answers all pairs alike, for κ is then 0 regardless of
+    the other side."""
+    precision: Estimate
+    """Share of the pairs accepted by the judge that people accept."""
+    recall: Estimate
+    """Share of the pairs accepted by people that the judge accepts."""
+    accuracy: Estimate
+    """Share of pairs with the same answer from both."""
+
+    @property
+    def n(self) -> int:
+        """Number of pairs."""
+        return sum(self.counts.values())
+
+
+def agreement(
+    people: Sequence[bool], judge: Sequence[bool], video: IntArray, resampled: Resampled
+) -> Agreement:
+    """Compare a judge's answers with people's, with whole videos resampled.
+
+    `video` is the code of each pair's video, shape (n,).
+    """
+    counts = confusion(people, judge)
+    tables = _tables(np.array(people, dtype=np.bool_), np.array(judge, dtype=np.bool_), video)
+    drawn = resampled(tables) if len(tables) else np.zeros((1, 2, 2))
+    whole = tables.sum(axis=0)
+
+    def bounded(figure: Callable[[FloatArray], FloatArray], missing: Reason) -> Estimate:
+        missing = missing if len(tables) else "no data"
+        return percentiles(float(figure(whole)), figure(drawn), len(tables), missing)
+
+    vary = whole.any(axis=0).all() and whole.any(axis=1).all()
+    kappa = bounded(cohens_kappa, "all alike")
+    return Agreement(
+        counts,
+        kappa if vary or not len(tables) else undefined("all alike"),
+        bounded(_precision, "empty class"),
+        bounded(_recall, "empty class"),
+        bounded(_accuracy, "no data"),
+    )
+
+
+def confusion(people: Sequence[bool], judge: Sequence[bool]) -> dict[str, int]:
+    """Count pairs by the answers of people and of the judge."""
+    answers = list(zip(people, judge, strict=True))
+    words = {True: "yes", False: "no"}
+    return {
+        f"people_{words[p]}_judge_{words[j]}": answers.count((p, j))
+        for p in (True, False)
+        for j in (True, False)
+    }
+
+
+def cohens_kappa(table: FloatArray) -> FloatArray:
+    """Agreement of two raters beyond chance: J. Cohen (Educ. Psychol. Meas. 20, 1960).
+
+    The table counts items by the answers of both raters, shape (..., k, k). The result has shape
+    (...); NaN where both give one and the same answer to all.
+    """
+    total = table.sum(axis=(-2, -1))
+    same = ratio(np.trace(table, axis1=-2, axis2=-1), total)
+    by_chance = (table.sum(axis=-1) * table.sum(axis=-2)).sum(axis=-1)
+    chance = ratio(by_chance, total**2)
+    return ratio(same - chance, 1 - chance)
+
+
+def _precision(table: FloatArray) -> FloatArray:
+    return ratio(table[..., 1, 1], table[..., :, 1].sum(axis=-1))
+
+
+def _recall(table: FloatArray) -> FloatArray:
+    return ratio(table[..., 1, 1], table[..., 1, :].sum(axis=-1))
+
+
+def _accuracy(table: FloatArray) -> FloatArray:
+    return ratio(np.trace(table, axis1=-2, axis2=-1), table.sum(axis=(-2, -1)))
+
+
+def _tables(people: BoolArray, said: BoolArray, video: IntArray) -> FloatArray:
+    """Count pairs by video, people's answer and the judge's, shape (videos, 2, 2)."""
+    tables = np.zeros((len(np.unique(video)), 2, 2))
+    np.add.at(tables, (video, people.astype(int), said.astype(int)), 1.0)
+    return tables

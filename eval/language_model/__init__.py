@@ -1,1 +1,1 @@
-"""A language model at an endpoint of yours, as a grounder and as a judge of Table 3."""
+"""A language model at an endpoint of yours, as a grounder, as a parser and as a judge."""

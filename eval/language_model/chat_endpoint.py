@@ -5,30 +5,184 @@ Nothing is sent without a named endpoint. A request with a kept reply isn't sent
 
 from __future__ import annotations
 
+import contextlib
+import datetime
 import functools
+import hashlib
+import logging
 import os
 import random
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
-from eval.language_model.kept_replies import (
-    KeptReply,
-    Origin,
-    ReplyFolder,
-    Tokens,
-    UnderWay,
-    key_of,
-    now,
-    open_folder,
-)
+import msgspec
+import numpy as np
+
 from g3.errors import CorpusError
+from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
     import openai
     from openai.types.chat import ChatCompletion
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+logger = logging.getLogger(__name__)
+
+Origin = Literal["new", "kept"]
+
+
+class Tokens(msgspec.Struct, frozen=True):
+    """Numbers of tokens that an endpoint has counted."""
+
+    prompt: int = 0
+    completion: int = 0
+
+
+class KeptReply(msgspec.Struct, frozen=True, kw_only=True):
+    """A reply as it is kept.
+
+    Parameters
+    ----------
+    request
+        The request as sent, with the prompt, the model and the seed.
+    model, fingerprint
+        Model and fingerprint as reported by the endpoint.
+    latency_s
+        From sending the request that was answered to its answer.
+    asked
+        Time of the request, in UTC.
+    tries
+        Number of times that the request was sent.
+    in_doubt
+        Number of these that may have been paid for without an answer.
+    """
+
+    endpoint: str
+    request: dict[str, Any]
+    text: str
+    model: str = ""
+    fingerprint: str = ""
+    tokens: Tokens = Tokens()
+    latency_s: float = 0.0
+    asked: str = ""
+    tries: int = 1
+    in_doubt: int = 0
+
+
+class UnderWay(msgspec.Struct):
+    """A request under way: number of times sent, and number of failures."""
+
+    sent: int = 0
+    unpaid: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ReplyFolder:
+    """A folder of kept replies."""
+
+    path: Path
+
+    def reply(self, key: str) -> KeptReply | None:
+        """Return the reply to a request; None if there is no readable one."""
+        path = self._reply(key)
+        try:
+            return msgspec.json.decode(path.read_bytes(), type=KeptReply)
+        except FileNotFoundError:
+            return None
+        except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+            logger.warning("%s: the reply is damaged, so that it is asked for again", path)
+            return None
+
+    def keep(self, key: str, reply: KeptReply) -> None:
+        """Keep a reply; from then on its request isn't sent again."""
+        write_bytes(self._reply(key), msgspec.json.format(msgspec.json.encode(reply), indent=1))
+
+    @contextlib.contextmanager
+    def asking(self, key: str) -> Iterator[UnderWay]:
+        """Lock a request: others wait until its reply is there, or its sender stops.
+
+        The caller checks again for a reply after it gets the lock. A record written by :meth:`note`
+        remains for the next process, should this program be killed.
+        """
+        marker = self._marker(key)
+        marker.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(marker, os.O_CREAT | os.O_RDWR, 0o600)
+        try:
+            if fcntl is not None:
+                fcntl.flock(descriptor, fcntl.LOCK_EX)
+            try:
+                state = msgspec.json.decode(marker.read_bytes(), type=UnderWay)
+            except (OSError, msgspec.MsgspecError):
+                state = UnderWay()
+            yield state
+            if self._reply(key).exists():  # else others may be waiting for this very file
+                marker.unlink(missing_ok=True)
+        finally:
+            os.close(descriptor)
+
+    def note(self, key: str, known: UnderWay) -> None:
+        """Record the state of a request, before it is sent and after it fails."""
+        descriptor = os.open(self._marker(key), os.O_CREAT | os.O_WRONLY | os.O_TRUNC, 0o600)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(msgspec.json.encode(known))
+            file.flush()
+            os.fsync(file.fileno())
+
+    def used(self, run: str, purpose: str, key: str, origin: Origin) -> None:
+        """Note that a run has used a reply; processes may do so at the same time."""
+        path = self.path / "runs" / f"{run}-{purpose}.log"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("ab") as file:  # one short line, which the system adds in one piece
+            file.write(f"{key} {origin}\n".encode())
+
+    def used_by(self, run: str, purpose: str) -> dict[str, Origin]:
+        """Return the requests that a run has used, with the origins of their replies."""
+        result: dict[str, Origin] = {}
+        path = self.path / "runs" / f"{run}-{purpose}.log"
+        lines = path.read_text().split("\n") if path.exists() else []
+        for key, origin in (line.split() for line in lines if line):
+            result[key] = "new" if "new" in (origin, result.get(key)) else "kept"
+        return result
+
+    def _reply(self, key: str) -> Path:
+        return self.path / key[:2] / f"{key}.json"
+
+    def _marker(self, key: str) -> Path:
+        return self.path / key[:2] / f"{key}.asked"
+
+
+def open_folder(path: Path) -> ReplyFolder:
+    """Open a folder for replies; create it if it is missing, and check that it is writable."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        if not os.access(path, os.W_OK):
+            raise PermissionError(13, "permission denied")
+    except OSError as error:
+        raise CorpusError(
+            f"replies can't be kept: {error.strerror}",
+            where=str(path),
+            fix="name another folder with --replies",
+        ) from error
+    return ReplyFolder(path)
+
+
+def key_of(endpoint: str, request: dict[str, Any]) -> str:
+    """Return the digest of a request to an endpoint."""
+    content = msgspec.json.encode({"endpoint": endpoint, "request": request}, order="sorted")
+    return hashlib.sha256(content).hexdigest()
+
+
+def now() -> str:
+    """Return the time in UTC, in ISO 8601."""
+    return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="milliseconds")
+
 
 KEY_VARIABLE = "CT_LLM_KEY"
 """The environment variable with the endpoint's key; local servers need none."""
@@ -115,7 +269,7 @@ def ask(
     schema
         JSON Schema of the reply.
     purpose
-        Purpose of the request: ``plan`` or ``judge``.
+        Purpose of the request: ``plan``, ``parse`` or ``judge``.
 
     Raises
     ------
@@ -227,8 +381,8 @@ def _kept(
 def _said(error: openai.APIStatusError) -> str:
     """Return the endpoint's error message, shortened."""
     body = error.body
-    said = body.get("message") if isinstance(body, dict) else body
-    return str(said or error.message)[:300]
+    message = body.get("message") if isinstance(body, dict) else body
+    return str(message or error.message)[:300]
 
 
 def _wait_s(tried: int, asked_for: str) -> float:
@@ -249,4 +403,69 @@ def _client(endpoint: Endpoint) -> openai.OpenAI:
         api_key=os.environ.get(KEY_VARIABLE) or "none",
         timeout=endpoint.timeout_s,
         max_retries=0,  # they are counted here
+    )
+
+
+MILLION = 1e6
+
+
+def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:
+    """Return the usage behind the replies that a run has used.
+
+    Parameters
+    ----------
+    purpose
+        ``plan``, ``parse`` or ``judge``.
+
+    Returns
+    -------
+    Mapping
+        Numbers of ``requests`` with a reply, of ``new`` ones, and of those ``kept`` from before;
+        ``sent``, the number of times these were sent in all, and of these ``in_doubt``, which may
+        have been paid for without a reply. Tokens of prompts and completions; ``dollars``, of all
+        replies and of the new ones, None without a price; seconds to a reply.
+    """
+    origins = endpoint.replies.used_by(endpoint.run, purpose)
+    known = {key: reply for key in origins if (reply := endpoint.replies.reply(key))}
+    replies = list(known.values())
+    fresh = [reply for key, reply in known.items() if origins[key] == "new"]
+    took = np.array([reply.latency_s for reply in replies]) if replies else np.full(1, np.nan)
+
+    def dollars(some: list[KeptReply]) -> float | None:
+        if endpoint.price is None:
+            return None
+        prompt, completion = endpoint.price
+        cost = sum(r.tokens.prompt * prompt + r.tokens.completion * completion for r in some)
+        return round(cost / MILLION, 6)
+
+    return {
+        "requests": len(replies),
+        "new": len(fresh),
+        "kept": len(replies) - len(fresh),
+        "sent": sum(reply.tries for reply in replies),
+        "in_doubt": sum(reply.in_doubt for reply in replies),
+        "prompt_tokens": sum(reply.tokens.prompt for reply in replies),
+        "completion_tokens": sum(reply.tokens.completion for reply in replies),
+        "dollars": dollars(replies),
+        "new_dollars": dollars(fresh),
+        "latency_s": {
+            "median": round(float(np.median(took)), 3),
+            "p95": round(float(np.percentile(took, 95)), 3),
+        },
+        "models": sorted({reply.model for reply in replies}),
+        "fingerprints": sorted({r.fingerprint for r in replies if r.fingerprint}),
+    }
+
+
+def in_words(purpose: str, told: Mapping[str, Any]) -> str:
+    """State a usage in one line."""
+    latency, cost, doubt = told["latency_s"], "", ""
+    if told["dollars"] is not None:
+        cost = f", ${told['dollars']:.4f} (${told['new_dollars']:.4f} now)"
+    if told["in_doubt"]:
+        doubt = f"; {told['in_doubt']} may have been paid for without a reply"
+    return (
+        f"language model, {purpose}: {told['requests']} requests ({told['kept']} kept from "
+        f"before), {told['prompt_tokens']} + {told['completion_tokens']} tokens{cost}, "
+        f"{latency['median']} s median, {latency['p95']} s p95{doubt}"
     )

@@ -1,32 +1,292 @@
-"""The language model as a grounder and as a judge of Table 3, with the name ``llm``."""
+"""The language model as a grounder, as a parser and as a judge, with the name ``llm``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from hashlib import sha256
+from types import MappingProxyType
+from typing import Any, TypeVar
 
-from corpus_tools.following.plan_steps import ReadPlan, read_steps
+import msgspec
+
+from corpus_tools.corpus.answer_records import PlanStep, Probability, SceneShown
+from corpus_tools.following.plan_steps import ReadPlan, read_steps, scene_shown
+from corpus_tools.importers.treebank import trees_of
 from corpus_tools.runtime.progress import OnProgress
 from eval.judging.judge import Verdict
 from eval.judging.judge_registry import JudgedPlan
-from eval.language_model.chat_endpoint import Endpoint, missing
-from eval.language_model.plan_prompt import (
-    PlanReply,
-    VerdictReply,
-    judge_messages,
-    judge_prompt,
-    plan_messages,
-    plan_prompt,
-)
-from eval.language_model.structured_replies import UnusableReplyError, ask_for
+from eval.language_model.chat_endpoint import Endpoint, Message, ask, missing
+from eval.parsing.parser_registry import TextParser
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
-from g3.actions.action_kinds import KINDS
-from g3.errors import CorpusError, FormatError
+from g3.actions.action_kinds import KINDS, ActionKind
+from g3.actions.action_words import described
+from g3.actions.forklift_actions import DRIVE_BETWEEN
+from g3.actions.grounding_candidates import carrier
+from g3.actions.robot_state import State
+from g3.errors import CorpusError, FormatError, SDCError
+from g3.geometry.footprints import centre
+from g3.language.parsing.trees import Parse, Tree
+
+Form = TypeVar("Form", bound=msgspec.Struct)
+Value = TypeVar("Value")
+Question = TypeVar("Question")
+
+ROUNDS = 3
+"""Usual number of requests for one reply; each states the error of the one before."""
+SHOWN = 200
+
+
+class UnusableReplyError(CorpusError):
+    """A language model has given no reply that can be used."""
+
+
+def ask_for(
+    endpoint: Endpoint,
+    messages: Sequence[Message],
+    form: type[Form],
+    use: Callable[[Form], Value],
+    *,
+    purpose: str,
+    choices: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    rounds: int = ROUNDS,
+) -> Value:
+    """Ask for a reply in a form, and convert it.
+
+    Parameters
+    ----------
+    use
+        Converts the reply; raises a FormatError where that can't be done.
+    choices
+        Allowed values of the form's fields, by name, for servers that constrain a model to them.
+    rounds
+        Number of requests at most.
+
+    Raises
+    ------
+    UnusableReplyError
+        If no reply can be used.
+    CorpusError
+        If the endpoint gives no reply.
+    """
+    said, schema = list(messages), _schema(form, choices)
+    problem = ""
+    for _ in range(rounds):
+        reply = ask(endpoint, said, schema, purpose=purpose)
+        try:
+            return use(msgspec.json.decode(json_in(reply.text), type=form))
+        except (FormatError, msgspec.MsgspecError, RecursionError) as error:
+            problem = str(error)
+        said += [
+            {"role": "assistant", "content": reply.text},
+            {
+                "role": "user",
+                "content": f"That can't be used: {problem}. Give the whole JSON again.",
+            },
+        ]
+    raise UnusableReplyError(f"no reply of the language model can be used: {problem[:SHOWN]}")
+
+
+def _schema(form: type[msgspec.Struct], choices: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """Return the JSON Schema of a form: an object at the top, for endpoints, without prose."""
+    whole = msgspec.json.schema(form)
+    root = whole["$defs"].pop(form.__name__)
+    bare: dict[str, Any] = _without_prose({**root, "$defs": whole["$defs"]})
+    for part in (bare, *bare["$defs"].values()):
+        for name in part.get("properties", {}).keys() & choices.keys():
+            part["properties"][name] |= {"enum": list(choices[name])}
+    return bare
+
+
+def _without_prose(part: Any) -> Any:
+    if isinstance(part, dict):
+        kept = ((k, v) for k, v in part.items() if k not in ("title", "description"))
+        return {key: _without_prose(value) for key, value in kept}
+    return [_without_prose(item) for item in part] if isinstance(part, list) else part
+
+
+def json_in(text: str) -> str:
+    """Return the JSON object in a reply, without the text that models put around it.
+
+    >>> json_in('Sure: {"correct": true}!')
+    '{"correct": true}'
+    """
+    first, last = text.find("{"), text.rfind("}")
+    return text[first : last + 1] if 0 <= first < last else text
+
+
+SCENE = """\
+The world is JSON. Coordinates are in metres, headings in degrees counter-clockwise from +x. "seen"
+is where the robot sees something at the start: metres ahead, and metres to its left (negative: to
+its right). "on" is what a thing stands on; without it, it stands on the ground. The robot can lift
+what is "liftable". "colours" are there where they are known."""
+PLANNING = """\
+You plan for a robotic forklift. You get a command that a person typed, and the world in which it
+was given. Say what the robot is to do so that the person is content: all that the command asks for,
+and nothing else.
+
+{scene}
+
+The actions, and what each takes:
+{actions}
+
+"target" is a list of ids of things or names of places. Instead of a target, "to" is a point [x, y].
+Where a load is put down, give one of "on" (id of what it is put on), "near" (id of what it is put
+beside, on the ground) and "at" (a point [x, y]). One load is on the forks at most. "carry" picks a
+load up, takes it there and puts it down, so it needs no "pick up" before.
+
+Reply with JSON: "actions", a list in their order, each with "action" and what it takes;
+"probability", from 0 to 1, how sure you are that this is what was meant; "reason", in a
+few words. If the command can't be followed, "actions" is empty."""
+JUDGING = """\
+You judge a robotic forklift. You get a command that a person typed, the world before the robot did
+anything, and what it did. Say whether the robot did what the command asks for: all of it, and
+nothing to other things. Any thing, side or place that the words allow is right.
+
+{scene}
+
+Reply with JSON: "correct", true or false; "reason", in a few words what is wrong, or empty."""
+
+
+PARSING = """\
+You annotate what people say to robots with spatial description clauses (SDCs). A clause has a type
+and fields, in brackets:
+- EVENT: something to be done or not to be done. "r" has the verb, with its particles and a "not";
+  "l" what it is done to; "l2" where, along which way, when or how far. The robot isn't written; "f"
+  is there only if somebody else acts.
+- OBJ: a thing. A noun with its article and adjectives stands in "f". If more words say which one,
+  "f" is the OBJ of the noun, "r" the relating words, "l" the OBJ that they relate it to.
+- PLACE: where something is or is to be. "r" has the preposition, "l" the OBJ.
+- PATH: a way to go or to bring something. "r" has the preposition, "l" the OBJ.
+"f" holds words only in a clause that has no other field; "l" and "l2" hold clauses only, several in
+square brackets. "r" holds words only. Each word is written as it is in the command and used once;
+words that separate clauses, and politeness, are left out. A word with any of , ; ( ) [ ] = @ " is
+written as a JSON string. Clauses aren't numbered. Examples:
+
+Lift the tray by the sink.
+EVENT(r = Lift, l = OBJ(f = OBJ(f = the tray), r = by, l = OBJ(f = the sink)))
+
+Carry it to the porch and set it down next to the bench
+EVENT(r = Carry, l = OBJ(f = it), l2 = PATH(r = to, l = OBJ(f = the porch)))
+EVENT(r = set down, l = OBJ(f = it), l2 = PLACE(r = next to, l = OBJ(f = the bench)))
+
+please don't drive past the gate until the horn sounds
+EVENT(r = don't drive, l = PATH(r = past, l = OBJ(f = the gate)), \
+l2 = EVENT(f = OBJ(f = the horn), r = until sounds))
+
+Reply with JSON: "trees", a list with a top-level clause for each thing that is to be done or must
+not be done, in the order in which it is to be done; if the command asks for nothing, it is empty;
+"taken_back", words that the person takes back, as "the red one" in "the red one, no, the blue one",
+or empty. These are in no clause."""
+
+
+class PlanReply(msgspec.Struct, frozen=True):
+    """A plan, as a language model is to give it."""
+
+    actions: tuple[PlanStep, ...]
+    probability: Probability = 0.0
+    reason: str = ""
+
+
+class ParseReply(msgspec.Struct, frozen=True):
+    """Clauses in bracket notation, as a language model is to give them."""
+
+    trees: tuple[str, ...]
+    taken_back: str = ""
+
+
+class VerdictReply(msgspec.Struct, frozen=True):
+    """A verdict, as a language model is to give it."""
+
+    correct: bool
+    reason: str = ""
+
+
+def plan_prompt() -> str:
+    """Return the text before any command."""
+    actions = "\n".join(f'- "{kind}": {_takes(kind)} {kind.description}' for kind in KINDS.values())
+    return PLANNING.format(scene=SCENE, actions=actions)
+
+
+def judge_prompt() -> str:
+    """Return the text before any plan."""
+    return JUDGING.format(scene=SCENE)
+
+
+def plan_messages(task: PlanTask) -> list[Message]:
+    """Return the messages that request a plan."""
+    return _messages(
+        plan_prompt(), f"World: {_compact(scene_shown(task.start))}\nCommand: {task.text}"
+    )
+
+
+def judge_messages(plan: JudgedPlan) -> list[Message]:
+    """Return the messages that request a verdict."""
+    start = plan.deeds.start
+    world = _compact(scene_shown(start))
+    done = "\n".join(f"- {line}" for line in _done(plan, start))
+    asked = f"World: {world}\nCommand: {plan.text}\nWhat the robot did:\n{done}"
+    return _messages(judge_prompt(), asked)
+
+
+def parse_messages(text: str) -> list[Message]:
+    """Return the messages that request a command's clauses."""
+    return _messages(PARSING, f"Command: {text}")
+
+
+def _messages(system: str, user: str) -> list[Message]:
+    return [{"role": "system", "content": system}, {"role": "user", "content": user}]
+
+
+def _compact(scene: SceneShown) -> str:
+    return msgspec.json.encode(scene).decode()
+
+
+def _takes(kind: ActionKind) -> str:
+    """Return the fields of an action, in brackets."""
+    units = {"m": "metres", "rad": "degrees, to the left if positive", "s": "seconds"}
+    fields = ["object"] if kind.handles else []
+    fields += ["on, near or at"] if kind.leaves else []
+    aim = "target, two of them" if kind is DRIVE_BETWEEN else "target or to"
+    fields += [aim] if kind.aims else []
+    fields += [f"amount in {units[kind.unit]}"] if kind.unit else []
+    return f"({'; '.join(fields)})"
+
+
+def _done(plan: JudgedPlan, start: State) -> Sequence[str]:
+    """Describe an execution by its traces, for a log has no actions."""
+    execution = plan.deeds
+    lines = [f"action: {described(action)}" for action in plan.actions]
+    for load in execution.carried:
+        after = execution.end.thing(load.id)
+        if load.lowered is None:
+            where = "is on the forks at the end"
+        else:
+            under = carrier(execution.end, load.id)
+            x, y = centre(after.prism)
+            where = f"ends at [{x:.1f}, {y:.1f}] on {under.id if under else 'the ground'}"
+        taken = "was on the forks at the start" if load.id == start.held else "was picked up"
+        lines.append(f"{load.id} {taken} and {where}")
+    if not execution.carried:
+        lines.append("no load was moved")
+    way = execution.way[:: max(1, len(execution.way) // 12)]
+    points = ", ".join(f"[{x:.1f}, {y:.1f}]" for x, y, _ in (*way, execution.way[-1]))
+    x, y, yaw = execution.way[-1]
+    lines.append(f"the robot drove by {points}")
+    lines.append(f"it ends at [{x:.1f}, {y:.1f}], heading {_degrees(yaw):.0f} degrees")
+    return lines
+
+
+def _degrees(radians: float) -> float:
+    return round(math.degrees(radians)) % 360 + 0.0
+
 
 NAME = "llm"
-PLAN, JUDGE = "plan", "judge"
+PARSER_ROW = "llm-parser"
+"""Name of the parser's row, which may stand beside the grounder's."""
+PLAN, PARSE, JUDGE = "plan", "parse", "judge"
 """Purposes of requests."""
 
 
@@ -53,15 +313,7 @@ class LanguageModelGrounder(PlanGrounder):
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
         """Request plans for all tasks; after a failure, received ones are kept."""
-        with ThreadPoolExecutor(self.endpoint.at_once) as threads:
-            asked = [threads.submit(self.propose, task) for task in tasks]
-            try:
-                for count, done in enumerate(as_completed(asked), start=1):
-                    done.result()
-                    on_progress("asking the language model", count, len(tasks))
-            except BaseException:
-                threads.shutdown(wait=False, cancel_futures=True)  # nothing more is to be paid for
-                raise
+        _ask_for_all(self.endpoint, self.propose, tasks, on_progress)
 
     def propose(self, task: PlanTask, learned: object = None) -> Proposal:
         """Make a plan."""
@@ -83,6 +335,45 @@ class LanguageModelGrounder(PlanGrounder):
             )
         except UnusableReplyError as error:
             return Proposal(note=str(error))
+
+
+@dataclass(frozen=True)
+class LanguageModelParser(TextParser):
+    """Clauses by a language model, in bracket notation.
+
+    All texts are sent before the first tree is compared, several at the same time. A reply that
+    leaves the grammar, or has words that the text lacks, is requested once more with the error.
+    Where that fails, too, the text has no trees.
+    """
+
+    endpoint: Endpoint
+
+    name = PARSER_ROW
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """The model, and a digest of its prompt."""
+        return {**self.endpoint.about, "prompt": _digest(PARSING)}
+
+    def prepare(self, texts: Sequence[str], on_progress: OnProgress) -> None:
+        """Request trees of all texts; after a failure, received ones are kept."""
+        _ask_for_all(self.endpoint, self.parse, texts, on_progress)
+
+    def parse(self, text: str) -> Parse:
+        """Parse a text into its tree."""
+
+        def use(reply: ParseReply) -> Parse:
+            try:
+                sdcs, _ = trees_of(reply.trees, reply.taken_back, text)
+            except SDCError as error:
+                raise FormatError(error.what, where=error.where, fix=error.fix) from error
+            return Parse(text, (Tree(sdcs, 1.0),) if sdcs else ())
+
+        messages = parse_messages(text)
+        try:
+            return ask_for(self.endpoint, messages, ParseReply, use, purpose=PARSE, rounds=2)
+        except UnusableReplyError:
+            return Parse(text, ())
 
 
 @dataclass(frozen=True)
@@ -113,6 +404,24 @@ class LanguageModelJudge:
             return ask_for(self.endpoint, judge_messages(plan), VerdictReply, use, purpose=JUDGE)
         except UnusableReplyError as error:
             return Verdict(False, str(error))
+
+
+def _ask_for_all(
+    endpoint: Endpoint,
+    ask_for_one: Callable[[Question], object],
+    questions: Sequence[Question],
+    on_progress: OnProgress,
+) -> None:
+    """Ask questions, so that their replies are kept; after a failure nothing more is asked."""
+    with ThreadPoolExecutor(endpoint.at_once) as threads:
+        asked = [threads.submit(ask_for_one, question) for question in questions]
+        try:
+            for count, done in enumerate(as_completed(asked), start=1):
+                done.result()
+                on_progress("asking the language model", count, len(questions))
+        except BaseException:
+            threads.shutdown(wait=False, cancel_futures=True)  # nothing more is to be paid for
+            raise
 
 
 def check_installed() -> None:

@@ -1,24 +1,48 @@
 """Parsers of texts into SDC trees. Each can be a row of Table 3.
 
 A parser is a function from a text to its top-level clauses, or to a
-:class:`~g3.language.parsing.extractor.Parse` with several trees. :func:`parser` registers one under
+:class:`~g3.language.parsing.trees.Parse` with several trees. :func:`parser` registers one under
 a name, for ``ct eval --table 3 --parser NAME`` and ``--sdc --parser NAME``. Modules that other
 distributions name in the entry point group ``ct.parsers`` register theirs when this one is
-imported.
+imported. A parser that needs more than a function implements :class:`TextParser`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Protocol
 
-from g3.language.parsing.extractor import Parse, Tree
+from corpus_tools.runtime.progress import OnProgress
+from g3.language.parsing.trees import Parse, Tree
 from g3.registry import Registry, blaming
 from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
 
 ParseFunction = Callable[[str], "Sequence[SDC] | Parse"]
+
+
+class TextParser(Protocol):
+    """A parser of texts; processes exchange parsers, which can be pickled and hashed.
+
+    By default a parser has no settings and needs no preparation.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name of its row."""
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """Settings that decide its trees, for readers of the table."""
+        return {}
+
+    def prepare(self, texts: Sequence[str], on_progress: OnProgress) -> None:
+        """Get ready for all texts at once, before they come one by one."""
+
+    def parse(self, text: str) -> Parse:
+        """Parse a text into its trees."""
 
 
 @short_repr
@@ -30,6 +54,17 @@ class RegisteredParser:
     description: str
     function: ParseFunction
 
+    def __reduce__(self) -> tuple[Callable[[str], RegisteredParser], tuple[str]]:
+        return parser_named, (self.name,)
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """Nothing: its distribution describes it."""
+        return {}
+
+    def prepare(self, texts: Sequence[str], on_progress: OnProgress) -> None:
+        """Do nothing: a function takes one text after the other."""
+
     def parse(self, text: str) -> Parse:
         """Parse a text into its trees.
 
@@ -39,9 +74,9 @@ class RegisteredParser:
             If the function raises anything.
         """
         with blaming(f"the parser {self.name}", f"command {text!r}"):
-            found = self.function(text)
-            trees = (Tree(tuple(found), 1.0),) if not isinstance(found, Parse) and found else ()
-            return found if isinstance(found, Parse) else Parse(text, trees)
+            result = self.function(text)
+            trees = (Tree(tuple(result), 1.0),) if not isinstance(result, Parse) and result else ()
+            return result if isinstance(result, Parse) else Parse(text, trees)
 
 
 PARSERS: Registry[RegisteredParser] = Registry("parser", "ct.parsers")
@@ -58,7 +93,15 @@ def parser(name: str) -> Callable[[ParseFunction], ParseFunction]:
     return PARSERS.adding(name, partial(RegisteredParser, name))
 
 
-parser_named = PARSERS.known
-"""The parser with a name; a CorpusError if there is none."""
+def parser_named(name: str) -> RegisteredParser:
+    """Return the parser with a name.
+
+    Raises
+    ------
+    CorpusError
+        If there is none.
+    """
+    return PARSERS.known(name)
+
 
 PARSERS.load_others()

@@ -9,8 +9,7 @@ from typing import Any, Literal
 from rich.table import Table
 
 from corpus_tools.corpus.estimate import explained, named, part
-from eval.parsing.sdc_scores import FIELDS, NOWHERE, Counts
-from eval.parsing.tested_commands import AS_TYPED, TestedCommand
+from eval.parsing.sdc_scores import AS_TYPED, FIELDS, NOWHERE, Counts, TestedCommand
 from eval.tables.formats import cell, document, figure_table, table_text
 from g3.sdc.clauses import SDC_TYPES
 from g3.sdc.sdc_notation import format_brackets
@@ -26,11 +25,11 @@ def figures(tested: Sequence[TestedCommand]) -> dict[str, Any]:
     untyped = sum((c.untyped for c in comparisons), Counts())
     segments = sum((c.segments for c in comparisons), Counts())
     by_type = {type_: sum((c.by_type[type_] for c in comparisons), Counts()) for type_ in SDC_TYPES}
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name, counts in (("typed", typed), ("untyped", untyped), ("segmentation", segments)):
-        found |= named({f"{name}_{figure}": getattr(counts, figure) for figure in FIGURES})
+        result |= named({f"{name}_{figure}": getattr(counts, figure) for figure in FIGURES})
     exact = part(sum(c.exact for c in comparisons), len(comparisons), "no data")
-    return found | {
+    return result | {
         **named({"exact": exact}),
         "commands": len(comparisons),
         "constituents": typed.gold,
@@ -57,8 +56,8 @@ def errors(tested: Sequence[TestedCommand]) -> list[dict[str, object]]:
 
     def order(one: TestedCommand) -> tuple[float, str]:
         # Trees without words on either side have no F, and nothing in common.
-        found = one.comparison.typed.f
-        return found.value if found.is_known else 0.0, one.annotated.command.id
+        result = one.comparison.typed.f
+        return result.value if result.is_known else 0.0, one.annotated.command.id
 
     wrong = sorted((one for one in tested if not one.comparison.exact), key=order)
     return [
@@ -91,49 +90,51 @@ def render(
         Number of errors in a table; JSON has all.
     """
     tested = by_kind[AS_TYPED]
-    found = figures(tested)
+    result = figures(tested)
     wrong = errors(tested)
     perturbed = {kind: figures(own) for kind, own in by_kind.items() if kind != AS_TYPED}
     if form == "json":
-        content = {**found, "confusion": confusion(tested), "errors": wrong}
+        content = {**result, "confusion": confusion(tested), "errors": wrong}
         content |= {"perturbed": perturbed} if perturbed else {}
         return document(content, metadata)
     tables = {
-        "Extraction of SDCs from text": _figures_table(found),
+        "Extraction of SDCs from text": _figures_table(result),
         **(
-            {"The same commands perturbed": _perturbed_table(found, perturbed)} if perturbed else {}
+            {"The same commands perturbed": _perturbed_table(result, perturbed)}
+            if perturbed
+            else {}
         ),
         "Letters by annotated (rows) and extracted type and field": _confusion_table(tested),
         f"Worst errors ({min(top, len(wrong))} of {len(wrong)})": _errors_table(wrong[:top]),
     }
-    records = (found, *found["types"].values(), *perturbed.values())
+    records = (result, *result["types"].values(), *perturbed.values())
     reasons = explained(field for record in records for field in record.values())
-    notes = (f"exact trees: {_shown(found, 'exact')} of {found['commands']} commands", *reasons)
+    notes = (f"exact trees: {_shown(result, 'exact')} of {result['commands']} commands", *reasons)
     return table_text(tables, notes, metadata, terminal=terminal)
 
 
-def _figures_table(found: Mapping[str, Any]) -> Table:
+def _figures_table(record: Mapping[str, Any]) -> Table:
     table = figure_table(("", "Precision", "Recall", "F-score"))
     for name in ("typed", "untyped", "segmentation"):
-        cells = (_shown(found, f"{name}_{figure}") for figure in FIGURES)
+        cells = (_shown(record, f"{name}_{figure}") for figure in FIGURES)
         table.add_row(name.capitalize(), *cells)
-    for type_, of_type in found["types"].items():
+    for type_, of_type in record["types"].items():
         table.add_row(type_, *(_shown(of_type, figure) for figure in FIGURES))
     return table
 
 
-def _shown(found: Mapping[str, Any], name: str) -> str:
+def _shown(record: Mapping[str, Any], name: str) -> str:
     """Return a figure of a record, or the reason for its absence."""
-    return str(found[f"{name}_reason"]) or f"{found[name]:.3f}"
+    return str(record[f"{name}_reason"]) or f"{record[name]:.3f}"
 
 
 def _perturbed_table(
-    found: Mapping[str, object], perturbed: Mapping[str, Mapping[str, object]]
+    record: Mapping[str, object], perturbed: Mapping[str, Mapping[str, object]]
 ) -> Table:
     names = ("typed_f", "untyped_f", "segmentation_f", "exact")
     rows = (
         (kind, *(_shown(own, name) for name in names))
-        for kind, own in {"as typed": found, **perturbed}.items()
+        for kind, own in {"as typed": record, **perturbed}.items()
     )
     return figure_table(("", *(name.removesuffix("_f").capitalize() for name in names)), rows)
 

@@ -1,4 +1,4 @@
-"""Agreement of extracted SDC trees with annotated ones (section 3.1).
+"""Agreement of extracted SDC trees, and of references, with annotated ones (section 3.1).
 
 A constituent is a clause, known by its type and all words in it and in the clauses below it.
 The implicit robot has no words and doesn't count. Words are compared by the letters and digits
@@ -8,11 +8,27 @@ that they cover, so that it doesn't matter how either side cuts words and punctu
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TypeAlias, TypeVar
 
+from corpus_tools.corpus.annotated_trees import Annotated, annotated_commands, annotated_trees
+from corpus_tools.corpus.corpus_model import Corpus, Division
 from corpus_tools.corpus.estimate import Estimate, part
+from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
+from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.progress import OnProgress, no_progress
+from eval.parsing.parser_registry import TextParser
+from eval.splits import Split, leave_one_out
+from g3.annotation import Annotation
+from g3.errors import CorpusError
+from g3.groundings import Grounding, PhysicalObject
+from g3.language.discourse.anaphora import anaphors
+from g3.language.discourse.groups import group
+from g3.language.parsing.sdc_parser import DEFAULT_L2, SDCParser, default_parser
+from g3.language.parsing.training.parser_training import Lesson, prepare
+from g3.language.parsing.trees import Parse
 from g3.sdc.clauses import SDC, SDC_TYPES, Span, all_words, breadth_first
 from g3.short_repr import short_repr
 
@@ -108,8 +124,8 @@ def _letters(spans: Iterable[Span], text: str) -> Letters:
 
 
 def _constituents(sdcs: Sequence[SDC], text: str) -> Constituents:
-    found = ((sdc.type, _letters(all_words(sdc), text)) for sdc in breadth_first(sdcs))
-    return Counter((type_, letters) for type_, letters in found if letters)
+    result = ((sdc.type, _letters(all_words(sdc), text)) for sdc in breadth_first(sdcs))
+    return Counter((type_, letters) for type_, letters in result if letters)
 
 
 def _shared(segments: Sequence[Letters], shared: Letters) -> Counter[Letters]:
@@ -147,3 +163,250 @@ def _shape(sdcs: Sequence[SDC], text: str) -> tuple[object, ...]:
         )
         for sdc in sdcs
     )
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceScores:
+    """Counts over the grounded commands of a corpus.
+
+    Parameters
+    ----------
+    pronouns
+        Grounded anaphors of the kind `same`.
+    any_antecedent
+        Those that have a right antecedent among the candidates.
+    first_antecedent
+        Those whose most probable antecedent is right.
+    singular
+        Grounded OBJECTs that are singular by their words.
+    singular_of_one
+        Those that are grounded in one thing.
+    plural
+        Grounded OBJECTs that are plural by their words.
+    plural_of_one
+        Those that are grounded in one thing all the same.
+    """
+
+    pronouns: int = 0
+    any_antecedent: int = 0
+    first_antecedent: int = 0
+    singular: int = 0
+    singular_of_one: int = 0
+    plural: int = 0
+    plural_of_one: int = 0
+
+
+def reference_scores(annotations: Iterable[Annotation]) -> ReferenceScores:
+    """Count over the first positive annotation of each command."""
+    chosen = annotated_commands(annotations)
+    right = [correct for annotation in chosen.values() for correct in _antecedents(annotation)]
+    sizes = [size for annotation in chosen.values() for size in _sizes(annotation)]
+    singular = [size for number, size in sizes if number == "singular"]
+    plural = [size for number, size in sizes if number == "plural"]
+    return ReferenceScores(
+        pronouns=len(right),
+        any_antecedent=sum(any(correct) for correct in right),
+        first_antecedent=sum(bool(correct) and correct[0] for correct in right),
+        singular=len(singular),
+        singular_of_one=singular.count(1),
+        plural=len(plural),
+        plural_of_one=plural.count(1),
+    )
+
+
+def _antecedents(annotation: Annotation) -> Iterator[list[bool]]:
+    """Yield for each grounded pronoun which of its antecedents are right."""
+    for anaphor in anaphors(annotation.sdcs):
+        meant = _things(annotation.groundings[anaphor.index])
+        if anaphor.kind == "same" and meant:
+            yield [
+                _things(annotation.groundings[antecedent.index]) == meant
+                for antecedent in anaphor.antecedents
+            ]
+
+
+def _things(groundings: Iterable[Grounding]) -> frozenset[Grounding | str]:
+    return frozenset(g.id if isinstance(g, PhysicalObject) else g for g in groundings)
+
+
+def _sizes(annotation: Annotation) -> Iterator[tuple[str, int]]:
+    """Yield grammatical number and count of groundings of each OBJECT grounded in things."""
+    inside: set[int] = set()
+    for sdc, groundings in zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True):
+        if sdc.type != "OBJECT":
+            continue
+        inside.update(id(figure) for figure in sdc.figure)
+        things = bool(groundings) and all(isinstance(g, PhysicalObject) for g in groundings)
+        if things and id(sdc) not in inside and all_words(sdc):
+            yield group(sdc).number, len(groundings)
+
+
+AS_TYPED = ""
+"""The name of commands that aren't perturbed."""
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class SDCChoices:
+    """Options of ``ct eval --sdc``.
+
+    Parameters
+    ----------
+    corpus
+        A corpus to divide by `cv`, each part held out in turn; or
+    test
+        one to test on, with
+    train
+        one to train on (with `corpus`: in addition to its other parts), or
+    model
+        a trained model, or
+    parser
+        another parser; where there is none of these, the bundled parser.
+    l2
+        Strength of the regularisation; None for the default.
+    perturb
+        Perturbations of commands to test in addition to the commands as typed.
+    seed
+        Random seed of perturbations.
+    cv
+        Division of `corpus`: by scenario, by person or by world.
+    """
+
+    corpus: str = ""
+    train: str = ""
+    test: str = ""
+    model: Path | None = None
+    parser: TextParser | None = None
+    l2: float | None = None
+    perturb: tuple[str, ...] = ()
+    seed: int = 0
+    cv: Division = "scenario"
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class TestedCommand:
+    """One tested command."""
+
+    annotated: Annotated
+    parse: Parse
+    comparison: Comparison
+
+
+@dataclass(frozen=True, slots=True)
+class _Tested:
+    """Commands with their trees, and ready to be parsed or learned from."""
+
+    items: Sequence[Annotated]
+    lessons: Sequence[Lesson]
+
+
+def run(
+    choices: SDCChoices, on_progress: OnProgress = no_progress
+) -> tuple[dict[str, list[TestedCommand]], dict[str, object]]:
+    """Extract the trees of all tested commands and compare them with the annotated ones.
+
+    Returns
+    -------
+    dict of str to list of TestedCommand
+        By perturbation, the commands as typed first; each in the order of the corpus.
+    dict
+        Metadata to record with the figures.
+    """
+    l2 = DEFAULT_L2 if choices.l2 is None else choices.l2
+    corpus = open_corpus(choices.corpus or choices.test)
+    tested = {AS_TYPED: _prepared(corpus)}
+    for kind in choices.perturb:
+        tested[kind] = _prepared(with_perturbed_commands(corpus, kind, seed=choices.seed))
+    items = tested[AS_TYPED].items
+    metadata: dict[str, object] = {"test": corpus.name, "test_hash": corpus.hash}
+    metadata |= asdict(reference_scores(corpus.annotations))
+    if choices.perturb:
+        metadata |= {"perturb": list(choices.perturb), "seed": choices.seed}
+    taught: list[Lesson] = []
+    if choices.train:
+        training = open_corpus(choices.train)
+        taught = _taught(training, items)
+        metadata |= {"train": training.name, "train_hash": training.hash}
+    if choices.corpus:
+        parts = corpus.select(item.command.id for item in items).parts(choices.cv)
+        splits = leave_one_out([parts[item.command.id] for item in items])
+        result = _cross_validated(tested, splits, taught, l2, on_progress)
+        return result, {**metadata, "cv": choices.cv, "l2": l2}
+    if choices.parser:
+        parser = choices.parser
+        metadata |= {"parser": parser.name, **({"parsed_by": parser.about} if parser.about else {})}
+        return _by_parser(parser, tested, on_progress), metadata
+    if choices.train:
+        learned = SDCParser(l2=l2).fit(taught)
+        metadata |= {"l2": l2}
+    else:
+        model = choices.model
+        learned = SDCParser.load(model) if model else default_parser()
+        metadata |= {"model": str(model or "bundled")}
+        metadata |= {"seen_scenarios": seen_scenarios(learned, items)}
+    return {kind: _parsed(learned, own) for kind, own in tested.items()}, metadata
+
+
+def _by_parser(
+    parser: TextParser, tested: Mapping[str, _Tested], on_progress: OnProgress
+) -> dict[str, list[TestedCommand]]:
+    texts = (item.command.text for own in tested.values() for item in own.items)
+    parser.prepare(list(dict.fromkeys(texts)), on_progress)
+    return {
+        kind: [_compared(item, parser.parse(item.command.text)) for item in own.items]
+        for kind, own in tested.items()
+    }
+
+
+def _compared(item: Annotated, parse: Parse) -> TestedCommand:
+    return TestedCommand(item, parse, compare(parse.sdcs, item.sdcs, item.command.text))
+
+
+def _prepared(corpus: Corpus) -> _Tested:
+    items = annotated_trees(corpus)
+    return _Tested(items, prepare(items))
+
+
+def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
+    """Return another corpus's commands to train on; no scenario may be tested."""
+    items = annotated_trees(training)
+    both = {i.command.scenario for i in items} & {i.command.scenario for i in tested}
+    if both:
+        raise CorpusError(
+            f"the scenario {sorted(both)[0]!r} is in both corpora",
+            where="--train",
+            fix="use --corpus with --cv scenario alone, or corpora of different scenarios",
+        )
+    return prepare(items)
+
+
+def seen_scenarios(parser: SDCParser, items: Iterable[Annotated]) -> list[str]:
+    """Return tested scenarios that the model was trained on; scores are too high there."""
+    learned = parser.card_.get("scenarios", ())
+    tested = {item.command.scenario for item in items}
+    return sorted(tested & set(learned)) if isinstance(learned, (list, tuple)) else []
+
+
+def _cross_validated(
+    tested: Mapping[str, _Tested],
+    splits: Sequence[Split],
+    others: Sequence[Lesson],
+    l2: float,
+    on_progress: OnProgress,
+) -> dict[str, list[TestedCommand]]:
+    items, lessons = tested[AS_TYPED].items, tested[AS_TYPED].lessons
+    result: dict[str, dict[int, TestedCommand]] = {kind: {} for kind in tested}
+    for number, split in enumerate(splits):
+        on_progress(f"without {split.name}", number, len(splits))
+        taught = [lessons[i] for i in split.train]
+        learned = SDCParser(l2=l2).fit(taught, others=others)
+        for kind, own in tested.items():
+            part = _Tested(*([one[i] for i in split.test] for one in (own.items, own.lessons)))
+            result[kind] |= zip(split.test.tolist(), _parsed(learned, part), strict=True)
+    return {kind: [own[i] for i in range(len(items))] for kind, own in result.items()}
+
+
+def _parsed(parser: SDCParser, tested: _Tested) -> list[TestedCommand]:
+    parses = parser.predict_proba([lesson.command for lesson in tested.lessons])
+    return [_compared(item, parse) for item, parse in zip(tested.items, parses, strict=True)]

@@ -1,9 +1,10 @@
-"""Plans for held-out commands, kept one by one, and their executions."""
+"""Plans of a study: settings, plans kept one by one, executions, and pairs that people rate."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,30 +13,87 @@ from typing import TypeAlias
 
 import msgspec
 import numpy as np
+import yaml
 
 from corpus_tools.corpus.annotated_trees import annotated_commands
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.following.bundled_grounder import to_script
 from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.video.items import ContextItem, Item
+from corpus_tools.video.manifest import MANIFEST
+from corpus_tools.video.manifest import Settings as VideoSettings
+from corpus_tools.video.render_batch import produce_all
 from corpus_tools.world.physics.execute import execute
+from corpus_tools.world.scenarios.documents import read_document
 from corpus_tools.world.state.recording import to_context
 from corpus_tools.world.state.robot_script import Script
 from eval.judging.execution import planned
 from eval.judging.judge import Verdict, judge
 from eval.judging.words_judge import judge_by_words
-from eval.plan_study.study_settings import Settings
-from eval.table_3.held_out import costs_without, extractor_without
+from eval.table_3.held_out import costs_without, data_of, parser_without
 from eval.table_3.plan_rows import TOP
-from eval.table_3.search_examples import data_of
 from g3.actions.action_kinds import Action
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
+from g3.errors import CorpusError, FormatError
 from g3.groundings import Context, Place, Prism
 from g3.inference.grounder import Grounder, Plan
 from g3.inference.problem.costs import RandomCost
 from g3.storage.atomic_file import write_bytes
+
+SETTINGS = "settings.json"
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """Settings of a study; a folder holds one study only."""
+
+    train: str
+    """Names of the training corpora, with commas between; the tested scenario is held out."""
+    test: str
+    most: int
+    """Number of commands of each scenario; 0 for all."""
+    l2: float
+    seed: int
+    hashes: tuple[str, ...] = ()
+    plans: tuple[str, ...] = ()
+    """Verdicts of the plans in a rating set: ``wrong`` or ``right`` by the automatic judge, in
+    order of priority; empty for a study like the paper's."""
+    pairs: int = 0
+    """Largest number of pairs in a rating set; 0 for all."""
+
+
+def settings_for(
+    train: str, test: str, *, most: int, l2: float, seed: int, plans: tuple[str, ...] = ()
+) -> Settings:
+    """Return settings with the hashes of the corpora.
+
+    `most` is how many commands of each scenario, or how many pairs of a rating set; 0 for all.
+    """
+    hashes = tuple(open_corpus(name).hash for name in (*train.split(","), test))
+    if plans:
+        return Settings(train, test, 0, l2, seed, hashes, plans, most)
+    return Settings(train, test, most, l2, seed, hashes)
+
+
+def check_settings(folder: Path, settings: Settings) -> None:
+    """Begin a study's folder; a FormatError if it is another study's, or holds other things."""
+    path = folder / SETTINGS
+    if not path.exists():
+        if folder.exists() and any(folder.iterdir()):
+            raise FormatError(
+                "the folder holds other things", where=str(folder), fix="choose another name"
+            )
+        folder.mkdir(exist_ok=True)
+        write_bytes(path, msgspec.json.format(msgspec.json.encode(settings)) + b"\n")
+    elif msgspec.json.decode(path.read_bytes(), type=Settings) != settings:
+        raise FormatError(
+            "the folder is of another study: corpora or options differ",
+            where=str(path),
+            fix="give the same ones, or choose another folder",
+        )
+
 
 CONFIGURATIONS = ("random", "gold", "auto")
 RATE_HZ = 10.0
@@ -44,19 +102,18 @@ PLANS, RUNS = "plans", "runs"
 DIGITS = 3
 """Number of digits, in metres and degrees, to which the numbers of equal plans agree."""
 
-Judge: TypeAlias = Callable[[Annotation, Plan], Verdict]
+Judge: TypeAlias = Callable[[Annotation, Plan], Verdict | None]
 
-WORDS = "words"
+LOG, WORDS = "log", "words"
 JUDGES: Mapping[str, Judge] = MappingProxyType(
     {
-        "log": lambda annotation, plan: judge(annotation.context, plan.state),
+        LOG: lambda annotation, plan: judge(annotation.context, plan.state),
         WORDS: lambda annotation, plan: judge_by_words(
             annotation, planned(annotation.context, plan.actions)
         ),
     }
 )
-"""The automatic judge's verdicts by name, each on a command's plan. The first one counts."""
-FIRST = next(iter(JUDGES))
+"""The automatic judge's verdicts by name, each on a command's plan."""
 
 
 class KeptPlace(msgspec.Struct, frozen=True):
@@ -91,7 +148,7 @@ class PlanScript(msgspec.Struct, frozen=True):
 
 def script_of(start: State, actions: tuple[Action, ...]) -> PlanScript:
     """Write a plan as a script."""
-    told = to_script(start, actions)
+    script = to_script(start, actions)
     places = {
         key: KeptPlace(
             tuple((float(x), float(y)) for x, y in place.prism.xy),
@@ -99,9 +156,9 @@ def script_of(start: State, actions: tuple[Action, ...]) -> PlanScript:
             float(place.prism.z_max),
             place.name,
         )
-        for key, place in told.places.items()
+        for key, place in script.places.items()
     }
-    return PlanScript(told.script, places)
+    return PlanScript(script.script, places)
 
 
 class PlanRecord(msgspec.Struct, frozen=True):
@@ -122,11 +179,11 @@ class PlanRecord(msgspec.Struct, frozen=True):
     script: PlanScript | None = None
     """The robot's script; None if there is no plan."""
     verdicts: dict[str, bool] = {}
-    """Verdicts by each of :data:`JUDGES`; empty if there is no plan."""
+    """Verdicts by each of :data:`JUDGES` that can judge; empty if there is no plan."""
 
     @property
     def by_words(self) -> bool | None:
-        """The verdict by words: False without a plan, None in older studies."""
+        """The verdict by words: False without a plan, None if there is none."""
         return self.verdicts.get(WORDS) if self.script or self.run else False
 
 
@@ -210,14 +267,14 @@ def _planned(
     """Yield the best plan of each unit; its scenario is held out of training."""
     if not units:
         return
-    known = [open_corpus(name) for name in settings.train.split(",")]
-    data = data_of(known, seed=settings.seed, on_progress=on_progress)
-    cost_of, extractor_of = costs_without(data, l2=settings.l2), extractor_without(known)
+    corpora = [open_corpus(name) for name in settings.train.split(",")]
+    data = data_of(corpora, seed=settings.seed, on_progress=on_progress)
+    cost_of, parser_of = costs_without(data, l2=settings.l2), parser_without(corpora)
     for unit in units:
         annotation, sdcs = unit.annotation, unit.annotation.sdcs
         scenario = annotation.command.scenario
         if unit.configuration == "auto":
-            [sdcs] = extractor_of(scenario).predict([annotation.command.text])
+            [sdcs] = parser_of(scenario).predict([annotation.command.text])
         is_random = unit.configuration == "random"
         grounder = Grounder(RandomCost(settings.seed) if is_random else cost_of(scenario))
         result = grounder.follow(sdcs, annotation.context, least=0.0, insist=True)
@@ -229,14 +286,15 @@ def _record(unit: Unit, plan: Plan | None, note: str) -> PlanRecord:
     about = (unit.configuration, command.id, command.scenario, command.text)
     if plan is None:
         return PlanRecord(*about, 0.0, False, note)
-    said = {name: decide(unit.annotation, plan) for name, decide in JUDGES.items()}
+    verdict = judge(unit.annotation.context, plan.state)
+    verdicts = {name: decide(unit.annotation, plan) for name, decide in JUDGES.items()}
     return PlanRecord(
         *about,
         plan.probability,
-        said[FIRST].correct,
-        said[FIRST].reason,
+        verdict.correct,
+        verdict.reason,
         script=script_of(start_state(unit.annotation.context), plan.actions),
-        verdicts={name: verdict.correct for name, verdict in said.items()},
+        verdicts={name: v.correct for name, v in verdicts.items() if v},
     )
 
 
@@ -246,12 +304,128 @@ def carry_out(folder: Path, run: str, record: PlanRecord, context: Context) -> s
         raise ValueError(f"there is no plan for {record.command}")
     script = record.script
     done = execute(context, script.steps, places=script.places, rate_hz=RATE_HZ)
-    corpus = make_corpus(
+    corpus = Corpus.build(
         run,
         contexts=[replace(to_context(done.recording), id=run)],
         commands=[],
         annotations=[],
         source=f"a plan for {record.command}, carried out in physics",
     )
-    write_corpus(corpus, run_corpus(folder, run), force=True)
+    corpus.save(run_corpus(folder, run), force=True)
     return "" if done.failure is None else str(done.failure)
+
+
+STUDY, VIDEOS = "study.yaml", "videos"
+HOW = VideoSettings(fps=15, quality="draft")
+INSTANCE = "annotation"
+"""The annotation app's folder in the study's."""
+ANSWERS = 5
+"""Number of judgments of each pair, as in the paper."""
+
+HEAD = """\
+# A rating study of plans, as in section 4.3 of the paper. Written by ct eval --end-to-end.
+# In this folder: ct annotate study.yaml --instance annotation
+# ct eval --end-to-end reads what people have rated there. Change what you like but for the pairs.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """A command with a video."""
+
+    text: str
+    video: str
+    """Name of the run, or of the test corpus's context with the log shown."""
+    own_video: str
+    """Name of the context that the command was typed for."""
+    configuration: str
+    """``random``, ``gold`` or ``auto`` for a plan; ``right`` or ``wrong`` for a known pair."""
+    command: str
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """Key of the pair, as in :func:`eval.statistics.ratings.shown_pair`."""
+        return self.text, self.own_video, self.video
+
+    @property
+    def is_plan(self) -> bool:
+        """True if the video shows a plan."""
+        return self.configuration not in ("right", "wrong")
+
+
+def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> list[Pair]:
+    """Return all pairs to rate.
+
+    Of extracted clauses only the most probable plans are shown, as in the paper. One command of
+    each scenario is shown with its own video, and with a random other one of the test corpus. This
+    shows whether people distinguish right from wrong.
+    """
+    own = {a.command.id: a.context.id for a in commands}
+    best = {r.command for r in top(records, "auto")}
+    result = [
+        Pair(r.text, r.run, own[r.command], r.configuration, r.command)
+        for r in records
+        if r.run and (r.configuration != "auto" or r.command in best)
+    ]
+    rng = np.random.default_rng(seed)
+    by_scenario: dict[str, list[Annotation]] = {}
+    for annotation in commands:
+        by_scenario.setdefault(annotation.command.scenario, []).append(annotation)
+    for several in by_scenario.values():
+        chosen = several[int(rng.integers(len(several)))]
+        text, mine = chosen.command.text, chosen.context.id
+        result.append(Pair(text, mine, mine, "right", chosen.command.id))
+        others = sorted({video for video in own.values() if video != mine})
+        if others:
+            other = others[int(rng.integers(len(others)))]
+            result.append(Pair(text, other, mine, "wrong", chosen.command.id))
+    return result
+
+
+def write_study(folder: Path, pairs: list[Pair], seed: int, pay: float | None = None) -> Path:
+    """Write the study's file for ``ct annotate``; its pairs don't show their origin.
+
+    Edits of the file are kept, except to the pairs, and to the pay for each in dollars if it is
+    given here.
+    """
+    path = folder / STUDY
+    study: dict[str, object] = {
+        "name": "plans",
+        "title": "What is the forklift doing?",
+        "videos": VIDEOS,
+        "tasks": {"rate": {"answers": ANSWERS, "lease_minutes": 20, "practice": True}},
+        "seed": seed,
+    }
+    written = read_document(path).value if path.exists() else None
+    if isinstance(written, dict):
+        study |= written
+    if pay is not None:
+        study["payment"] = {"amount": pay, "currency": "USD"}
+    study["pairs"] = [
+        {"text": pair.text, "video": pair.video, "own_video": pair.own_video} for pair in pairs
+    ]
+    text = yaml.safe_dump(study, sort_keys=False, allow_unicode=True, width=100)
+    write_bytes(path, (HEAD + text).encode())
+    return path
+
+
+def film_all(
+    folder: Path, test: str, pairs: list[Pair], on_progress: OnProgress = no_progress
+) -> None:
+    """Make the videos of all pairs that aren't there yet; a CorpusError if one can't be made."""
+    wanted = {pair.video: pair for pair in pairs}
+    items: list[Item] = [
+        ContextItem(video, str(run_corpus(folder, video)) if pair.is_plan else test, video)
+        for video, pair in sorted(wanted.items())
+        if not (folder / VIDEOS / video / MANIFEST).exists()
+    ]
+    if not items:
+        return
+    (folder / VIDEOS).mkdir(exist_ok=True)
+    workers = Workers(min(os.cpu_count() or 1, len(items)))
+    before = len(wanted) - len(items)
+    outcomes = produce_all(items, folder / VIDEOS, HOW, workers=workers, force=False)
+    for number, outcome in enumerate(outcomes, before + 1):
+        if outcome.problem:
+            raise CorpusError(outcome.problem, where=f"the video {outcome.name}")
+        on_progress(f"videos: {outcome.name}", number, len(wanted))

@@ -15,7 +15,7 @@ from annotation_app.store.schema import migrate
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.tasks.rate import judgments as ratings
-from eval.plan_study.study_pairs import ANSWERS, INSTANCE
+from eval.plan_study.study_plans import ANSWERS, INSTANCE
 from g3.annotation import Judgment
 from g3.errors import FormatError
 

@@ -1,43 +1,201 @@
-"""A study from end to end: plans, runs, videos, the study's file, and results so far."""
+"""A study from end to end: plans, runs, videos, what people rate, and results so far."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from rich.table import Table
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_report import in_a_line, summary
 from eval.judging.judge_validity import Validity, known_validity
-from eval.plan_study.study_pairs import ANSWERS, INSTANCE, Pair, film_all, pairs, write_study
-from eval.plan_study.study_plans import CONFIGURATIONS, PlanRecord, chosen_commands, plan_all
-from eval.plan_study.study_results import (
-    RatedRow,
-    by_judge,
-    by_people,
-    compare_judge,
-    compare_people,
+from eval.plan_study.study_plans import (
+    ANSWERS,
+    CONFIGURATIONS,
+    INSTANCE,
+    Pair,
+    PlanRecord,
+    Settings,
+    check_settings,
+    chosen_commands,
+    film_all,
+    pairs,
+    plan_all,
+    top,
+    write_study,
 )
-from eval.plan_study.study_settings import Settings, check_settings
 from eval.statistics.comparison import Comparison
 from eval.statistics.estimates import beside
+from eval.statistics.intervals import bootstrap, two_way
+from eval.statistics.ratings import agrees, codes, majorities, shown_pair
 from eval.table_3.baselines import BASELINES, missing
 from eval.table_3.following import judged, plan_by_grounder, task_of
 from eval.table_3.grounder_registry import grounder_named
 from eval.table_3.judged_commands import judged_commands
-from eval.table_3.outcomes import JudgedRow, estimates_of
+from eval.table_3.outcomes import JudgedRow, estimates_of, judged_row
 from eval.table_3.plan_report import PAPER
-from eval.tables.comparison_report import NOTE, TITLE, comparison_table
+from eval.table_3.plan_rows import MODELS
+from eval.tables.comparison_report import NOTE, TITLE, compare_commands, comparison_table
 from eval.tables.comparison_report import records as comparison_records
 from eval.tables.formats import document, figure, figure_table, interval, table_text
 from g3.annotation import Judgment
+from g3.errors import FormatError
+
+ROWS = {
+    "random": ("random", False),
+    "gold-top30": ("gold", True),
+    "auto-top30": ("auto", True),
+    "gold-all": ("gold", False),
+}
+"""The rows of Table 3: each one's configuration, and whether only the most probable plans count."""
+KNOWN = ("right", "wrong")
+
+
+@dataclass(frozen=True, slots=True)
+class RatedRow:
+    """People's ratings of a configuration."""
+
+    configuration: str
+    share: Estimate
+    """Judgments that agree, with whole scenarios resampled."""
+    two_way: Estimate
+    """Share for other scenarios and other raters."""
+    majority: float
+    """Share of the pairs on which more than half of the judgments agree."""
+    judgments: int
+    rated: int
+    """Numbers of judgments, and of the pairs that they rate."""
+    n: int
+    """Number of pairs to rate."""
+
+
+def by_people(
+    pairs: Sequence[Pair],
+    records: list[PlanRecord],
+    judgments: Sequence[Judgment],
+    *,
+    seed: int,
+    draws: int,
+) -> list[RatedRow]:
+    """Return the rows of people's ratings so far; unrated ones are left out."""
+    check_ratings(pairs, judgments)
+    scenarios = _scenarios(records)
+    rows = []
+    for name in (*ROWS, *KNOWN):
+        which, only_top = ROWS.get(name, (name, False))
+        best = {r.command for r in top(records, which)} if only_top else None
+        own = [p for p in pairs if p.configuration == which and (best is None or p.command in best)]
+        row = _rated(name, own, scenarios, judgments, rng=np.random.default_rng(seed), draws=draws)
+        if row is not None:
+            rows.append(row)
+    return rows
+
+
+def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
+    """Refuse ratings of other studies, and second ones by the same person, naming the row."""
+    keys = {p.key for p in pairs}
+    seen: Counter[tuple[str, ...]] = Counter()
+    for row, j in enumerate(judgments, start=1):
+        key = shown_pair(j)
+        where = f"judgments.jsonl: line {row}"
+        if key not in keys:
+            raise FormatError(
+                f"the study has no pair of {j.command!r} and the video {j.shown_video!r}",
+                where=where,
+                fix="give the ratings of this study",
+            )
+        mine = (*key, j.subject)
+        seen[mine] += 1
+        if j.subject and seen[mine] > 1:
+            raise FormatError(
+                "the same person has rated this pair before", where=where, fix="remove one"
+            )
+
+
+def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[JudgedRow]:
+    """Return the same rows by the automatic judge, and those of baselines."""
+    rows: list[JudgedRow] = []
+    there = {r.configuration for r in records} | missing().keys()
+    baselines = {name: (name, False) for name in BASELINES if name in there}
+    for name, (which, only_top) in {**ROWS, **baselines}.items():
+        own = top(records, which) if only_top else [r for r in records if r.configuration == which]
+        correct, scenarios = [r.correct for r in own], [r.scenario for r in own]
+        by_words = [r.by_words for r in own]
+        rows.append(judged_row(name, correct, scenarios, by_words=by_words, draws=draws, seed=seed))
+    return rows
+
+
+def compare_people(
+    pairs: Sequence[Pair],
+    records: list[PlanRecord],
+    judgments: Sequence[Judgment],
+    *,
+    seed: int,
+    draws: int,
+) -> list[Comparison]:
+    """Compare configurations by people's ratings, on the commands rated in both."""
+    of_pair = {p.key: p for p in pairs if p.is_plan}
+    answers: dict[str, dict[str, list[bool]]] = {name: {} for name in CONFIGURATIONS}
+    for j in judgments:
+        pair = of_pair.get(shown_pair(j))
+        if pair is not None:
+            answers[pair.configuration].setdefault(pair.command, []).append(agrees(j))
+    shares = {
+        name: {command: float(np.mean(agreeing)) for command, agreeing in own.items()}
+        for name, own in answers.items()
+    }
+    return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
+
+
+def compare_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Comparison]:
+    """Compare each model with each other configuration by the automatic judge."""
+    shares = {
+        name: {r.command: float(r.correct) for r in records if r.configuration == name}
+        for name in (*CONFIGURATIONS, *BASELINES)
+    }
+    scenarios = _scenarios(records)
+    return compare_commands(shares, scenarios, seed=seed, draws=draws, including=MODELS)
+
+
+def _scenarios(records: list[PlanRecord]) -> dict[str, str]:
+    return {r.command: r.scenario for r in records}
+
+
+def _rated(
+    name: str,
+    pairs: Sequence[Pair],
+    scenarios: Mapping[str, str],
+    judgments: Sequence[Judgment],
+    *,
+    rng: np.random.Generator,
+    draws: int,
+) -> RatedRow | None:
+    wanted = {p.key: p for p in pairs}
+    mine = [(wanted[key], j) for j in judgments if (key := shown_pair(j)) in wanted]
+    if not mine:
+        return None
+    agreeing = np.array([agrees(j) for _, j in mine])
+    pair = codes([(p.command, p.video) for p, _ in mine])
+    place = codes([scenarios[p.command] for p, _ in mine])
+    rater = codes([j.subject for _, j in mine])
+    return RatedRow(
+        name,
+        bootstrap(agreeing, place, rng=rng, draws=draws),
+        two_way(agreeing, place, rater),
+        float(majorities(agreeing, pair).mean()),
+        len(mine),
+        len(np.unique(pair)),
+        len(pairs),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,21 +237,21 @@ def go_on(
         name: open_corpus(name) for name in (settings.test, *settings.train.split(","))
     }
     records = plan_all(folder, settings, _half(on_progress, 0))
-    found = pairs(records, chosen_commands(settings), settings.seed)
-    film_all(folder, settings.test, found, _half(on_progress, 1))
-    file = write_study(folder, found, settings.seed, pay)
+    study_pairs = pairs(records, chosen_commands(settings), settings.seed)
+    film_all(folder, settings.test, study_pairs, _half(on_progress, 1))
+    file = write_study(folder, study_pairs, settings.seed, pay)
     judgments = ratings_so_far(folder, ratings)
     both = [*records, *baseline_records(settings)]
     options = {"seed": settings.seed, "draws": draws}
     return Study(
         settings,
         file,
-        found,
+        study_pairs,
         records,
-        by_people(found, records, judgments, **options) if judgments else (),
+        by_people(study_pairs, records, judgments, **options) if judgments else (),
         by_judge(both, **options),
         known_validity(corpora.values(), **options),
-        compare_people(found, records, judgments, **options) if judgments else (),
+        compare_people(study_pairs, records, judgments, **options) if judgments else (),
         compare_judge(both, **options),
     )
 
@@ -117,7 +275,7 @@ def baseline_records(settings: Settings) -> list[PlanRecord]:
 def ratings_so_far(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
     """Return people's ratings, from a corpus, or without one from the app's database."""
     if ratings is not None:
-        return load_corpus(ratings).judgments
+        return Corpus.load(ratings).judgments
     if find_spec("sqlalchemy") is None:
         return ()
     from eval.plan_study.study_rating import received  # noqa: PLC0415 - an extra
@@ -179,7 +337,7 @@ def _told(records: Sequence[PlanRecord], configuration: str) -> list[dict[str, o
 def _notes(study: Study) -> list[str]:
     failed = sum(bool(r.failure) for r in study.records)
     lacking = [f"{name} {why}" for name, why in missing().items()]
-    found = [
+    lines = [
         NOTE,
         in_a_line(study.validity),
         *lacking,
@@ -188,16 +346,16 @@ def _notes(study: Study) -> list[str]:
         f"ct annotate {study.file} --instance {study.file.parent / INSTANCE}",
     ]
     if study.people:
-        found.append(
+        lines.append(
             "95%: percentile intervals with whole scenarios resampled; scenarios, raters: for "
             "others of both"
         )
     else:
-        found.append(
+        lines.append(
             "nobody has rated yet; ratings are read from the app's database in the study's folder, "
             "or from --ratings, which `ct annotate export` writes"
         )
-    return found
+    return lines
 
 
 def _people(rows: Sequence[RatedRow]) -> Table:

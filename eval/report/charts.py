@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from corpus_tools.corpus.estimate import Estimate
-from eval.report.reliability import Bin
+from eval.report.plan_results import Bin
 from eval.tables.plot_style import BLUE, FAINT, GREEN, GREY, GROUND, INK, NARROW, ORANGE, Plot
 
 if TYPE_CHECKING:
@@ -179,10 +179,10 @@ def _write(
 def _mark(axes: Axes, y: float, figure: Estimate, shown: tuple[str, str]) -> None:
     """Draw a point with its interval; a hollow one where there is none."""
     colour, marker = shown
-    known = not math.isnan(figure.low)
-    if known:
+    has_interval = not math.isnan(figure.low)
+    if has_interval:
         axes.plot([figure.low, figure.high], [y, y], color=colour, linewidth=1.6, clip_on=False)
-    face = colour if known else GROUND
+    face = colour if has_interval else GROUND
     look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "markersize": 4.5}
     axes.plot([figure.value], [y], marker, clip_on=False, **look)
 
@@ -207,15 +207,15 @@ def _reliability(bins: Sequence[Bin], width: float) -> Figure:
     axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
     most = max((b.n for b in bins), default=1)
     for b in bins:
-        known = not math.isnan(b.low)
-        if known:
+        has_interval = not math.isnan(b.low)
+        if has_interval:
             axes.plot([b.stated] * 2, [b.low, b.high], color=BLUE, linewidth=1.2)
         axes.plot(
             [b.stated],
             [b.true],
             "o",
             color=BLUE,
-            markerfacecolor=BLUE if known else GROUND,
+            markerfacecolor=BLUE if has_interval else GROUND,
             markersize=3 + 6 * math.sqrt(b.n / most),
             clip_on=False,
         )

@@ -9,17 +9,62 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
-from corpus_tools.corpus.estimate import Estimate
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from eval.judging.judge_registry import AUTOMATIC
-from eval.report.reliability import Bin
 from eval.statistics.estimates import FEWEST_CLUSTERS
-from eval.statistics.intervals import wilson
+from eval.statistics.intervals import bootstrap, wilson
+from eval.statistics.ratings import codes
+from eval.table_1.correspondence import Predictions
 from eval.table_3 import outcomes
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
 from g3.errors import FormatError
 from g3.storage import regular_file
+
+BINS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """Examples with about the same stated probability."""
+
+    stated: float
+    """Their mean probability."""
+    true: float
+    """Share of them that is correct."""
+    low: float
+    high: float
+    """Bounds of its 95% interval with whole commands resampled; NaN where there is a reason."""
+    n: int
+    reason: Reason = ""
+
+
+def bins(predictions: Predictions, *, seed: int, draws: int) -> tuple[Bin, ...]:
+    """Return the reliability diagram of predicted correspondences, in bins of equal width."""
+    rng = np.random.default_rng(seed)
+    place = np.minimum((predictions.probability * BINS).astype(int), BINS - 1)
+    result = []
+    for i in np.unique(place):
+        own = place == i
+        commands = codes(predictions.command[own].tolist())
+        share = bootstrap(predictions.label[own], commands, rng=rng, draws=draws)
+        stated = float(predictions.probability[own].mean())
+        result.append(Bin(stated, *share[:3], int(own.sum()), share.reason))
+    return tuple(result)
+
+
+def calibration_error(bins: Sequence[Bin]) -> Estimate:
+    """Return the expected calibration error: the mean gap of stated and observed.
+
+    It has no interval.
+    """
+    n = sum(b.n for b in bins)
+    if not n:
+        return undefined("no data")
+    return Estimate(sum(b.n * abs(b.stated - b.true) for b in bins) / n)
+
 
 WHOLE = "all"
 """Name of the whole of the commands, in tables without parts."""
@@ -166,8 +211,8 @@ class Plans:
         They are of annotated clauses, or of extracted ones where there are no annotations.
         """
         plans = self.file.commands.get("gold") or self.file.commands.get("auto", [])
-        found = [plan for plan in plans if not plan.correct]
-        return sorted(found, key=lambda plan: (-plan.probability, plan.command))
+        result = [plan for plan in plans if not plan.correct]
+        return sorted(result, key=lambda plan: (-plan.probability, plan.command))
 
 
 def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
@@ -176,8 +221,8 @@ def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
     if len({*names}) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise FormatError(f"two files of plans are called {twice}", fix="give one another name")
-    found = [read_plans(path) for path in paths]
-    return sorted(found, key=lambda plans: (not plans.is_new, plans.file.test == corpus_hash))
+    result = [read_plans(path) for path in paths]
+    return sorted(result, key=lambda plans: (not plans.is_new, plans.file.test == corpus_hash))
 
 
 def read_plans(path: Path) -> Plans:
@@ -191,29 +236,29 @@ def read_plans(path: Path) -> Plans:
         document = msgspec.json.decode(text, type=dict[str, Any])
         if "planned" in document:
             raise ValueError("it is the result of a rating set")
-        found = msgspec.json.decode(text, type=PlanFile)
+        result = msgspec.json.decode(text, type=PlanFile)
     except OSError as error:
         raise FormatError(f"it can't be read: {error.strerror}", where=str(path)) from error
     except (msgspec.MsgspecError, ValueError) as error:
         raise FormatError(f"this is no Table 3: {error}", where=str(path), fix=MADE_BY) from error
-    if found.automatic:
-        found = msgspec.structs.replace(found, **msgspec.structs.asdict(found.automatic))
-    if not found.rows:
+    if result.automatic:
+        result = msgspec.structs.replace(result, **msgspec.structs.asdict(result.automatic))
+    if not result.rows:
         raise FormatError("this is no Table 3: it has no rows", where=str(path), fix=MADE_BY)
     again = partial(FormatError, where=str(path), fix=f"run it again: {MADE_BY}")
-    lacking = [name for name in ALONE if name not in {row.configuration for row in found.rows}]
+    lacking = [name for name in ALONE if name not in {row.configuration for row in result.rows}]
     if lacking:
         raise again(
             f"this Table 3 has no rows of {', '.join(lacking)}, and a report shows no model "
             "without what it has to beat"
         )
-    judges = {row.judge for row in found.rows} - {AUTOMATIC}
+    judges = {row.judge for row in result.rows} - {AUTOMATIC}
     if judges:
         raise again(
             f"this Table 3 is by the judge {min(judges)}, and a report shows the automatic judge's"
         )
-    bins = [_with_interval(b) for b in found.reliability]
-    return Plans(path.stem, found, bins, document)
+    bins = [_with_interval(b) for b in result.reliability]
+    return Plans(path.stem, result, bins, document)
 
 
 def _with_interval(plans: outcomes.Bin) -> Bin:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,19 +12,160 @@ from pathlib import Path
 from typing import Any
 
 from corpus_tools import __version__
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_validity import Validity, known_validity
-from eval.report.gallery import Failed, Shown, examples, failures
-from eval.report.plan_results import Plans, read_all_plans
-from eval.report.reliability import Bin, bins
+from eval.report.plan_results import Bin, JudgedPlan, Plans, bins, read_all_plans
 from eval.table_1 import held_out_predictions
 from eval.table_1.correspondence import Row, table_rows
 from eval.table_1.divided_examples import Choices
 from eval.table_1.error_lists import ErrorList, error_lists
 from eval.table_1.learning_curve import CurvePoint
 from eval.table_2.rating_shares import Results, table_2
+from g3.annotation import Annotation
+from g3.errors import FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION
+from g3.groundings import PhysicalObject
+from g3.sdc.clauses import Span, all_words, breadth_first
+
+COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+"""Okabe and Ito (2008): distinct for colour-blind readers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phrase:
+    """A clause and its groundings."""
+
+    text: str
+    objects: tuple[str, ...]
+    colour: str
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A piece of a command, and its innermost clause's colour; empty if it has none."""
+
+    text: str
+    colour: str
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A video with a command."""
+
+    name: str
+    title: str
+    command: str
+    """The command's text, typed or written for the video."""
+    words: tuple[Words, ...]
+    """The command in pieces: grounded clauses, and the words between."""
+    phrases: tuple[Phrase, ...]
+    video: str
+    poster: str
+    """Data URIs of video and poster."""
+    size: tuple[int, int]
+    """Size of the picture, in pixels."""
+    outlines: tuple[tuple[str, str], ...]
+    """Grounded objects in the poster: a colour, and corners in pixels, in SVG's form."""
+
+
+def examples(corpus: Corpus, videos: Path, most: int) -> list[Shown]:
+    """Return the first videos that show contexts of the corpus; a FormatError if none does."""
+    first: dict[str, Annotation] = {}
+    for annotation in corpus.annotations:
+        if annotation.source == "positive":
+            first.setdefault(annotation.context.id, annotation)
+    manifests = sorted(videos.glob("*/manifest.json"))
+    manifests_read = [(path, json.loads(path.read_bytes())) for path in manifests]
+    shown = [(path.parent, m) for path, m in manifests_read if m.get("id") in first]
+    if not shown:
+        raise FormatError(
+            "there is no video of the corpus",
+            where=str(videos),
+            fix="make some with `ct render-videos --out FOLDER`",
+        )
+    return [_shown(folder, m, first[m["id"]]) for folder, m in shown[:most]]
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A plan that is wrong, as people would see it; video and poster are data URIs."""
+
+    plan: JudgedPlan
+    video: str
+    poster: str
+
+
+def failures(plans: Plans, most: int) -> list[Failed]:
+    """Return the most probable of the wrong plans, with videos of their study here."""
+    result: list[Failed] = []
+    for plan in plans.wrong():
+        folder = Path(plans.file.study).parent / "videos" / plan.run
+        if plan.run and (folder / "video.mp4").exists() and len(result) < most:
+            video = _uri(folder / "video.mp4", "video/mp4")
+            result.append(Failed(plan, video, _uri(folder / "poster.png", "image/png")))
+    return result
+
+
+def _shown(folder: Path, manifest: dict[str, Any], annotation: Annotation) -> Shown:
+    seen = json.loads((folder / "segmentation.json").read_bytes())
+    clauses = _clauses(annotation)
+    phrases = [phrase for phrase, _ in clauses]
+    polygons = {thing["id"]: thing["polygons"] for thing in seen["objects"]}
+    outlines = [
+        (phrase.colour, " ".join(f"{x},{y}" for x, y in polygon))
+        for phrase in {phrase.objects: phrase for phrase in phrases}.values()
+        for thing in phrase.objects
+        for polygon in polygons.get(thing, ())
+    ]
+    return Shown(
+        manifest["id"],
+        manifest.get("title", ""),
+        annotation.command.text,
+        tuple(_words(annotation.command.text, clauses)),
+        tuple(phrases),
+        _uri(folder / "video.mp4", "video/mp4"),
+        _uri(folder / "poster.png", "image/png"),
+        (seen["width"], seen["height"]),
+        tuple(outlines),
+    )
+
+
+def _clauses(annotation: Annotation) -> list[tuple[Phrase, tuple[Span, ...]]]:
+    """Return the OBJECTs but the robot, outer ones first; same groundings share a colour."""
+    result: list[tuple[Phrase, tuple[Span, ...]]] = []
+    colours: dict[tuple[str, ...], str] = {}
+    nodes = zip(breadth_first(annotation.sdcs), annotation.groundings, strict=True)
+    for sdc, groundings in nodes:
+        objects = tuple(g.id for g in groundings if isinstance(g, PhysicalObject))
+        if sdc.type == "OBJECT" and objects and annotation.context.agent_id not in objects:
+            spans = all_words(sdc)
+            colour = colours.setdefault(objects, COLOURS[len(colours) % len(COLOURS)])
+            result.append((Phrase(" ".join(span.text for span in spans), objects, colour), spans))
+    return result
+
+
+def _words(command: str, clauses: Sequence[tuple[Phrase, tuple[Span, ...]]]) -> list[Words]:
+    # Inner clauses come last, so that a word has the colour of its innermost one.
+    colours = {span: phrase.colour for phrase, spans in clauses for span in spans}
+    pieces: list[Words] = []
+    end = 0
+    for span in sorted(colours):
+        between, colour = command[end : span.start], colours[span]
+        if pieces and pieces[-1].colour == colour and not between.strip():
+            between = pieces.pop().text + between
+        elif between:
+            pieces.append(Words(between, ""))
+            between = ""
+        pieces.append(Words(f"{between}{span.text}", colour))
+        end = span.end
+    return [*pieces, Words(command[end:], "")]
+
+
+def _uri(path: Path, kind: str) -> str:
+    return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
+
 
 STUDY_DRAWS = 10_000
 EXAMPLES = 4
@@ -134,23 +277,23 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
 def _commands(choices: ReportChoices, *, has_ratings: bool) -> list[str]:
     name, seed = choices.corpus, choices.seed
     common = f"--corpus {name} --seed {seed}"
-    found = [
+    result = [
         f"ct eval --table 1 {common} --cv scenario --negatives {choices.negatives}",
         f"ct eval --errors {common} --cv scenario --top {choices.top}",
     ]
     if choices.repeats:
         repeats = f"--repeats {choices.repeats}"
-        found.append(f"ct eval --learning-curve {common} --cv scenario {repeats} --out curve.svg")
+        result.append(f"ct eval --learning-curve {common} --cv scenario {repeats} --out curve.svg")
     if has_ratings:
-        found += [f"ct eval --table 2 {common}", f"ct eval --judge-validity {common}"]
+        result += [f"ct eval --table 2 {common}", f"ct eval --judge-validity {common}"]
     whole = [f"ct eval --report report --corpus {name} --seed {seed}"]
     for file in choices.plans:
-        found.append(
+        result.append(
             "ct eval --table 3 --judge automatic --train CORPUS --test CORPUS "
             f"--format json --out {file.name}"
         )
         whole.append(f"--plans {file.name}")
     if choices.videos:
-        found.append(f"ct render-videos --corpus {name} --out {choices.videos.name}")
+        result.append(f"ct render-videos --corpus {name} --out {choices.videos.name}")
         whole.append(f"--videos {choices.videos.name}")
-    return [*found, " ".join(whole)]
+    return [*result, " ".join(whole)]

@@ -6,22 +6,29 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from html import escape
 from importlib.resources import files
 from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import msgspec
 
 from corpus_tools.corpus.estimate import Estimate
-from eval.judging.judge_agreement import Agreement
+from corpus_tools.runtime.atomic_folder import check_target, write_folder
+from eval.judging import judge_report
 from eval.judging.judge_report import GROUPS, notes
-from eval.judging.judge_validity import VERDICTS, Validity
+from eval.judging.judge_validity import VERDICTS, Agreement, Validity
 from eval.report.charts import Line, differences, intervals, reliability
-from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans
-from eval.report.reliability import calibration_error
+from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans, calibration_error
 from eval.report.report_contents import Contents
 from eval.statistics.estimates import FEWEST_BESIDE, beside
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
+from eval.table_1.correspondence_table import render
 from eval.table_1.learning_curve import curve_plot
+from eval.table_2 import rating_table as rated
 from eval.table_2.rating_shares import Results
 from eval.table_2.rating_table import notes as table_2_notes
 from eval.table_2.rating_table import paper_figure as paper_2
@@ -29,8 +36,10 @@ from eval.table_3.plan_report import PAPER as PAPER_TABLE_3
 from eval.table_3.plan_report import TITLES
 from eval.table_3.plan_rows import ALONE
 from eval.tables import plot_style
+from eval.tables.comparison_report import COLUMNS as COMPARISON_COLUMNS
 from eval.tables.comparison_report import shown_p
-from eval.tables.formats import estimate_of, interval
+from eval.tables.formats import delimited, document, estimate_of, interval
+from eval.tables.latex import RULE, estimate, tabular, text
 from eval.tables.plot_style import NARROW, WIDE, Plot
 from g3.errors import CorpusError
 
@@ -109,39 +118,39 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
 
 def plots_of(contents: Contents) -> dict[str, Plot]:
     """Return all plots of a report by the names of their files."""
-    found = {
+    plots = {
         "table-1": intervals(_of_table_1(contents.table_1), "F-scores of Table 1"),
         "reliability": reliability(contents.reliability, "Reliability of correspondences"),
     }
     if contents.curve:
         bounds = f"range of {contents.repeats} random orders"
-        found["learning-curve"] = curve_plot(contents.curve, bounds)
+        plots["learning-curve"] = curve_plot(contents.curve, bounds)
     if contents.table_2:
-        found["table-2"] = intervals(_of_table_2(contents.table_2), "Table 2")
+        plots["table-2"] = intervals(_of_table_2(contents.table_2), "Table 2")
     for plans in contents.plans:
-        found |= {f"{plans.name}-{name}": plot for name, plot in _of_plans(plans).items()}
-    return found
+        plots |= {f"{plans.name}-{name}": plot for name, plot in _of_plans(plans).items()}
+    return plots
 
 
 def _of_plans(plans: Plans) -> dict[str, Plot]:
-    found = {}
+    plots = {}
     for part, rows in plans.parts().items():
-        found[part] = intervals(_of_table_3(rows, plans), f"Table 3: {TITLES[part]}")
+        plots[part] = intervals(_of_table_3(rows, plans), f"Table 3: {TITLES[part]}")
         if compared := plans.compared_on(part):
             title = f"Differences: {TITLES[part]}"
-            found[f"{part}-compared"] = differences(_of_comparisons(compared), title)
+            plots[f"{part}-compared"] = differences(_of_comparisons(compared), title)
     if plans.file.people:
-        found["people"] = intervals(_of_table_3(plans.file.people, plans), "Table 3 by people")
+        plots["people"] = intervals(_of_table_3(plans.file.people, plans), "Table 3 by people")
     if plans.file.people_compared:
         lines = _of_comparisons(plans.file.people_compared)
-        found["people-compared"] = differences(lines, "Differences by people")
+        plots["people-compared"] = differences(lines, "Differences by people")
     if plans.reliability:
-        found["reliability"] = reliability(plans.reliability, "Reliability of plans")
-    return found
+        plots["reliability"] = reliability(plans.reliability, "Reliability of plans")
+    return plots
 
 
 def _inline(plot: Plot) -> str:
-    """Return a plot as HTML in two widths, of which the page shows the one that fits."""
+    """Return a plot as HTML in two widths, of which the page shows that which fits."""
     return "".join(
         f'<div class="{name}">{_themed(plot, width)}</div>'
         for name, width in (("on-wide", WIDE), ("on-narrow", NARROW))
@@ -202,8 +211,8 @@ def name_of(row: PlanRow) -> str:
 def _of_comparisons(compared: Sequence[Compared]) -> list[Line]:
     pairs: dict[str, dict[str, Estimate]] = {}
     for c in compared:
-        found = pairs.setdefault(f"{c.one} − {c.other}", {})
-        found[MEASURES[c.verdict]] = estimate_of(c.difference, c.low, c.high, c.reason)
+        figures_of_pair = pairs.setdefault(f"{c.one} − {c.other}", {})
+        figures_of_pair[MEASURES[c.verdict]] = estimate_of(c.difference, c.low, c.high, c.reason)
     return [Line(name, figures) for name, figures in pairs.items()]
 
 
@@ -212,12 +221,12 @@ def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
     if validity is None:
         return []
     near = [
-        (VERDICTS[verdict], f"another video: {GROUPS[name]}", found)
+        (VERDICTS[verdict], f"another video: {GROUPS[name]}", agreement)
         for verdict, groups in validity.near_misses.items()
-        for name, found in groups.items()
+        for name, agreement in groups.items()
     ]
     own = validity.own_videos.items()
-    return [*near, *((VERDICTS[verdict], "its own video", found) for verdict, found in own)]
+    return [*near, *((VERDICTS[verdict], "its own video", agreement) for verdict, agreement in own)]
 
 
 def _said(value: object) -> str:
@@ -251,3 +260,135 @@ def _signed_to(low: float | None, high: float | None, reason: str = "") -> str:
     if low is None or high is None:
         return reason or "–"
     return f"{_signed(low)} to {_signed(high)}"
+
+
+MARKER = "report.json"
+PLAN_COLUMNS = ("table", *PlanRow.__struct_fields__, "paper")
+
+
+def check_writable(folder: Path) -> None:
+    """Refuse a folder that holds anything but an old report, and missing packages."""
+    check_installed()
+    check_target(folder, force=True, marker=MARKER)
+
+
+def write_report(contents: Contents, folder: Path) -> list[str]:
+    """Write all files, or none, and return their names."""
+    plots = plots_of(contents)
+    made = {name: f"{text}\n".encode() for name, text in _files(contents, plots).items()}
+    for name, plot in plots.items():
+        made |= {f"{name}.svg": plot.saved("svg"), f"{name}.pdf": plot.saved("pdf")}
+    write_folder(folder, made, force=True, marker=MARKER)
+    return sorted(made)
+
+
+def _files(contents: Contents, plots: Mapping[str, Plot]) -> dict[str, str]:
+    about = contents.metadata
+    texts = {
+        "report.html": page(contents, plots),
+        MARKER: _document(contents),
+        "table-1.csv": render(contents.table_1, "csv", about),
+        "table-1.tex": render(contents.table_1, "latex", about),
+    }
+    if contents.curve:
+        points = [asdict(p) for p in contents.curve]
+        columns = ("type", "sdcs", "error", "low", "high", "reason")
+        texts["learning-curve.csv"] = delimited(points, {}, columns=columns)
+    if contents.table_2:
+        ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
+        texts["table-2.csv"] = rated.render(contents.table_2, "csv", ratings)
+        texts["table-2.tex"] = rated.render(contents.table_2, "latex", ratings)
+    if contents.plans:
+        rows = [row for plans in contents.plans for row in _rows(plans)]
+        texts["table-3.csv"] = delimited(rows, {}, columns=PLAN_COLUMNS)
+        texts["table-3.tex"] = "\n\n".join(map(_latex, contents.plans))
+        compared = [
+            {"table": plans.name, "judge": judge, **msgspec.to_builtins(c)}
+            for plans in contents.plans
+            for judge, several in (
+                ("automatic", plans.file.comparisons),
+                ("people", plans.file.people_compared),
+            )
+            for c in several
+        ]
+        texts["table-3-comparisons.csv"] = delimited(
+            compared, {}, columns=("table", "judge", "subset", "verdict", *COMPARISON_COLUMNS)
+        )
+    return texts
+
+
+def _document(contents: Contents) -> str:
+    made: dict[str, Any] = {
+        "provenance": contents.provenance,
+        "commands": list(contents.commands),
+        "table_1": json.loads(render(contents.table_1, "json", contents.metadata)),
+        "reliability": [asdict(b) for b in contents.reliability],
+        "learning_curve": [asdict(p) for p in contents.curve],
+        "errors": [asdict(one) for one in contents.errors],
+        "table_2": None,
+        "judge_validity": None,
+        "table_3": [plans.document for plans in contents.plans],
+        "examples": [{"video": e.name, "command": e.command} for e in contents.shown],
+    }
+    if contents.table_2:
+        made["table_2"] = json.loads(rated.render(contents.table_2, "json", {}))
+    if contents.validity:
+        made["judge_validity"] = judge_report.summary(contents.validity)
+    return document(made, {})
+
+
+def _rows(plans: Plans) -> list[dict[str, object]]:
+    return [
+        {"table": plans.name, **msgspec.to_builtins(row), "paper": paper_figure(row, plans)}
+        for row in (*plans.file.rows, *(plans.file.people or ()))
+    ]
+
+
+def _latex(plans: Plans) -> str:
+    tables = []
+    for part, rows in plans.parts().items():
+        title = f"Table 3, {plans.name}: {TITLES[part]}. Judged by a program"
+        papers = "; the paper's figures are people's" if plans.has_paper else ""
+        tables.append(_rows_latex(f"{title}{papers}.", rows, plans))
+        if compared := plans.compared_on(part):
+            tables.append(_compared_latex(f"{title}: configurations compared.", compared))
+    if plans.file.people:
+        title = f"Table 3, {plans.name}. Judged by people"
+        tables.append(_rows_latex(f"{title}.", plans.file.people, plans))
+        if plans.file.people_compared:
+            tables.append(
+                _compared_latex(f"{title}: configurations compared.", plans.file.people_compared)
+            )
+    return "\n\n".join(tables)
+
+
+def _rows_latex(title: str, rows: Sequence[PlanRow], plans: Plans) -> str:
+    cells: list[Sequence[str]] = []
+    has_paper = any(paper_figure(row, plans) is not None for row in rows)
+    for i, row in enumerate(rows):
+        if i and row.configuration not in ALONE and rows[i - 1].configuration in ALONE:
+            cells.append(RULE)
+        right = estimate(estimate_of(row.precision, row.low, row.high, row.reason))
+        load = estimate(estimate_of(row.theme, row.theme_low, row.theme_high, row.theme_reason))
+        printed = paper_figure(row, plans)
+        paper = [estimate(estimate_of(printed, None, None))] if has_paper else []
+        cells.append((text(name_of(row)), right, load, *paper, str(row.n)))
+    headings = ("Configuration", "Right", "Right load", *(["Paper"] if has_paper else []), "$n$")
+    return tabular(headings, cells, comments=[title])
+
+
+def _compared_latex(title: str, compared: Sequence[Compared]) -> str:
+    cells = [
+        (
+            f"{text(c.one)} $-$ {text(c.other)}",
+            MEASURES[c.verdict],
+            estimate(estimate_of(c.difference, c.low, c.high, c.reason), "${:+.2f}$"),
+            f"${shown_p(c.adjusted_p)}$",
+            f"${c.effect:+.2f}$",
+            str(c.n),
+        )
+        for c in compared
+    ]
+    return tabular(
+        ("", "Measure", "Difference", "$p$, Holm", "$h$", "$n$"), cells, comments=[title]
+    )

@@ -17,8 +17,8 @@ from eval.statistics.estimates import (
     FloatArray,
     IntArray,
     percentiles,
+    resampled_sums,
 )
-from eval.statistics.resampling import resampled_sums
 from g3.short_repr import short_repr
 
 
@@ -56,7 +56,7 @@ def compare_all(
     shape (commands,). Pairs that have none of those to be `including` are left out, and those
     without a command in common.
     """
-    found = []
+    result = []
     for one, other in combinations(shares, 2):
         if including and not {one, other} & set(including):
             continue
@@ -67,11 +67,11 @@ def compare_all(
             estimate = _difference(mine - theirs, index, rng, draws)
             effect = cohens_h(float(mine.mean()), float(theirs.mean()))
             p = clustered_mcnemar(mine - theirs, index)
-            found.append(Comparison(one, other, int(both.sum()), estimate, p, p, effect))
-    adjusted = holm([c.p for c in found])
+            result.append(Comparison(one, other, int(both.sum()), estimate, p, p, effect))
+    adjusted = holm([c.p for c in result])
     return [
         replace(c, adjusted_p=float(corrected))
-        for c, corrected in zip(found, adjusted, strict=True)
+        for c, corrected in zip(result, adjusted, strict=True)
     ]
 
 

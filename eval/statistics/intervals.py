@@ -7,12 +7,14 @@ many. The others respect that, and are wider.
 
 from __future__ import annotations
 
-from typing import Literal
+import warnings
+from collections.abc import Callable
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy import special
 
-from corpus_tools.corpus.estimate import Estimate, undefined
+from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from corpus_tools.runtime.parallel import Executor
 from eval.statistics.estimates import (
     LEVEL,
@@ -21,9 +23,32 @@ from eval.statistics.estimates import (
     IntArray,
     bounded,
     percentiles,
+    resampled_sums,
 )
-from eval.statistics.model_fits import Fit, fitted
-from eval.statistics.resampling import resampled_sums
+
+
+class Fit(NamedTuple):
+    """A model's parameters and their standard errors, each of shape (k,)."""
+
+    parameters: FloatArray
+    errors: FloatArray
+    converged: bool
+
+
+def fitted(fit: Callable[[], Fit]) -> Fit | Reason:
+    """Run a fit, and return it or the reason why it can't be used."""
+    # The libraries' warnings say the same as the reason, and would stand among results.
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            result = fit()
+        except (ArithmeticError, ValueError):  # of which LinAlgError is one
+            return "singular"
+    if not result.converged:
+        return "no convergence"
+    numbers = np.concatenate([np.atleast_1d(result.parameters), np.atleast_1d(result.errors)])
+    return result if np.isfinite(numbers).all() else "singular"
+
 
 DRAWS = 10_000
 
@@ -43,8 +68,8 @@ def _independent(agreeing: int, n: int, method: Literal["wilson", "exact"]) -> E
 
     if n == 0:
         return undefined("no data")
-    found = binomtest(agreeing, n).proportion_ci(LEVEL, method)
-    return bounded(agreeing / n, float(found.low), float(found.high))
+    result = binomtest(agreeing, n).proportion_ci(LEVEL, method)
+    return bounded(agreeing / n, float(result.low), float(result.high))
 
 
 def bootstrap(
@@ -62,7 +87,7 @@ def bootstrap(
     agrees, cluster
         Each judgment's answer, or the share of several, and its cluster, shape (n,).
     executor
-        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.estimates.resampled_sums`).
     """
     if len(agrees) == 0:
         return undefined("no data")
@@ -143,10 +168,10 @@ def gee(agrees: BoolArray, cluster: IntArray) -> Estimate:
         result = model.fit(cov_type="bias_reduced")
         return Fit(result.params, result.bse, bool(result.converged))
 
-    found = fitted(fit)
-    if isinstance(found, str):
-        return undefined(found)
-    logit, error = float(found.parameters[0]), float(found.errors[0])
+    fit_result = fitted(fit)
+    if isinstance(fit_result, str):
+        return undefined(fit_result)
+    logit, error = float(fit_result.parameters[0]), float(fit_result.errors[0])
     half = float(special.stdtrit(clusters - 1, (1 + LEVEL) / 2)) * error
     value, low, high = special.expit([logit, logit - half, logit + half])
     return bounded(float(value), float(low), float(high))
@@ -173,3 +198,65 @@ def intraclass_correlation(agrees: BoolArray, cluster: IntArray) -> Estimate:
     typical = (n - float((sizes**2).sum()) / n) / (k - 1)
     total = between + (typical - 1) * within
     return Estimate(min((between - within) / total, 1.0)) if total > 0 else undefined("all alike")
+
+
+def crossed(agrees: BoolArray, *clusters: IntArray) -> Estimate:
+    """Estimate a share by a linear mixed model with crossed random effects.
+
+    R. H. Baayen, D. J. Davidson and D. M. Bates (J. Mem. Lang. 59, 2008), fitted by restricted
+    maximum likelihood. It is linear in the share, so that its intercept is the share over all
+    videos and raters. Its bounds are on the logit scale, with Student's quantile for as many
+    clusters as there are of the rarer kind.
+
+    Parameters
+    ----------
+    agrees
+        Each judgment's answer, shape (n,).
+    clusters
+        Its cluster of each kind, shape (n,).
+
+    Returns
+    -------
+    Estimate
+        Without bounds where all agree or none does, or some kind has fewer than two clusters; the
+        share is that of the judgments then.
+    """
+    from statsmodels.regression.mixed_linear_model import (  # noqa: PLC0415 - an extra, and heavy
+        MixedLM,
+        VCSpec,
+    )
+
+    if len(agrees) == 0:
+        return undefined("no data")
+    share = float(agrees.mean())
+    members = [np.unique(kind, return_inverse=True)[1] for kind in clusters]
+    sizes = [int(kind.max(initial=-1)) + 1 for kind in members]
+    if min(sizes) < 2:
+        return Estimate(share, reason="one cluster")
+    if share in (0.0, 1.0):
+        return Estimate(share, reason="all alike")
+    names = [f"kind {number}" for number in range(len(members))]
+    columns = [[[str(member) for member in range(size)]] for size in sizes]
+    designs = [[np.eye(size)[kind]] for kind, size in zip(members, sizes, strict=True)]
+    model = MixedLM(
+        agrees.astype(np.float64),
+        np.ones((len(agrees), 1)),
+        groups=np.zeros(len(agrees), dtype=np.int64),
+        exog_vc=VCSpec(names, columns, designs),
+        exog_re=None,
+    )
+
+    def fit() -> Fit:
+        # Methods with gradients, which are the default, stop early here.
+        result = model.fit(reml=True, method=["powell", "nm"])
+        return Fit(result.fe_params, result.bse_fe, bool(result.converged))
+
+    fit_result = fitted(fit)
+    if isinstance(fit_result, str):
+        return undefined(fit_result)
+    value, error = float(fit_result.parameters[0]), float(fit_result.errors[0])
+    if not 0 < value < 1:
+        return undefined("no convergence")
+    half = special.stdtrit(min(sizes) - 1, (1 + LEVEL) / 2) * error / (value * (1 - value))
+    low, high = special.expit(special.logit(value) + half * np.array([-1, 1]))
+    return bounded(value, float(low), float(high))

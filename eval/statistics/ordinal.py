@@ -9,7 +9,7 @@ from scipy import special
 
 from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from eval.statistics.estimates import FEWEST_CLUSTERS, LEVEL, FloatArray, IntArray, bounded
-from eval.statistics.model_fits import Fit, fitted
+from eval.statistics.intervals import Fit, fitted
 from g3.short_repr import short_repr
 
 SLACK = 1e-6
@@ -78,20 +78,20 @@ def cumulative_link(
             bool(result.mle_retvals["converged"] or slope < FLAT),
         )
 
-    found = fitted(fit)
-    if isinstance(found, str):
-        return no_link(found, k)
-    half = float(special.ndtri((1 + LEVEL) / 2)) * found.errors
+    fit_result = fitted(fit)
+    if isinstance(fit_result, str):
+        return no_link(fit_result, k)
+    half = float(special.ndtri((1 + LEVEL) / 2)) * fit_result.errors
     few = cluster is not None and len(np.unique(cluster)) < FEWEST_CLUSTERS
     return CumulativeLink(
         tuple(
             Estimate(float(b), reason="few clusters")
             if few
             else bounded(float(b), float(b - h), float(b + h))
-            for b, h in zip(found.parameters[:k], half, strict=True)
+            for b, h in zip(fit_result.parameters[:k], half, strict=True)
         ),
-        found.errors,
-        np.asarray(model.transform_threshold_params(found.parameters)[1:-1]),
+        fit_result.errors,
+        np.asarray(model.transform_threshold_params(fit_result.parameters)[1:-1]),
     )
 
 
@@ -130,8 +130,8 @@ def _is_separated(points: IntArray, predictors: FloatArray) -> bool:
             np.column_stack([-upper, x])[upper.any(axis=1)],
         ]
     )
-    found = linprog(rows.sum(axis=0), A_ub=rows, b_ub=np.zeros(len(rows)), bounds=(-1, 1))
-    return found.fun is not None and found.fun < -SLACK
+    result = linprog(rows.sum(axis=0), A_ub=rows, b_ub=np.zeros(len(rows)), bounds=(-1, 1))
+    return result.fun is not None and result.fun < -SLACK
 
 
 def cliffs_delta(one: IntArray, other: IntArray) -> Estimate:

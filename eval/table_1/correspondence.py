@@ -178,7 +178,7 @@ def table_rows(
         intervals over scenarios for new scenarios; the latter are wider and need a few dozen
         scenarios to be trusted.
     executor
-        Executor of the resamples (:func:`eval.statistics.resampling.resampled_sums`).
+        Executor of the resamples (:func:`eval.statistics.estimates.resampled_sums`).
     """
     counts = _counts_by_cluster(predictions, threshold, cluster)
     rng = np.random.default_rng(seed)

@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 
 from corpus_tools import __version__
-from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_model import Corpus, draw_parts
 from corpus_tools.corpus.labelled_corpus import Negatives, labelled_examples, scenario_ids
 from corpus_tools.importers.authored.bundled import open_corpus
-from eval.splits import Split, draw_scenarios, hold_out, leave_one_out, read_scenarios
+from eval.splits import Split, hold_out, leave_one_out, read_scenarios
 from g3.errors import CorpusError
 from g3.features.feature_registry import CATALOGUE_VERSION, FeatureSet, select
 from g3.inference.potentials.potential_registry import ablation
@@ -25,9 +25,6 @@ from g3.short_repr import short_repr
 
 Division = Literal["cv", "split"]
 Metadata = dict[str, object]
-
-_STREAM = 2
-"""Stream of random numbers, distinct from others with the same seed."""
 
 
 @short_repr
@@ -161,7 +158,7 @@ def _one_corpus(choices: Choices) -> DividedExamples:
     if choices.test_scenarios:
         held_out = read_scenarios(choices.test_scenarios, known)
     else:
-        held_out = draw_scenarios(known, np.random.default_rng([choices.seed, _STREAM]))
+        held_out = draw_parts(known, seed=choices.seed)
     metadata |= {"protocol": "held-out scenarios", "test_scenarios": list(held_out)}
     divided = _divided(items, tested, lambda names: [hold_out(names, held_out)], metadata)
     return replace(divided, metadata=metadata | _sides(divided.items, divided.splits[0]))

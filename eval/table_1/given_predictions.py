@@ -65,7 +65,7 @@ def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
     Each example has one line, which is filled in, and there are no others.
     """
     wanted = {id_of(e): i for i, e in enumerate(examples)}
-    found = np.full(len(examples), np.nan)
+    result = np.full(len(examples), np.nan)
     first: dict[str, int] = {}
     for number, line in json_lines(path, PredictionLine, fix=FIX):
         key, where = line.example, f"{path}:{number}"
@@ -85,8 +85,8 @@ def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
                 where=where,
                 fix="give a probability",
             )
-        found[wanted[key]] = line.probability
-    gone = np.flatnonzero(np.isnan(found))
+        result[wanted[key]] = line.probability
+    gone = np.flatnonzero(np.isnan(result))
     if len(gone):
         one = examples[gone[0]]
         raise FormatError(
@@ -94,7 +94,7 @@ def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
             where=str(path),
             fix=FIX,
         )
-    return found
+    return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ def compare_predictions(
     """Compare each two models' accuracy on the same examples, with whole scenarios as clusters."""
     one = next(iter(said.values()))
     right = {name: predicted_true(p, threshold) == p.label for name, p in said.items()}
-    found = []
+    result = []
     for kind in ROW_TYPES:
         rows = np.flatnonzero((one.type == kind) | (kind == "overall"))
         if not len(rows):
@@ -119,8 +119,8 @@ def compare_predictions(
         shares = {name: {str(i): float(own[i]) for i in rows} for name, own in right.items()}
         scenarios = {str(i): str(one.scenario[i]) for i in rows}
         compared = compare_commands(shares, scenarios, seed=seed, draws=draws)
-        found.append(ComparedType(kind, compared))
-    return found
+        result.append(ComparedType(kind, compared))
+    return result
 
 
 def _shown(grounding: Grounding) -> dict[str, object]:

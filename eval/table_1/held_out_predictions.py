@@ -88,16 +88,16 @@ def given(files: Iterable[Path], result: Result) -> dict[str, Predictions]:
     CorpusError
         If two have the same name.
     """
-    found: dict[str, Predictions] = {}
+    predicted: dict[str, Predictions] = {}
     for file in files:
-        if file.stem in {OURS, *found}:
+        if file.stem in {OURS, *predicted}:
             raise CorpusError(
                 f"two models of Table 1 are called {file.stem}",
                 where=str(file),
                 fix="give the file another name",
             )
-        found[file.stem] = predictions(result.items, read_predictions(file, result.items))
-    return found
+        predicted[file.stem] = predictions(result.items, read_predictions(file, result.items))
+    return predicted
 
 
 def tested_examples(choices: Choices) -> list[Example]:

@@ -142,15 +142,15 @@ def _plot(points: Sequence[CurvePoint], bounds: str, width: float) -> Figure:
 
     figure = Figure(figsize=(width, 3.4 if width > NARROW else 3), layout="constrained")
     axes = figure.add_subplot()
-    known = [p for p in _ordered(points) if not math.isnan(p.error)]
-    curves = {kind: [p for p in known if p.type == kind] for kind in ROW_TYPES}
+    defined = [p for p in _ordered(points) if not math.isnan(p.error)]
+    curves = {kind: [p for p in defined if p.type == kind] for kind in ROW_TYPES}
     curves = {kind: curve for kind, curve in curves.items() if curve}
     for kind, curve in curves.items():
         _draw(axes, kind, curve)
 
-    right = max((p.sdcs for p in known), default=PAPER_ASYMPTOTE_SDCS)
+    right = max((p.sdcs for p in defined), default=PAPER_ASYMPTOTE_SDCS)
     axes.set_xlim(0, max(right, PAPER_ASYMPTOTE_SDCS * 1.1))
-    tops = [value for p in known for value in (p.error, p.high) if not math.isnan(value)]
+    tops = [value for p in defined for value in (p.error, p.high) if not math.isnan(value)]
     axes.set_ylim(0, min(1.0, max(tops, default=0.5) * 1.08 + 0.01))
     axes.set_xlabel("Annotated SDCs trained on")
     axes.set_ylabel(f"Test error\n(bands: {bounds})")
@@ -234,5 +234,5 @@ def spread(heights: Sequence[float], gap: float) -> list[float]:
         return []
     # With i gaps taken off height i, "a gap apart" becomes "not decreasing".
     below = gap * np.arange(len(heights))
-    found: list[float] = (isotonic_regression(np.array(heights) - below).x + below).tolist()
-    return found
+    result: list[float] = (isotonic_regression(np.array(heights) - below).x + below).tolist()
+    return result

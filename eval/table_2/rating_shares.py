@@ -13,12 +13,18 @@ import numpy as np
 from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.corpus.rater_agreement import krippendorff_alpha
 from corpus_tools.runtime.parallel import Executor
-from eval.statistics.crossed_model import crossed
 from eval.statistics.estimates import BoolArray
-from eval.statistics.intervals import bootstrap, clopper_pearson, gee, two_way, wilson
+from eval.statistics.intervals import bootstrap, clopper_pearson, crossed, gee, two_way, wilson
 from eval.statistics.ordinal import CumulativeLink, cliffs_delta, cumulative_link, no_link
-from eval.statistics.raters import DawidSkene, dawid_skene, majorities
-from eval.statistics.ratings import Ratings, of_study, ratings_of, repeated
+from eval.statistics.ratings import (
+    DawidSkene,
+    Ratings,
+    dawid_skene,
+    majorities,
+    of_study,
+    ratings_of,
+    repeated,
+)
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
 from g3.short_repr import short_repr
@@ -118,7 +124,7 @@ def table_2(
         of the same pairs.
     draws, executor
         Number of resamples for the intervals, and their executor
-        (:func:`eval.statistics.resampling.resampled_sums`).
+        (:func:`eval.statistics.estimates.resampled_sums`).
     models
         True to fit the models too, which takes seconds and needs statsmodels.
 
@@ -155,7 +161,7 @@ def table_2(
     link = None
     if models:
         predictor = ratings.original[:, None].astype(np.float64)
-        has_both = all(len(found) for found in shown)
+        has_both = all(len(result) for result in shown)
         link = (
             cumulative_link(ratings.rating, predictor, ratings.video)
             if has_both

@@ -69,7 +69,7 @@ def judged_by(study: str) -> str:
 def notes(results: Results) -> list[str]:
     """Return notes on the figures, and on their difference from the paper's."""
     videos = (f"{r.configuration} {r.videos}, shown with {r.shown}" for r in results.rows)
-    found = [
+    result = [
         "95%: percentile interval with whole videos resampled: those that the commands were typed "
         f"for ({'; '.join(videos)})",
         "videos, raters: both as clusters, which speaks for other raters too",
@@ -80,40 +80,40 @@ def notes(results: Results) -> list[str]:
         f"is outvoted in a majority. It is left out beside fewer than {FEWEST_BESIDE} pairs",
     ]
     if any(row.model is not None for row in results.rows):
-        found.append(
+        result.append(
             "GEE: estimating equations with videos as clusters; crossed model: linear, with random "
             "effects of videos and of raters"
         )
-    found += [
+    result += [
         f"Krippendorff's alpha of the five points: {stated(results.alpha, '{:.3f}')}",
         f"Cliff's delta between the configurations: {stated(results.delta, '{:.3f}')}",
     ]
     if results.link is not None:
         odds = results.link.odds_ratio()
-        found.append(
+        result.append(
             "odds of a higher rating with the original video, against the random one: "
             f"{stated(odds, '{:.3g}')}, as a ratio (cumulative link, errors robust to videos)"
         )
-    found += explained(_estimates(results))
+    result += explained(_estimates(results))
     if results.repeats:
-        found.append(
+        result.append(
             f"{results.repeats} judgments count that are by somebody who had judged the pair before"
         )
     for name, of in results.left_out.items():
         shares = ", ".join(f"{k} {v:.3f}" for k, v in of.items() if k != "judgments")
-        found.append(f"left out: study {name}, {of['judgments']:.0f} judgments ({shares})")
-    return found
+        result.append(f"left out: study {name}, {of['judgments']:.0f} judgments ({shares})")
+    return result
 
 
 def _estimates(results: Results) -> list[Estimate]:
     """Return all figures of the table and its notes."""
-    found: list[Estimate | None] = [results.alpha, results.delta]
+    result: list[Estimate | None] = [results.alpha, results.delta]
     for row in results.rows:
-        found += [row.share, row.two_way, row.wilson, row.exact, row.weighed]
-        found += [row.model, row.crossed]
+        result += [row.share, row.two_way, row.wilson, row.exact, row.weighed]
+        result += [row.model, row.crossed]
     if results.link is not None:
-        found.append(results.link.odds_ratio())
-    return [one for one in found if one is not None]
+        result.append(results.link.odds_ratio())
+    return [one for one in result if one is not None]
 
 
 def _bounds(one: Estimate) -> dict[str, object]:
@@ -149,32 +149,32 @@ def _content(results: Results) -> dict[str, object]:
 
 
 def _flat(row: Row) -> dict[str, object]:
-    found: dict[str, object] = {
+    result: dict[str, object] = {
         "configuration": row.configuration,
         "precision": row.share.value,
         **_bounds(row.share),
         **named({"weighed": row.weighed}),
         "paper": paper_figure(row),
     }
-    found |= {name: getattr(row, name) for name in (*COUNTS, "shown")}
+    result |= {name: getattr(row, name) for name in (*COUNTS, "shown")}
     for name in ("wilson", "exact", "two_way"):
-        found |= {f"{name}_{part}": one for part, one in _bounds(getattr(row, name)).items()}
+        result |= {f"{name}_{part}": one for part, one in _bounds(getattr(row, name)).items()}
     for name, model in (("gee", row.model), ("crossed", row.crossed)):
         columns = (name, *(f"{name}_{part}" for part in BOUNDED))
-        found |= dict(zip(columns, model[:4] if model else (None,) * 4, strict=True))
-    return found
+        result |= dict(zip(columns, model[:4] if model else (None,) * 4, strict=True))
+    return result
 
 
 def _of_both(results: Results) -> dict[str, object]:
     """Return figures of both configurations together, which CSV repeats in each row."""
     odds = None if results.link is None else results.link.odds_ratio()
-    found: dict[str, object] = {
+    result: dict[str, object] = {
         **named({"alpha": results.alpha, "cliffs_delta": results.delta}),
     }
     if odds is not None:
-        found |= {"odds_ratio": odds.value}
-        found |= {f"odds_ratio_{part}": one for part, one in _bounds(odds).items()}
-    return found
+        result |= {"odds_ratio": odds.value}
+        result |= {f"odds_ratio_{part}": one for part, one in _bounds(odds).items()}
+    return result
 
 
 def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) -> str:

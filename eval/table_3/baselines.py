@@ -156,9 +156,9 @@ def _done_with(
         load = start.thing(start.held)
     if load is None:
         return []
-    known = {o.id: labels for o, labels in zip(task.loads, _telling(task.loads), strict=True)}
+    labels_of = {o.id: labels for o, labels in zip(task.loads, _telling(task.loads), strict=True)}
     things = [o for o in (*task.others, *task.loads) if o.id != load.id]
-    goal = find(task.words[place:], [known.get(o.id, o.labels) for o in things], things)
+    goal = find(task.words[place:], [labels_of.get(o.id, o.labels) for o in things], things)
     spot = next(_spots(goal, verbs, load, task), None)
     if spot is not None:
         return [Action(PUT_DOWN if start.held else CARRY, object_id=load.id, place=spot)]

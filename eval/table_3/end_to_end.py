@@ -6,22 +6,36 @@ in section 4.3, and every row names its judge.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import functools
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from types import MappingProxyType
 
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.load_choices import load_choices_of
+from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Workers
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_registry import AUTOMATIC, PlanJudge, judge_named
-from eval.parsing.parser_registry import parser_named
+from eval.parsing.parser_registry import TextParser, parser_named
 from eval.table_3.baselines import BASELINES
-from eval.table_3.following import CONFIGURATIONS, task_of
+from eval.table_3.following import (
+    CONFIGURATIONS,
+    FollowedPlan,
+    judged,
+    plan_by_grounder,
+    plan_by_model,
+    task_of,
+)
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, grounder_named
-from eval.table_3.held_out import calibrated
+from eval.table_3.held_out import calibrated, costs_without, parser_without, read_or_made, shared
 from eval.table_3.judged_commands import (
     Facts,
+    JudgedCommand,
     compared_with,
     facts,
     in_headings,
@@ -29,11 +43,186 @@ from eval.table_3.judged_commands import (
 )
 from eval.table_3.outcomes import Outcome
 from eval.table_3.plan_rows import ALONE, MODELS, check_names
-from eval.table_3.scenario_following import PERTURBED, Asked, followed_scenarios, kept_by
+from g3.annotation import Annotation
 from g3.errors import CorpusError
-from g3.inference.potentials.potential_registry import ablation
+from g3.features.feature_registry import FeatureSet
+from g3.inference.grounder import Grounder
+from g3.inference.potentials.potential_registry import Ablation, ablation
+from g3.inference.problem.costs import RandomCost, Scorer
+from g3.inference.training import search_sets
 from g3.inference.tree_choice import PARSES
+from g3.language.parsing.parser import parse_unsure
+from g3.language.parsing.sdc_parser import SDCParser
+from g3.language.parsing.trees import Parse
 from g3.short_repr import short_repr
+
+PERTURBED = ("keywords", "embeddings", "gold", "auto")
+"""Configurations in which perturbed commands are followed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Settings that decide the outcomes, as `run` takes them."""
+
+    train: str
+    test: str
+    grounders: tuple[PlanGrounder, ...]
+    models: tuple[str, ...]
+    parsers: tuple[TextParser, ...]
+    judge: PlanJudge
+    l2: float
+    seed: int
+    without: Ablation
+    headings: tuple[str, ...]
+    perturb: tuple[str, ...]
+    parses: int
+    most: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all configurations."""
+        return (*(g.name for g in self.grounders), *self.models, *(p.name for p in self.parsers))
+
+    @property
+    def sets(self) -> tuple[FeatureSet, ...]:
+        """Feature sets of costs."""
+        return search_sets(self.without.sets)
+
+
+def followed_scenarios(
+    asked: Asked,
+    corpora: Sequence[Corpus],
+    scenarios: Sequence[str],
+    workers: Workers,
+    on_progress: OnProgress | None,
+) -> Iterator[Done[str, Mapping[str, Sequence[Outcome]]]]:
+    """Yield the outcomes of each scenario; the workers make training data together."""
+    if not scenarios:
+        return
+    made = shared(corpora, asked.sets, seed=asked.seed, workers=workers, on_progress=on_progress)
+    with made as (executor, file):
+        try:
+            yield from executor.work(functools.partial(_follow, asked=asked, file=file), scenarios)
+        finally:
+            _lessons.cache_clear()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lessons:
+    """A process's training data, and its tested commands by perturbation and heading."""
+
+    annotations: Sequence[Annotation]
+    cost_of: Callable[[str], Scorer]
+    parser_of: Callable[[str], SDCParser]
+    tested: Mapping[tuple[str, str], Sequence[JudgedCommand]]
+
+
+@functools.lru_cache(maxsize=1)
+def _lessons(asked: Asked, file: Path) -> _Lessons:
+    corpora = [open_corpus(name) for name in asked.train.split(",")]
+    data = read_or_made(file, corpora, asked.sets, seed=asked.seed)
+    corpus = open_corpus(asked.test)
+    tested = {
+        (kind, heading): judged_commands(turned, asked.most)
+        for kind in ("", *asked.perturb)
+        for heading, turned in in_headings(
+            with_perturbed_commands(corpus, kind, seed=asked.seed) if kind else corpus,
+            asked.headings,
+        ).items()
+    }
+    choices = load_choices_of(corpora)
+    annotations = [a for corpus in corpora for a in corpus.annotations]
+    return _Lessons(
+        annotations, costs_without(data, choices, l2=asked.l2), parser_without(corpora), tested
+    )
+
+
+def kept_by(which: str, kind: str) -> str:
+    """Return the key under which a configuration's outcomes are kept."""
+    return f"{which}, {kind}" if kind else which
+
+
+def _follow(scenario: str, *, asked: Asked, file: Path) -> Mapping[str, Sequence[Outcome]]:
+    """Return the outcomes of a scenario's commands by configuration."""
+    lessons = _lessons(asked, file)
+    learned = {
+        g.name: g.fit([a for a in lessons.annotations if a.command.scenario != scenario])
+        for g in asked.grounders
+        if g.learns
+    }
+    plan_by_name = _models(scenario, lessons, asked)
+    outcomes: dict[str, list[Outcome]] = defaultdict(list)
+    extracted: dict[str, Sequence[Parse]] = {}
+    for (kind, heading), everything in lessons.tested.items():
+        own = [t for t in everything if t.command.scenario == scenario]
+        if kind not in extracted:
+            extracted[kind] = _extracted(own, lessons.parser_of, asked)
+        plans: list[tuple[str, JudgedCommand, FollowedPlan]] = []
+        for g in asked.grounders:
+            if not kind or g.name in PERTURBED:
+                made = (plan_by_grounder(g, task_of(t, heading), learned.get(g.name)) for t in own)
+                plans += [(g.name, t, plan) for t, plan in zip(own, made, strict=True)]
+        for name, plan_of in plan_by_name.items():
+            if not kind or name in PERTURBED:
+                both = zip(own, extracted[kind], strict=True)
+                plans += [
+                    (name, t, plan_of(t, e)) for t, e in both if name != "gold" or t.annotation
+                ]
+        for (name, *_), outcome in zip(plans, _judged(plans, heading, asked.judge), strict=True):
+            outcomes[kept_by(name, kind)].append(outcome)
+    return dict(outcomes)
+
+
+def _models(
+    scenario: str, lessons: _Lessons, asked: Asked
+) -> dict[str, Callable[[JudgedCommand, Parse], FollowedPlan]]:
+    """Return planners of a command and its extracted clauses, by configuration."""
+    without = asked.without.potentials
+    result: dict[str, Callable[[JudgedCommand, Parse], FollowedPlan]] = {}
+    guesser = Grounder(RandomCost(asked.seed), without=without)
+    needs_model = asked.parsers or any(name in MODELS for name in asked.models)
+    model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else guesser
+    for name in asked.models:
+        grounder = model if name in MODELS else guesser
+        result[name] = functools.partial(plan_by_model, name, grounder=grounder)
+    for parser in asked.parsers:
+        result[parser.name] = functools.partial(_by_parser, parser, model)
+    return result
+
+
+def _by_parser(
+    parser: TextParser, grounder: Grounder, tested: JudgedCommand, _: Parse
+) -> FollowedPlan:
+    return plan_by_model(parser.name, tested, parser.parse(tested.command.text), grounder)
+
+
+def _judged(
+    plans: Sequence[tuple[str, JudgedCommand, FollowedPlan]], heading: str, judge: PlanJudge
+) -> list[Outcome]:
+    """Judge plans, as many at the same time as the judge allows."""
+
+    def one(plan: tuple[str, JudgedCommand, FollowedPlan]) -> Outcome:
+        return judged(plan[1], plan[2], heading, judge)
+
+    if judge.at_once == 1:
+        return [one(plan) for plan in plans]
+    with ThreadPoolExecutor(judge.at_once) as threads:
+        return list(threads.map(one, plans))
+
+
+def _extracted(
+    own: Sequence[JudgedCommand], parser_of: Callable[[str], SDCParser], asked: Asked
+) -> Sequence[Parse]:
+    """Return the extracted trees of a scenario's commands; none where nothing needs them."""
+    needs_them = "auto" in asked.models or (
+        "random" in asked.models and not all(t.annotation for t in own)
+    )
+    if not needs_them:
+        return [Parse(t.command.text, ()) for t in own]
+    parser = parser_of(own[0].command.scenario)
+    texts = (t.command.text for t in own)
+    return [parse_unsure(text, n_best=asked.parses, extractor=parser) for text in texts]
+
 
 OnScenario = Callable[[str, Mapping[str, Sequence[Outcome]]], None]
 
@@ -71,7 +260,7 @@ def run(
     *,
     configurations: Iterable[str] = CONFIGURATIONS,
     grounders: Sequence[PlanGrounder] = (),
-    parsers: Sequence[str] = (),
+    parsers: Sequence[str | TextParser] = (),
     judge: PlanJudge | None = None,
     l2: float = 1.0,
     seed: int = 0,
@@ -93,7 +282,7 @@ def run(
     Parameters
     ----------
     train
-        The corpora to learn from, with commas between. Scenarios with the name of the one that
+        The corpora to learn from, with commas between. Scenarios with the name of that which
         is tested are always left out, from the extraction of SDCs too.
     test
         The corpus to test on.
@@ -103,7 +292,7 @@ def run(
     grounders
         Further grounders, each a row beside the baselines.
     parsers
-        Names of parsers, each a row of the model with its clauses.
+        Parsers or their names, each a row of the model with its clauses.
     judge
         Judge of the first verdict; the automatic judge if left out.
     ablate
@@ -134,37 +323,39 @@ def run(
         If there is no feature set or potential of a name.
     """
     left_out = ablation(ablate)
-    known = [open_corpus(name) for name in train.split(",")]
+    corpora = [open_corpus(name) for name in train.split(",")]
     tested = open_corpus(test)
     commands = judged_commands(tested, most)
     names = sorted({t.command.scenario for t in commands})
-    every = _grounders(configurations, grounders, parsers)
+    others = tuple(parser_named(own) if isinstance(own, str) else own for own in parsers)
+    every = _grounders(configurations, grounders, others)
     lacking = {g.name: why for g in every if (why := g.missing())}
     there = tuple(g for g in every if g.name not in lacking)
     is_annotated = any(t.annotation for t in commands)
     models = [n for n in configurations if n not in BASELINES and (is_annotated or n != "gold")]
     judge = judge or judge_named(AUTOMATIC)
     ways = (tuple(headings), tuple(perturb), parses)
-    asked = Asked(
-        train, test, there, tuple(models), tuple(parsers), judge, l2, seed, left_out, *ways, most
-    )
-    order = [*ALONE, *(g.name for g in grounders), *MODELS, *parsers]
+    asked = Asked(train, test, there, tuple(models), others, judge, l2, seed, left_out, *ways, most)
+    order = [*ALONE, *(g.name for g in grounders), *MODELS, *(p.name for p in others)]
     chosen = [name for name in order if name in asked.names]
-    found = dict(done)
-    left = [name for name in names if name not in found]
+    outcomes_of = dict(done)
+    left = [name for name in names if name not in outcomes_of]
     tasks = tasks_of(tested, headings, most)
     for own in there:
         own.prepare(tasks, on_progress or no_progress)
+    texts = list(dict.fromkeys(t.command.text for t in commands))
+    for parser in others:
+        parser.prepare(texts, on_progress or no_progress)
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
-    for item in followed_scenarios(asked, known, left, workers or Workers(), on_progress):
+    for item in followed_scenarios(asked, corpora, left, workers or Workers(), on_progress):
         if item.result is None:
             failed.append(item)
             continue
-        found[item.item] = item.result
+        outcomes_of[item.item] = item.result
         if on_scenario:
             on_scenario(item.item, item.result)
         if on_progress:
-            on_progress("following commands, by scenario", len(found), len(names))
+            on_progress("following commands, by scenario", len(outcomes_of), len(names))
     if failed:
         first = failed[0].error
         raise CorpusError(
@@ -178,7 +369,7 @@ def run(
         "judge": judge.name,
         "protocol": "each scenario held out in turn",
         "compared_with": compared_with(commands),
-        "train": [c.hash for c in known],
+        "train": [c.hash for c in corpora],
         "test": tested.hash,
         "test_scenarios": names,
         "l2": l2,
@@ -188,17 +379,20 @@ def run(
         "parses": parses,
         "most": most,
     }
-    others: dict[str, object] = {
+    further: dict[str, object] = {
         "perturb": list(perturb),
         "judged_by": {} if judge.name == AUTOMATIC else dict(judge.about),
         "grounders": {g.name: dict(g.about) for g in grounders},
-        "parsers": list(parsers),
+        "parsers": [p.name for p in others],
+        "parsed_by": {p.name: dict(p.about) for p in others if p.about},
     }
-    metadata |= {key: value for key, value in others.items() if value}
+    metadata |= {key: value for key, value in further.items() if value}
 
     def together(kind: str) -> dict[str, list[Outcome]]:
         return {
-            which: calibrated([o for n in names for o in found[n].get(kept_by(which, kind), ())])
+            which: calibrated(
+                [o for n in names for o in outcomes_of[n].get(kept_by(which, kind), ())]
+            )
             for which in chosen
             if not kind or which in PERTURBED
         }
@@ -209,12 +403,10 @@ def run(
 
 
 def _grounders(
-    configurations: Iterable[str], others: Sequence[PlanGrounder], parsers: Sequence[str]
+    configurations: Iterable[str], others: Sequence[PlanGrounder], parsers: Sequence[TextParser]
 ) -> list[PlanGrounder]:
     """Return the chosen baselines and other grounders, with the names of rows checked."""
-    check_names([*(g.name for g in others), *parsers])
-    for name in parsers:
-        parser_named(name)
+    check_names([*(g.name for g in others), *(p.name for p in parsers)])
     return [*(grounder_named(name) for name in configurations if name in BASELINES), *others]
 
 

@@ -8,10 +8,9 @@ from typing import Any
 
 from corpus_tools.following.plan_steps import carried_out, why_impossible
 from eval.judging.execution import planned
-from eval.judging.judge import Verdict
+from eval.judging.judge import Verdict, picked_up
 from eval.judging.judge_registry import AUTOMATIC, JudgedPlan, PlanJudge, judge_named
-from eval.judging.picked_up import picked_up
-from eval.judging.words_judge import judge_by_words
+from eval.judging.words_judge import judge_by_words, why_not_judged
 from eval.table_3.baselines import BASELINES
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from eval.table_3.judged_commands import JudgedCommand
@@ -22,7 +21,7 @@ from g3.groundings import PhysicalObject, object_ids
 from g3.inference.grounder import Grounder, Result
 from g3.inference.problem.command_tree import Tree
 from g3.language.discourse.groups import noun_leaf
-from g3.language.parsing.extractor import Parse
+from g3.language.parsing.trees import Parse
 from g3.sdc.clauses import SDC, all_words
 
 CONFIGURATIONS = ("random", *BASELINES, "gold", "auto")
@@ -83,9 +82,9 @@ def plan_by_model(
     annotation = tested.annotation if which in ("gold", "random") else None
     sdcs = annotation.sdcs if annotation else extracted
     result = grounder.follow(sdcs, tested.context, least=0.0, insist=True)
-    found = plan_of(result)
-    told = annotation if result.plan else None
-    return replace(found, objects=_objects(told, result)) if told else found
+    followed = plan_of(result)
+    grounded = annotation if result.plan else None
+    return replace(followed, objects=_objects(grounded, result)) if grounded else followed
 
 
 def plan_of(result: Result) -> FollowedPlan:
@@ -137,8 +136,7 @@ def judged(
             tested.done,
         )
         verdict = (judge or judge_named(AUTOMATIC)).verdict(case)
-        if tested.annotation:
-            by_words = judge_by_words(tested.annotation, execution)
+        by_words = judge_by_words(tested.annotation, execution)
     total, right = own.objects
     return Outcome(
         command.id,
@@ -151,7 +149,7 @@ def judged(
         right,
         own.evidence,
         by_words=by_words.correct if by_words else None,
-        words_reason=by_words.reason if by_words else "",
+        words_reason=by_words.reason if by_words else why_not_judged(tested.annotation),
         theme=theme,
         refused=own.final is None,
         heading=heading,
@@ -163,9 +161,9 @@ def _objects(annotation: Annotation, result: Result) -> tuple[int, int]:
 
     The plan may be of other clauses than the annotated ones, so they are compared by their words.
     """
-    found = {g.node: object_ids(g.group) for g in result.plans[0].groundings}
+    grounded = {g.node: object_ids(g.group) for g in result.plans[0].groundings}
     nodes = Tree(result.sdcs).nodes
-    given = {all_words(s): found.get(n, ()) for n, s in enumerate(nodes) if s.type == "OBJECT"}
+    given = {all_words(s): grounded.get(n, ()) for n, s in enumerate(nodes) if s.type == "OBJECT"}
     right = total = 0
     for node, sdc in enumerate(Tree(annotation.sdcs).nodes):
         groundings = annotation.groundings[node]

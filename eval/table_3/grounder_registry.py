@@ -162,8 +162,8 @@ class RegisteredGrounder:
             If the function raises anything.
         """
         with blaming(f"the grounder {self.name}", f"command {task.command}"):
-            found = self.function(task, learned) if self.learns else self.function(task)
-        return found if isinstance(found, Proposal) else Proposal(found)
+            result = self.function(task, learned) if self.learns else self.function(task)
+        return result if isinstance(result, Proposal) else Proposal(result)
 
 
 GROUNDERS: Registry[RegisteredGrounder] = Registry("grounder", "ct.grounders")

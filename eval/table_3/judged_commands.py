@@ -11,8 +11,7 @@ from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
-from eval.judging.outcome_judge import Expected, expected
-from eval.judging.picked_up import picked_in_log
+from eval.judging.judge import Expected, expected, picked_in_log
 from g3.actions.robot_state import loads_of_context
 from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
@@ -97,8 +96,8 @@ def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
     CorpusError
         If there are none.
     """
-    found = list(_known(corpus))
-    if not found:
+    result = list(_known(corpus))
+    if not result:
         raise CorpusError(
             "plans for its commands can't be judged: it has neither annotations nor outcomes",
             where=f"corpus {corpus.name}",
@@ -106,7 +105,7 @@ def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
         )
     seen: Counter[str] = Counter()
     kept = []
-    for tested in found:
+    for tested in result:
         seen[tested.command.scenario] += 1
         if not most or seen[tested.command.scenario] <= most:
             kept.append(tested)

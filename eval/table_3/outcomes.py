@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, TypedDict
+import hashlib
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, TypedDict
 
+import msgspec
 import numpy as np
 
 from corpus_tools.corpus.estimate import Estimate, Reason, part, undefined
 from eval.statistics.intervals import bootstrap
 from eval.statistics.ratings import codes
 from g3.short_repr import short_repr
+from g3.storage.atomic_file import write_bytes
 
 BINS = 10
 """Bins of the reliability diagram."""
@@ -33,9 +38,9 @@ class Outcome:
     evidence
         Evidence from which the probability was calibrated; empty where there is no plan.
     by_words
-        The judge's second verdict, by the command's words; None if it wasn't made.
+        The judge's second verdict, by the command's words; None if it can't judge.
     words_reason
-        Reason for a second verdict of wrong; empty otherwise.
+        Reason for a second verdict of wrong, or for its absence; empty otherwise.
     theme
         True if it picks up the right things and no other; None where that isn't known.
     refused
@@ -118,8 +123,8 @@ def judged_row(
         return bootstrap(right, codes(where), rng=rng, draws=draws)
 
     share = share_of(correct, scenarios)
-    told = [(said, s) for said, s in zip(by_words, scenarios, strict=False) if said is not None]
-    words = share_of([said for said, _ in told], [s for _, s in told])
+    judged = [(said, s) for said, s in zip(by_words, scenarios, strict=False) if said is not None]
+    words = share_of([said for said, _ in judged], [s for _, s in judged])
     return {
         "configuration": name,
         "judge": "automatic",
@@ -175,3 +180,60 @@ def risk_coverage(outcomes: Sequence[Outcome]) -> Estimate:
     order = sorted(outcomes, key=lambda o: (-o.probability, o.command))
     wrong = np.array([not o.correct for o in order], dtype=float)
     return Estimate(float((np.cumsum(wrong) / np.arange(1, len(wrong) + 1)).mean()))
+
+
+SUFFIX = ".part"
+"""Suffix of the kept file, beside the table's own file."""
+
+logger = logging.getLogger(__name__)
+
+Outcomes = dict[str, list[Outcome]]
+
+
+class _File(msgspec.Struct, frozen=True):
+    settings: dict[str, Any]
+    scenarios: dict[str, Outcomes]
+    digest: str = ""
+
+
+def _digest(content: _File) -> str:
+    rest = msgspec.structs.replace(content, digest="")
+    return f"sha256:{hashlib.sha256(msgspec.json.encode(rest, order='sorted')).hexdigest()}"
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The outcomes of finished scenarios, by scenario and configuration."""
+
+    path: Path
+    settings: Mapping[str, object]
+    scenarios: dict[str, Outcomes] = field(default_factory=dict)
+
+    def keep(self, scenario: str, outcomes: Mapping[str, Sequence[Outcome]]) -> None:
+        """Add a finished scenario."""
+        self.scenarios[scenario] = {name: list(own) for name, own in outcomes.items()}
+        content = _File(dict(self.settings), self.scenarios)
+        sealed = msgspec.structs.replace(content, digest=_digest(content))
+        write_bytes(self.path, msgspec.json.encode(sealed))
+
+
+def kept_beside(out: Path, settings: Mapping[str, object]) -> Kept:
+    """Return the outcomes kept by an earlier run of the same table; else none.
+
+    A damaged file also gives none: its scenarios are run again. The settings decide the outcomes,
+    in the form in which JSON has them.
+    """
+    path = out.with_name(f"{out.name}{SUFFIX}")
+    try:
+        file = msgspec.json.decode(path.read_bytes(), type=_File)
+        damaged = file.digest != _digest(file)
+    except FileNotFoundError:
+        return Kept(path, settings)
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        damaged = True
+    if damaged:
+        logger.warning("%s: the file is damaged; what it kept is done again", path)
+        return Kept(path, settings)
+    same = file.settings == settings
+    return Kept(path, settings, file.scenarios if same else {})

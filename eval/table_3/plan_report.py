@@ -88,24 +88,26 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
             fix="run it with all configurations",
         )
     judge = str(result.metadata.get("judge", AUTOMATIC))
-    found = rows(result.outcomes, result.facts, result.missing, draws=draws, seed=seed, judge=judge)
+    all_rows = rows(
+        result.outcomes, result.facts, result.missing, draws=draws, seed=seed, judge=judge
+    )
     for kind, own in result.perturbed.items():
         perturbed = rows(own, result.facts, {}, draws=draws, seed=seed, judge=judge)
-        found += [{**row, "perturbed": kind} for row in perturbed]
-    return found
+        all_rows += [{**row, "perturbed": kind} for row in perturbed]
+    return all_rows
 
 
 def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) -> str:
     """Render the rows of Table 3, and the other results."""
-    found = table(result, draws=draws, seed=seed)
+    all_rows = table(result, draws=draws, seed=seed)
     if form == "csv":
         about = {key: value for key, value in result.metadata.items() if key not in COLUMNS}
-        return delimited(found, about, columns=COLUMNS)
+        return delimited(all_rows, about, columns=COLUMNS)
     if form == "latex":
-        return _latex(found, result)
+        return _latex(all_rows, result)
     compared = comparisons(result.outcomes, result.facts, draws=draws, seed=seed)
     if form == "json":
-        return _document(result, found, compared)
+        return _document(result, all_rows, compared)
     shown = [
         line
         for c in compared
@@ -114,9 +116,11 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
             "",
         )
     ]
-    estimates = (one for row in found for verdict in VERDICTS for one in estimates_of(row, verdict))
+    estimates = (
+        one for row in all_rows for verdict in VERDICTS for one in estimates_of(row, verdict)
+    )
     notes = [*NOTES, *(f"{line}." for line in explained(estimates)), ""]
-    return "\n".join([*_lines(found, result), *notes, *shown, COMPARISON, "", *_more(result)])
+    return "\n".join([*_lines(all_rows, result), *notes, *shown, COMPARISON, "", *_more(result)])
 
 
 def with_judge(
@@ -140,31 +144,31 @@ def with_judge(
     is_automatic = result.metadata.get("judge", AUTOMATIC) == AUTOMATIC
     is_by_logs = is_automatic and result.metadata.get("compared_with") != OUTCOMES
     validity = known_validity(corpora if is_by_logs else (), draws=draws, seed=seed)
-    said = [in_a_line(validity) if is_by_logs else NOT_VALIDATED] if is_automatic else []
+    judge_notes = [in_a_line(validity) if is_by_logs else NOT_VALIDATED] if is_automatic else []
 
     def shown(form: Format) -> str:
         text = render(result, form, draws=draws, seed=seed)
         if form == "json":
             return with_validity(text, validity)
-        return "\n".join([text, *notes, *said]) if form == "text" else text
+        return "\n".join([text, *notes, *judge_notes]) if form == "text" else text
 
     return shown
 
 
-def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compared]) -> str:
+def _document(result: EndToEnd, all_rows: Sequence[Row], compared: Iterable[Compared]) -> str:
     gold = result.outcomes.get("gold", ())
     error, diagram = reliability(gold)
     grounded = grounding_accuracy(gold)
-    told = {
+    with_probability = {
         name: own
         for name, own in result.outcomes.items()
         if any(o.evidence or o.probability for o in own)
     }
     content: dict[str, object] = {
-        "rows": found,
+        "rows": all_rows,
         **named({"object_grounding_top1": grounded, "expected_calibration_error": error}),
         "reliability": diagram,
-        "risk_coverage": {name: risk_coverage(own).value for name, own in told.items()},
+        "risk_coverage": {name: risk_coverage(own).value for name, own in with_probability.items()},
         "comparisons": [
             {"subset": c.subset, "verdict": c.verdict, **record}
             for c in compared
@@ -179,7 +183,7 @@ def _document(result: EndToEnd, found: Sequence[Row], compared: Iterable[Compare
 
 
 def _command(outcome: Outcome) -> dict[str, object]:
-    found: dict[str, object] = {
+    result: dict[str, object] = {
         "command": outcome.command,
         "text": outcome.text,
         "probability": round(outcome.probability, 4),
@@ -190,7 +194,7 @@ def _command(outcome: Outcome) -> dict[str, object]:
         "by_words": None if outcome.by_words is None else int(outcome.by_words),
         "words_reason": outcome.words_reason,
     }
-    return {**found, "heading": outcome.heading} if outcome.heading else found
+    return {**result, "heading": outcome.heading} if outcome.heading else result
 
 
 def _by_heading(result: EndToEnd) -> Iterator[Row]:
@@ -210,23 +214,23 @@ def _by_heading(result: EndToEnd) -> Iterator[Row]:
 
 
 def _mean(values: Sequence[float]) -> float:
-    known = [v for v in values if not np.isnan(v)]
-    return float(np.mean(known)) if known else float("nan")
+    defined = [v for v in values if not np.isnan(v)]
+    return float(np.mean(defined)) if defined else float("nan")
 
 
-def _parts(found: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
+def _parts(all_rows: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
     """Yield rows by part of the commands, without empty parts and copies of the whole."""
-    total = max((row["n"] for row in found), default=0)
+    total = max((row["n"] for row in all_rows), default=0)
     for subset in SUBSETS:
-        own = [row for row in found if row["subset"] == subset and not row["perturbed"]]
+        own = [row for row in all_rows if row["subset"] == subset and not row["perturbed"]]
         most = max((row["n"] for row in own), default=0)
         if subset == "all" or 0 < most < total:
             yield subset, own
 
 
-def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
-    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(r[v]) for r in found)]
-    for subset, own in _parts(found):
+def _lines(all_rows: Sequence[Row], result: EndToEnd) -> Iterator[str]:
+    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(r[v]) for r in all_rows)]
+    for subset, own in _parts(all_rows):
         width = max(12, *(len(str(row["configuration"])) + 1 for row in own))
         yield f"{TITLES[subset]}   (judge: {own[0]['judge']})"
         heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in shown_verdicts)
@@ -235,8 +239,8 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
-            told = PAPER.get(str(row["configuration"])) if is_alike else None
-            paper = beside(told, row["n"])
+            printed = PAPER.get(str(row["configuration"])) if is_alike else None
+            paper = beside(printed, row["n"])
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
                 f"{figure(row['chance']):>8}{row['refusals']:>9.4g}{row['n']:>6}"
@@ -244,7 +248,7 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
             )
             note = f"  {row['note']}" if row["note"] else ""
             yield f"{row['configuration']:{width}}{cells}{rest}".rstrip() + note
-        yield from _perturbed_lines(own, [row for row in found if row["subset"] == subset])
+        yield from _perturbed_lines(own, [row for row in all_rows if row["subset"] == subset])
         yield ""
     headings = result.metadata.get("headings")
     if isinstance(headings, list) and len(headings) > 1:
@@ -256,10 +260,10 @@ def _lines(found: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         yield ""
 
 
-def _perturbed_lines(own: Sequence[Row], found: Sequence[Row]) -> Iterator[str]:
+def _perturbed_lines(own: Sequence[Row], all_rows: Sequence[Row]) -> Iterator[str]:
     """Yield lines of a part's shares beside those of the same commands perturbed."""
-    by_kind = {(row["configuration"], row["perturbed"]): row for row in found}
-    kinds = dict.fromkeys(str(row["perturbed"]) for row in found if row["perturbed"])
+    by_kind = {(row["configuration"], row["perturbed"]): row for row in all_rows}
+    kinds = dict.fromkeys(str(row["perturbed"]) for row in all_rows if row["perturbed"])
     if not kinds:
         return
     yield ""
@@ -282,11 +286,11 @@ def _verdict_cells(row: Row, verdict: str) -> str:
     return f"{figure(share.value):>11}{interval(share, form):>15}{interval(crossed, form):>15}"
 
 
-def _latex(found: Sequence[Row], result: EndToEnd) -> str:
+def _latex(all_rows: Sequence[Row], result: EndToEnd) -> str:
     tables = []
     named = (HEADINGS[v].capitalize() for v in VERDICTS)
     headings = ("", *named, "Chance", "Refused", "$n$")
-    for subset, own in _parts(found):
+    for subset, own in _parts(all_rows):
         cells = [
             (
                 latex.text(str(row["configuration"])),
@@ -305,10 +309,10 @@ def _latex(found: Sequence[Row], result: EndToEnd) -> str:
 
 
 def _more(result: EndToEnd) -> list[str]:
-    told: dict[str, Any] = {name: result.outcomes.get(name, ()) for name in MODELS}
-    told = {name: own for name, own in told.items() if own}
-    errors = [f"{stated(reliability(own)[0], '{:.3f}')} ({name})" for name, own in told.items()]
-    areas = [f"{stated(risk_coverage(own), '{:.3f}')} ({name})" for name, own in told.items()]
+    by_model: dict[str, Any] = {name: result.outcomes.get(name, ()) for name in MODELS}
+    by_model = {name: own for name, own in by_model.items() if own}
+    errors = [f"{stated(reliability(own)[0], '{:.3f}')} ({name})" for name, own in by_model.items()]
+    areas = [f"{stated(risk_coverage(own), '{:.3f}')} ({name})" for name, own in by_model.items()]
     gold = result.outcomes.get("gold", ())
     accuracy = stated(grounding_accuracy(gold))
     grounded = [f"OBJECTs grounded as annotated: {accuracy}"] if gold else []

@@ -139,7 +139,7 @@ def rows(
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
     others = [n for n in {**outcomes, **missing} if n not in (*ALONE, *MODELS)]
     named = [*((name, name, 0) for name in (*ALONE, *others)), *ROWS]
-    found = []
+    result = []
     for subset in SUBSETS:
         for name, of, top in named:
             if of not in by_configuration and of not in missing:
@@ -153,22 +153,22 @@ def rows(
                 own = sorted(own, key=lambda f: (-f.probability, f.command))[:top]
             row = _row(own, facts, draws=draws, seed=seed)
             about = {"configuration": name, "subset": subset, "judge": judge, "perturbed": ""}
-            found.append({**about, **row, "note": missing.get(of, "")})
-    return found
+            result.append({**about, **row, "note": missing.get(of, "")})
+    return result
 
 
 def _row(own: Sequence[Followed], facts: Mapping[str, Facts], *, draws: int, seed: int) -> Row:
-    known = [facts.get(f.command, Facts()) for f in own]
+    own_facts = [facts.get(f.command, Facts()) for f in own]
     row: Row = {"n": len(own)}
     for verdict in VERDICTS:
         judged = [i for i, f in enumerate(own) if not np.isnan(f.verdicts[verdict])]
         values = np.array([own[i].verdicts[verdict] for i in judged])
         worlds = [own[i].scenario for i in judged]
-        people = [known[i].person for i in judged]
+        people = [own_facts[i].person for i in judged]
         share, crossed = _intervals(values, worlds, people, draws=draws, seed=seed)
         estimates = (*share[:4], *crossed[1:4])
         row |= dict(zip(columns(verdict).values(), estimates, strict=True))
-    chances = [k.chance for k in known if not np.isnan(k.chance)]
+    chances = [k.chance for k in own_facts if not np.isnan(k.chance)]
     row["chance"] = float(np.mean(chances)) if chances else float("nan")
     refusals = float(sum(f.refused for f in own))
     row["refusals"] = round(refusals) if refusals.is_integer() else refusals
@@ -210,7 +210,7 @@ def comparisons(
     """
     by_configuration = {name: followed(own) for name, own in outcomes.items()}
     scenarios = {f.command: f.scenario for own in by_configuration.values() for f in own}
-    found = []
+    result = []
     seen: set[tuple[str, ...]] = set()
     for subset in SUBSETS:
         within = {name for name in scenarios if facts.get(name, Facts()).is_in(subset)}
@@ -231,5 +231,5 @@ def comparisons(
                 including=[name for name in shares if name not in ALONE],
             )
             if compared:
-                found.append(Compared(subset, verdict, compared))
-    return found
+                result.append(Compared(subset, verdict, compared))
+    return result

@@ -34,7 +34,7 @@ def compare_commands(
 ) -> list[Comparison]:
     """Compare each two configurations, with whole scenarios as clusters.
 
-    `shares` are by configuration and command; all else is as
+    `shares` are by configuration and command; the rest is as
     :func:`~eval.statistics.comparison.compare_all` takes it.
     """
     commands = sorted({command for own in shares.values() for command in own})
@@ -47,13 +47,15 @@ def compare_commands(
     return compare_all(arrays, clusters, rng=rng, draws=draws, including=including)
 
 
-def records(found: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
+def records(comparisons: Iterable[Comparison]) -> list[dict[str, str | int | float]]:
     """Convert comparisons to records by name, for JSON and CSV."""
-    values = ((c.one, c.other, c.n, *c.difference[:4], c.p, c.adjusted_p, c.effect) for c in found)
+    values = (
+        (c.one, c.other, c.n, *c.difference[:4], c.p, c.adjusted_p, c.effect) for c in comparisons
+    )
     return [dict(zip(COLUMNS, row, strict=True)) for row in values]
 
 
-def comparison_table(found: Sequence[Comparison]) -> Table:
+def comparison_table(comparisons: Sequence[Comparison]) -> Table:
     """Return the comparisons as a table to read."""
     rows = (
         (
@@ -64,15 +66,15 @@ def comparison_table(found: Sequence[Comparison]) -> Table:
             f"{c.effect:+.2f}",
             str(c.n),
         )
-        for c in found
+        for c in comparisons
     )
     headings = ("Configurations", "Difference", "95%", "p, corrected", "h", "n")
     return figure_table(headings, rows)
 
 
-def lines(found: Sequence[Comparison], title: str = TITLE) -> list[str]:
+def lines(comparisons: Sequence[Comparison], title: str = TITLE) -> list[str]:
     """Return the comparisons as lines of text."""
-    tables = {f"{title[0].upper()}{title[1:]}": comparison_table(found)}
+    tables = {f"{title[0].upper()}{title[1:]}": comparison_table(comparisons)}
     return split_lines(table_text(tables, (), {}, terminal=False))
 
 
