@@ -26,14 +26,14 @@ ABOUT_WORKERS = (
         type=click.IntRange(0, 100_000),
         default=0,
         metavar="N",
-        help="Only for workers of whose work that much was approved before.",
+        help="Only for workers with that many approved assignments.",
     ),
     click.option(
         "--min-approval",
         type=click.IntRange(0, 100),
         default=0,
         metavar="PERCENT",
-        help="Only for workers of whose work so much was approved.",
+        help="Only for workers with that share of approved assignments.",
     ),
     click.option(
         "--minutes",

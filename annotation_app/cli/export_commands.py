@@ -80,7 +80,7 @@ def export(
     from annotation_app.serving import server as serving
     from annotation_app.store.database import opened, reading
     from annotation_app.store.schema import check_current
-    from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+    from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.exporters.export_registry import export_corpus_to, exporters
     from g3.errors import FormatError
     from g3.storage.atomic_file import replacing
@@ -101,7 +101,7 @@ def export(
     if episodes is not None and form != LEROBOT:
         raise FormatError("only lerobot takes episodes", where="--episodes", fix="leave it out")
     if form == "corpus":
-        check_writable(out, force=force)
+        Corpus.check_target(out, force=force)
     config = existing_instance(*place)
     with (
         opened(config.database) as engine,
@@ -127,7 +127,7 @@ def export(
                 "judgments": len(corpus.judgments),
             }
     if form == "corpus":
-        write_corpus(corpus, out, force=force)
+        corpus.save(out, force=force)
     elif form in folders:
         export_corpus_to(corpus, form, out, force=force)
     serving.note_on_this_machine(config, "exported", study.name, format=form)
@@ -172,9 +172,9 @@ def _write_lerobot(
 @click.argument("corpus", metavar="CORPUS")
 @click.option(
     "--videos",
-    required=True,
     type=click.Path(path_type=Path, file_okay=False, exists=True),
-    help="What `ct render-videos --corpus CORPUS --out FOLDER` has made.",
+    help="What `ct render-videos --corpus CORPUS --out FOLDER` has made [default: none, so that "
+    "people see the words alone and correct the clauses].",
 )
 @STUDY_NAME
 @INSTALLATION
@@ -182,17 +182,21 @@ def _write_lerobot(
 def import_corpus(
     *,
     corpus: str,
-    videos: Path,
+    videos: Path | None,
     study_name: str | None,
     place: Place,
     form: str,
 ) -> None:
-    """Make a study of a corpus, to look at it and go on with it.
+    """Make a study of a corpus, to look at it and continue it.
+
+    Without videos it is a study of texts: each command is an item of the task Segment, which begins
+    with the clauses that the corpus has.
 
     \b
     Examples:
       ct render-videos --corpus aaai11 --out replays
       ct annotate import aaai11 --videos replays
+      ct annotate import treebank
       ct annotate
     """
     from annotation_app.core.config import open_instance
@@ -208,7 +212,8 @@ def import_corpus(
     serving.prepare(config)
     found = open_corpus(corpus)
     name = study_name or slug(found.name)
-    folder, rendered = resolve(corpus).resolve(), rendered_videos(videos)
+    folder = resolve(corpus).resolve()
+    rendered = None if videos is None else rendered_videos(videos)
     with opened(config.database) as engine:
         salt = installation_salt(engine, config)
         with transaction(engine) as session:

@@ -73,7 +73,7 @@ def written(keys: Keys) -> bytes:
 
 
 def write_keys(file: Path, keys: Keys) -> None:
-    """Write a key file in place of the one that there is: all of it or nothing."""
+    """Replace the key file: all of it or nothing."""
     write_bytes(file, written(keys), private=True)
 
 

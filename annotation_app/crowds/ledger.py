@@ -247,7 +247,7 @@ class Ledger:
     def doubt_what_stopped(self) -> None:
         """Put calls in doubt that were under way when their program stopped.
 
-        Only for whom no other program can be at work; see :func:`one_at_a_time`.
+        Only for callers that know of no other program at work; see :func:`one_at_a_time`.
         """
         for entry in self.entries("attempted"):
             self.end(entry, "in doubt", entry.problem or STOPPED)
@@ -416,7 +416,7 @@ def total_lines(entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def found_key(assignment: str, amount: Decimal, number: int) -> str:
-    """Return the key of a payment discovered there: the one of a number with its amount."""
+    """Return the key of a payment discovered there: that of a number with its amount."""
     return f"{assignment}{FOUND}{amount} {number}"
 
 

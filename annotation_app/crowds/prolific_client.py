@@ -80,7 +80,7 @@ class Prolific:
         self._sandbox = sandbox
 
     def post(self, posting: Posting, calls: Calls) -> Posted:
-        """Make a study and publish it, or give the one that there is more places.
+        """Make a study and publish it, or add places to an existing study.
 
         In the sandbox it stays a draft, of which a test run is made.
         """
@@ -145,7 +145,7 @@ class Prolific:
             raise PlatformError(
                 f"Prolific wants at least {SHORTEST_REASON} characters to say why",
                 where=submission.assignment,
-                fix="tell the participant what was missing",
+                fix="write to the participant what was missing",
             )
         self._transition(
             submission,
@@ -327,7 +327,7 @@ def _next(content: Record, here: httpx.URL) -> str | None:
         raise PlatformError(
             f"the next page of a list is said to be elsewhere: {href!r:.200}",
             where=f"{NAME}, {here.path}",
-            fix="nothing was done and the token was not sent there; tell Prolific's support",
+            fix="nothing was done and the token was not sent there; write to Prolific's support",
         )
     return f"?{address.query.decode()}"
 

@@ -38,11 +38,11 @@ from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS
 from annotation_app.tasks.task_registry import task_of, tasks
 from annotation_app.web.who_asks import changed_by, refused, required_reader, seen_by
 from annotation_app.work.handing_out import find_study
-from corpus_tools.corpus.corpus_writing import corpus_files
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.exporters.slu_core import slu_core_files
 from g3.errors import CorpusError
 
-FOLDERS = {"corpus": corpus_files, "slu-core": slu_core_files}
+FOLDERS = {"corpus": Corpus.files, "slu-core": slu_core_files}
 
 blueprint = Blueprint(
     "dashboard",

@@ -10,7 +10,6 @@ from annotation_app.tasks.corpus_parts import gather
 from annotation_app.tasks.task_record import COMMAND
 from annotation_app.tasks.task_registry import tasks
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from g3.errors import FormatError
 
 
@@ -37,9 +36,12 @@ def export_corpus(session: Session, study: Study, *, licence: str = "") -> Corpu
     parts.judgments += parts.original.judgments if parts.original else ()
     for task in sorted(tasks(), key=lambda task: task.gives != COMMAND):
         task.export(parts)
-    return make_corpus(
+    contexts = [world.context for world in parts.worlds.values()]
+    if parts.original and not contexts:  # its texts alone
+        contexts = list(parts.original.contexts.values())
+    return Corpus.build(
         study.name,
-        contexts=[world.context for world in parts.worlds.values()],
+        contexts=contexts,
         commands=parts.commands.values(),
         annotations=parts.annotations,
         judgments=parts.judgments,

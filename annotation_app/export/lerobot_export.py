@@ -119,7 +119,7 @@ class _Gathered:
                     self.said[self._episode(item.payload["video"])].append(said)
 
     def add_subtasks(self) -> None:
-        """Add the subtasks of each episode: of several answers the one that agrees best."""
+        """Add the subtasks of each episode: of several answers, that which agrees best."""
         by_episode = defaultdict(list)
         for answer, item in answers_of(self.session, self.study, SUBTASKS.name):
             if item.payload["video"] in self.told:

@@ -115,7 +115,7 @@ def take(
     attention_share: float = 0.0,
     in_random_order: bool = False,
 ) -> Lease | Reason:
-    """Give a person an item to work on, the one that they already have if there is one.
+    """Give a person an item to work on: the item that they already have, if any.
 
     A slot is free if it is neither answered nor leased. Nobody gets an item whose subject
     they have answered, which they have skipped, or of which they are the author. One
@@ -129,7 +129,7 @@ def take(
     attention_share
         Part of a person's items whose right answers are known.
     in_random_order
-        True if any item may come first, rather than the one of the lowest rank.
+        True if any item may come first, rather than the item of the lowest rank.
     """
     lock_person(session, person.id)
     if person.blocked_at is not None:

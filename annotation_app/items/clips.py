@@ -4,8 +4,8 @@ Robots' datasets have many episodes one after the other in a file. A part has a 
 manifest, which names the file and the part, and no video. :func:`ensure` makes that. So no video is
 stored twice but those that people watch, and the cut ones can be deleted at any time.
 
-A whole file is made so, too, if browsers would show it on another clock than the one that answers
-and exports have, without its length, or without an index (:func:`plays_alike`).
+A whole file is made so, too, if browsers would show it on another clock than that of answers
+and exports, without its length, or without an index (:func:`plays_alike`).
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def ensure(path: Path) -> None:
     Raises
     ------
     FormatError
-        If its video can't be read, or isn't the one that people were asked about.
+        If its video can't be read, or isn't the video that people were asked about.
     """
     manifest = None if path.is_file() else _manifest(path)
     if manifest is None:

@@ -49,13 +49,18 @@ def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tupl
 
 
 def watched(session: Session, item: AnyItem) -> Record:
-    """Return a page's data of an item's video: ``video``, ``poster``, ``duration_s``, ``fps``."""
+    """Return a page's data of an item's video: ``video``, ``poster``, ``duration_s``, ``fps``.
+
+    Studies of texts alone have no video.
+    """
     return watched_video(session, item.study_id, item.payload["video"])
 
 
 def watched_video(session: Session, study_id: str, video: str) -> Record:
     """Return a page's data of one of a study's videos, like :func:`watched`."""
     files = media_files(session, study_id, video)
+    if "manifest" not in files.paths:
+        return {"video": None}
     film = read_film(files.paths["manifest"].parent)
     return {
         "video": files.public.get("video"),

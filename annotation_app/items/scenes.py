@@ -18,7 +18,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.world.state.recording import to_context
 from g3.errors import FormatError
@@ -163,7 +163,7 @@ def _plane(segmentation: Mapping[str, Any], name: str) -> Context:
 
 @functools.lru_cache(maxsize=8)
 def _contexts(corpus: Path) -> Mapping[str, Context]:
-    return load_corpus(corpus).contexts
+    return Corpus.load(corpus).contexts
 
 
 def _json(path: Path) -> dict[str, Any]:

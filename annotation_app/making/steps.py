@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from annotation_app.study_setup.study_drafts import StudyDraft
 from annotation_app.study_setup.study_reading import study_problems
 from annotation_app.study_setup.study_starting import StudyParts, find_parts
 from annotation_app.tasks.task_registry import find_task
-from corpus_tools.world.scenarios.documents import Field, read_document
+from corpus_tools.world.scenarios.documents import Field, Problem, read_document
 from g3.errors import CorpusError, FormatError
 
 
@@ -145,14 +144,11 @@ def _step_of(field: Field) -> str:
     return STEPS[0].name
 
 
-def _message(problem: Any) -> str:
-    what = next((told for known, told in _PLAIN if re.search(known, problem.what)), "")
+def _message(problem: Problem) -> str:
+    what = _PLAIN.get(problem.code, "").format(limit=problem.limit)
     if not what:
         fix = "" if problem.fix.startswith("see docs/") else _sentence(problem.fix)
         what = f"{_sentence(problem.what)} {fix}".strip()
-    elif "{n}" in what:
-        number = re.search(r"[0-9.]*$", problem.what)
-        what = what.replace("{n}", number[0] if number else "")
     return f"{_label(problem.field)}: {what}"
 
 
@@ -200,17 +196,17 @@ LABELS = {
 }
 """Pages' labels of fields."""
 
-_PLAIN = (
-    ("of length >= 1$", "This is empty."),
-    ("text of length <= ", "Use at most {n} characters."),
-    ("expected a whole number(,|$)", "Type a whole number."),
-    ("number >= ", "Type a number of {n} or more."),
-    ("number > ", "Type a number above {n}."),
-    ("number <= ", "Type a number of {n} or less."),
-    ("expected a number(,|$)", "Type a number."),
-    ("there are no tasks", "Choose a task."),
-)
-"""Plain messages in place of those of the reader of files."""
+_PLAIN = {
+    "too-short": "This is empty.",
+    "too-long": "Use at most {limit} characters.",
+    "no-integer": "Type a whole number.",
+    "below": "Type a number of {limit} or more.",
+    "not-above": "Type a number above {limit}.",
+    "above": "Type a number of {limit} or less.",
+    "no-number": "Type a number.",
+    "no-tasks": "Choose a task.",
+}
+"""Pages' messages of problems, by their codes."""
 
 
 def defaults() -> dict[str, Any]:

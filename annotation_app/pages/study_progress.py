@@ -29,7 +29,7 @@ class TaskProgress:
     items: int
     """Number of those and of items that the person may still do; more may come as others answer."""
     is_begun: bool
-    """True if there is a draft to go on with."""
+    """True if there is a draft to continue."""
     wants_login: bool
     wants_practice: bool
     """True if the practice example must come first."""

@@ -157,7 +157,7 @@ def block(session: Session, person: Person, *, actor: str) -> None:
 
 
 def unblock(session: Session, person: Person, *, actor: str) -> None:
-    """Let somebody go on, without a wait if they tried wrong passwords."""
+    """Unblock somebody, and end the wait after wrong passwords."""
     person.blocked_at = None
     if person.login is not None:
         failed_sign_ins.forget(session, person.login)

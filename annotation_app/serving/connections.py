@@ -117,7 +117,7 @@ class Connections(dict[int, Any]):
         return [c for c in list(self.values()) if isinstance(c, HTTPChannel)]
 
     def _close_idle(self) -> list[HTTPChannel]:
-        """Close connections on which nothing goes on; the others."""
+        """Close idle connections, and return the others."""
         begun = []
         for connection in self._people():
             if _is_idle(connection):

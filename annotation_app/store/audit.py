@@ -53,7 +53,7 @@ def trail(
     """Return the noted actions, newest first.
 
     Only what a login, or another name, did or what was done to it; only an action; only entries
-    that were noted before the one with an id.
+    that were noted before an entry's id.
     """
     wanted = select(AuditEntry).order_by(AuditEntry.id.desc()).limit(most)
     if person:

@@ -252,7 +252,7 @@ def _connect_to_file(dialect: Dialect, _record: Any, names: Any, options: Any) -
 def _keep_to(engine: Engine, file: Path) -> None:
     """Use the file that was opened first, which may be made then, as long as it is in its place.
 
-    A program that has a file open goes on writing to it when it is moved or deleted; where there is
+    A program that has a file open still writes to it when it is moved or deleted; where there is
     no file, SQLite makes an empty one. It also reads what was just written to one file into another
     that was put in its place. All of that would lose answers that were acknowledged.
     """

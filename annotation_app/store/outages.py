@@ -150,7 +150,7 @@ def _kind(error: DBAPIError) -> str | None:
 
 @dataclass(slots=True)
 class _Going:
-    """An outage that goes on: when it began and was last met, how often, and what the log knows."""
+    """A lasting outage: when it began and was last met, how often, and what the log knows."""
 
     since: float
     last_at: float

@@ -172,7 +172,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     known_commands
         What attention checks are made of.
     pairs
-        Commands with videos to be rated, besides those that people type.
+        Commands with videos to be rated, beside those that people type.
     seed
         What random videos and negatives are drawn with.
     retention_days

@@ -49,7 +49,7 @@ def import_corpus(
     session: Session,
     corpus: Corpus,
     folder: Path,
-    videos: list[Rendered],
+    videos: list[Rendered] | None,
     *,
     name: str,
     salt: bytes,
@@ -59,9 +59,10 @@ def import_corpus(
     Parameters
     ----------
     folder
-        Folder of the corpus; the study goes on reading its contexts there.
+        Folder of the corpus; the study keeps reading its contexts there.
     videos
-        Replays of its contexts.
+        Replays of its contexts. Without them it is a study of texts: people correct the clauses
+        that commands have, or mark those of commands that have none.
 
     Raises
     ------
@@ -70,8 +71,8 @@ def import_corpus(
     """
     if session.scalar(select(Study.id).where(Study.name == name)) is not None:
         raise FormatError("there is a study of this name", where=name, fix="give --study")
-    shown = {item.video: item for item in videos}
-    missing = [key for key in corpus.contexts if key not in shown]
+    shown = {item.video: item for item in videos or ()}
+    missing = [] if videos is None else [key for key in corpus.contexts if key not in shown]
     if missing:
         raise FormatError(
             f"the context {missing[0]} has no video",
@@ -83,14 +84,15 @@ def import_corpus(
         title=corpus.name,
         tasks={
             task: TaskConfig(role="annotator", practice=False)
-            for task in ("describe", "segment", "ground")
+            for task in (("segment",) if videos is None else ("describe", "segment", "ground"))
         },
     )
     study = Study(id=new_id(), name=name, config=stored(config), created_at=now())
     session.add(study)
     session.flush()
     for key in corpus.contexts:
-        add_video(session, study.id, shown[key])
+        if videos is not None:
+            add_video(session, study.id, shown[key])
         put_media(session, study.id, key, "corpus", folder)
     contexts = contexts_of_commands(corpus)
     annotated: dict[str, list[Annotation]] = {}
@@ -108,7 +110,8 @@ def import_corpus(
         for command in corpus.commands.values()
         if (video := contexts.get(command.id)) is not None
     ]
-    return AnswerLoader(session, study, corpus.hash, salt).load(found)
+    loader = AnswerLoader(session, study, corpus.hash, salt)
+    return loader.load_texts(found) if videos is None else loader.load(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +182,26 @@ class AnswerLoader:
             "commands": len(described),
             "segmentations": len(segmented),
             "groundings": len(grounded),
+        }
+
+    def load_texts(
+        self, found: Sequence[tuple[Command, str, list[Annotation]]]
+    ) -> Mapping[str, int]:
+        """Add commands, each with an item to correct its clauses or to mark them; count both."""
+        described = self.answers([self.typed(c, video, i) for i, (c, video, _) in enumerate(found)])
+        items = []
+        for rank, (typed, (command, video, annotated)) in enumerate(
+            zip(described, found, strict=True)
+        ):
+            about = {"text": command.text, "command": typed.id, "video": video, "corrects": True}
+            known = {"suggestion": to_json(annotated[0].sdcs)} if annotated else {}
+            items.append(self.item("segment", typed.subject, about | known, rank))
+        self._add(items)
+        count = sum(bool(annotated) for _, _, annotated in found)
+        return {
+            "commands": len(described),
+            "to correct": count,
+            "to segment": len(described) - count,
         }
 
     def typed(self, command: Command, video: str, rank: int) -> GivenAnswer:

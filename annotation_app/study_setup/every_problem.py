@@ -47,7 +47,7 @@ def apart(error: CorpusError) -> Sequence[CorpusError]:
 
 @contextmanager
 def gathering(errors: list[CorpusError]) -> Iterator[None]:
-    """Keep what goes wrong, and go on after it."""
+    """Keep what goes wrong, and continue."""
     try:
         yield
     except CorpusError as error:

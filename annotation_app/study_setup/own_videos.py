@@ -132,7 +132,7 @@ def given_commands(
     on_note
         Takes lines about rows that aren't used.
     has_videos
-        If the table is the one of the videos, too: then rows without a command are used.
+        If the table is that of the videos, too: then rows without a command are used.
 
     Raises
     ------

@@ -105,7 +105,7 @@ def _part_s(item: OwnVideo) -> float:
 
 
 def _try_cut(item: OwnVideo, info: VideoInfo) -> None:
-    """Cut a part, unless that was done, and compare its length with the one in its manifest."""
+    """Cut a part, unless that was done, and compare its length with that in its manifest."""
     part = part_of(item)
     of_part = part.span(info)
     marker = cache_folder() / "cut-parts" / f"{part.digest(info.sha256)}-{CUT_VERSION}"

@@ -79,7 +79,7 @@ def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
 def put_study(
     session: Session, config: StudyConfig, videos: list[Rendered], file: Path | None = None
 ) -> Study:
-    """Add a study, or bring the one of the same name up to date.
+    """Add a study, or bring an earlier study of the same name up to date.
 
     The database keeps its content: new videos are added, and slots where the file specifies more
     answers than before. The study's file stays the earlier one if it is left out. A CorpusError

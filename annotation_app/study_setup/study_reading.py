@@ -54,7 +54,7 @@ def _tasks(value: Any) -> Iterable[str]:
 def _problems(study: StudyConfig) -> Iterator[Problem]:
     if not study.tasks:
         fix = f"name some of {', '.join(task_names())}"
-        yield Problem(("tasks",), "there are no tasks", fix)
+        yield Problem(("tasks",), "there are no tasks", fix, "no-tasks")
     if study.locale not in languages():
         there = ", ".join(languages())
         fix = f"use one of {there}, or translate the pages: docs/how-to/translate.md"

@@ -13,9 +13,8 @@ from annotation_app.items.media import media_path
 from annotation_app.items.new_items import REPLACED, videos_of
 from annotation_app.items.scenes import Scene
 from annotation_app.people.participants import subject_of
-from annotation_app.store.models import Answer, Item, Person, Study, TaskName
+from annotation_app.store.models import Answer, Item, Media, Person, Study, TaskName
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_reading import load_corpus
 from g3.annotation import Annotation, Command, Judgment
 from g3.groundings import Context, PhysicalObject, Trajectory
 from g3.short_repr import short_repr
@@ -101,11 +100,10 @@ def people_of(session: Session) -> dict[str, str]:
 
 
 def _imported(session: Session, study: Study) -> Corpus | None:
-    for video in videos_of(session, study.id):
-        path = media_path(session, study.id, video, "corpus")
-        if path is not None:
-            return load_corpus(path)
-    return None
+    path = session.scalar(
+        select(Media.path).where(Media.study_id == study.id, Media.role == "corpus").limit(1)
+    )
+    return None if path is None else Corpus.load(path)
 
 
 def _worlds(session: Session, study: Study) -> dict[str, World]:

@@ -29,7 +29,7 @@ class Choice:
     text: str
     """In words."""
     shown: str
-    """Name of the thing or place on the worker's page; empty for all else."""
+    """Name of the thing or place on the worker's page; empty for everything else."""
     differs: bool
     """True if another answer lacks this choice."""
 

@@ -1,16 +1,19 @@
 """Segment: people mark the clauses of a command and how they belong together.
 
 An item's payload is ``{"video", "text", "command": id of the answer}``, and ``"suggestion"``: SDCs,
-if the command came with some. The page sends ``{"sdcs"}`` as :func:`g3.sdc.sdc_notation.to_json`
-writes them. A segmentation is adopted when it is the only one that is asked for, or all that were
-asked for agree; else an adjudicator adopts one.
+if the command came with some. In a study of a corpus's texts alone it has ``"corrects": True``:
+people correct what the corpus has, and a command may ask for nothing.
+
+The page sends ``{"sdcs"}`` as :func:`g3.sdc.sdc_notation.to_json` writes them. A segmentation is
+adopted when it is the only one that is asked for, or all that were asked for agree; else an
+adjudicator adopts one.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import IO, Any, get_args
 
@@ -28,6 +31,7 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.studies.suggestions import suggest, warm_up
 from annotation_app.tasks.agreement import Measure, Measured, Part, mean_pairwise, tree_f
 from annotation_app.tasks.clause_words import words_of
+from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.task_record import (
     CLAUSES,
     COMMAND,
@@ -42,8 +46,10 @@ from annotation_app.tasks.task_record import (
 )
 from annotation_app.tasks.tree_differences import MarkedClause, disputed_parts, marked
 from corpus_tools.corpus.estimate import Reason
+from g3.annotation import Annotation, Command
 from g3.errors import SDCError
-from g3.sdc.clauses import SDC, SDC_TYPES, all_words, breadth_first
+from g3.groundings import Context
+from g3.sdc.clauses import CHILD_FIELDS, SDC, SDC_TYPES, Span, all_words, breadth_first
 from g3.sdc.sdc_drawing import to_svg
 from g3.sdc.sdc_notation import format_brackets, from_json, to_json
 
@@ -94,6 +100,8 @@ def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> Iterator[FieldPro
 
 
 def _suggestion(_session: Session, item: Item) -> Any:
+    if item.payload.get("corrects") and "suggestion" in item.payload:
+        return item.payload["suggestion"]
     return item.payload.get("suggestion") or suggest(item.payload["text"])
 
 
@@ -103,7 +111,9 @@ def _likeness(suggestion: Any, body: Record) -> float:
 
 def _payload(session: Session, item: Item, _salt: bytes) -> Record:
     text = item.payload["text"]
-    return {"command": text, "words": list(words_of(text)), **watched(session, item)}
+    corrects = bool(item.payload.get("corrects"))
+    shown = {"command": text, "words": list(words_of(text)), **watched(session, item)}
+    return {**shown, "corrects": corrects}
 
 
 def _check(
@@ -116,7 +126,81 @@ def _check(
         why = f"{message} {error.fix}".strip()
         problem = gettext("The clauses can't be read: %(why)s", why=why)
         return {}, [FieldProblem(error.where, problem)]
+    if not sdcs and item.payload.get("corrects"):
+        return {"sdcs": []}, []
     return {"sdcs": to_json(sdcs)}, [*segmentation_problems(sdcs, item.payload["text"])]
+
+
+def _export(parts: CorpusParts) -> None:
+    """Add the trees of a study of a corpus's texts; uncorrected ones are as they were."""
+    corpus = parts.original
+    if corpus is None or parts.worlds:
+        return
+    entries = {entry.id: entry for entry in corpus}
+    corrected = {
+        item.payload["command"]: from_json(answer.body["sdcs"])
+        for answer, item in answers_of(parts.session, parts.study, "segment", adopted=True)
+    }
+    for answer, command in parts.commands.items():
+        entry = entries[command.id]
+        given = tuple(replace(one, command=command) for one in entry.annotations)
+        sdcs = corrected.get(answer)
+        if sdcs is None or (given and _same_letters(sdcs, entry.sdcs, command.text)):
+            parts.annotations += given
+        elif entry.context is not None:
+            whole = tuple(_whole_words(sdc, command.text) for sdc in sdcs)
+            kept = entry.annotation.taken_back if entry.annotation else ()
+            parts.annotations.append(_ungrounded(command, entry.context, whole, kept))
+
+
+def _ungrounded(
+    command: Command, context: Context, sdcs: tuple[SDC, ...], taken_back: tuple[Span, ...]
+) -> Annotation:
+    clauses = list(breadth_first(sdcs))
+    placed = {word.start for sdc in sdcs for word in all_words(sdc)}
+    return Annotation(
+        id=f"{command.id}/positive",
+        command=command,
+        context=context,
+        sdcs=sdcs,
+        groundings=((),) * len(clauses),
+        correct=(None,) * len(clauses),
+        source="positive",
+        taken_back=tuple(word for word in taken_back if word.start not in placed),
+    )
+
+
+def _same_letters(one: Sequence[SDC], other: Sequence[SDC], text: str) -> bool:
+    """Compare trees however their words are cut: the page's words are other than a corpus's."""
+
+    def shape(sdc: SDC) -> tuple[object, ...]:
+        words = (
+            tuple(i for w in field for i in range(w.start, w.end) if text[i].isalnum())
+            for field in (sdc.words, sdc.relation)
+        )
+        children = (tuple(map(shape, sdc.children(name))) for name in CHILD_FIELDS)
+        return (sdc.type, *words, *children)
+
+    return tuple(map(shape, one)) == tuple(map(shape, other))
+
+
+def _whole_words(sdc: SDC, text: str) -> SDC:
+    """Join the page's words that no white space divides, such as those of "1.5"."""
+
+    def joined(words: tuple[Span, ...]) -> tuple[Span, ...]:
+        found: list[Span] = []
+        for word in words:
+            between = text[found[-1].end : word.start] if found else " "
+            if not found or word.start < found[-1].end or any(map(str.isspace, between)):
+                found.append(word)
+            else:
+                found[-1] = Span(found[-1].start, text[found[-1].start : word.end])
+        return tuple(found)
+
+    figure, landmark1, landmark2 = (
+        tuple(_whole_words(child, text) for child in sdc.children(name)) for name in CHILD_FIELDS
+    )
+    return SDC(sdc.type, joined(sdc.words), joined(sdc.relation), figure, landmark1, landmark2)
 
 
 def _items(
@@ -251,6 +335,7 @@ SEGMENT = Task(
     warm_up=warm_up,
     gives=CLAUSES,
     source=Source(COMMAND, _items),
+    export=_export,
     adjudication=Adjudication(
         essence=lambda body: body,
         agreement=_agreement,

@@ -1,9 +1,9 @@
 """Subtasks: people watch an episode and say which subtasks it is made of, one after the other.
 
 An item's payload is ``{"video"}``. The page sends ``{"subtasks": [{"start_s", "text"}],
-"played_to_end", "watched_s", "speed"}``. The first subtask begins with the video, and each goes on
-until the next one begins. An answer is adopted at once; with several answers to an episode, what
-is exported is the one that agrees best with the others (:func:`most_agreed`).
+"played_to_end", "watched_s", "speed"}``. The first subtask begins with the video, and each lasts
+until the next one begins. An answer is adopted at once; with several answers to an episode, that
+which agrees best with the others is exported (:func:`most_agreed`).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Record of a task: the form of its answers, its page, and the items made of its answers.
 
-A task is one record. All else, from leases to exports, uses the record and knows no task by its
-name. ``docs/how-to/new-task.md`` shows how to add one.
+A task is one record. The rest of the app, from leases to exports, uses the record and knows no
+task by its name. ``docs/how-to/new-task.md`` shows how to add one.
 """
 
 from __future__ import annotations

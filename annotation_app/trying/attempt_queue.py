@@ -110,7 +110,7 @@ class Attempts:
 
 
 def _begin(ended: Connection) -> None:
-    """Let the server's processes go first, and end with the one that started this one."""
+    """Let the server's processes go first, and end with the process that started this one."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C reaches the whole group of processes
     if hasattr(os, "nice"):  # there is none on Windows
         os.nice(NICENESS)

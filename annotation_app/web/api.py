@@ -92,7 +92,7 @@ def session_() -> Response:
 @blueprint.post("/studies/<study_name>/tasks/<task_name>/lease")
 @limited(submissions)
 def lease(study_name: str, task_name: str) -> Response:
-    """Take an item, or keep the one that this person has."""
+    """Take an item, or keep the item that this person has."""
     task = read_task(task_name)
     # What only reads is done beside whoever writes.
     engine = installation().engine
@@ -212,7 +212,7 @@ def answers(item_id: str) -> Response:
 @blueprint.post("/items/<item_id>/adjudicate")
 @limited(submissions)
 def adjudicate(item_id: str) -> Response:
-    """Keep an adjudicator's answer to any item, and go on with it."""
+    """Keep an adjudicator's answer to any item, and adopt it where that is due."""
     request = read_request(AdjudicationRequest)
     salt = installation().salt
     with transaction(installation().engine) as session:

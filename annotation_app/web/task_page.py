@@ -26,7 +26,7 @@ def render_task(
 ) -> str:
     """Render a task's page.
 
-    Its script gets `data` and labels, its template all else that is shown. If it is `with_boat`, it
+    Its script gets `data` and labels, its template the rest that is shown. If it is `with_boat`, it
     is about the app's own practice example.
     """
     texts = page_texts(config, task, with_boat=with_boat)

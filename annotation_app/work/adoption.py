@@ -30,7 +30,7 @@ _ANSWERED = (
 
 
 def answered(session: Session, task: TaskName, answer_id: int) -> None:
-    """Go on with an answer that was accepted; adopt it, if that is to be decided here and clear."""
+    """Adopt an accepted answer, if that is decided here and clear."""
     adjudication = task_of(task).adjudication
     if adjudication is None and not makers(task_of(task).gives):
         return
@@ -57,7 +57,7 @@ def answered(session: Session, task: TaskName, answer_id: int) -> None:
 def adopt(session: Session, study: Study, item: Item, answer: Answer) -> None:
     """Take an answer as the right one, in place of any other, and make the next items of it.
 
-    Nobody gets the items that were made of the one that it replaces any more.
+    Nobody gets the items any more that were made of the answer that it replaces.
     """
     if answer.adopted:
         return

@@ -124,10 +124,17 @@ export function toJson(state, words) {
 
 export function fromJson(sdcs, words) {
   const clauses = [];
-  const numbers = (list) =>
-    list
-      .map(([, start]) => words.findIndex((w) => w.start <= start && start < w.start + [...w.text].length))
-      .filter((i) => i >= 0);
+  // A word there may be several here, as "1.5" is; marks are taken only where they begin a word.
+  const numbers = (list) => {
+    const ends = list.map(([word, start]) => [start, start + [...word].length]);
+    return ends.flatMap(([start, end]) =>
+      words.flatMap((w, i) => {
+        const stop = w.start + [...w.text].length;
+        const begins = w.start <= start && start < stop;
+        return begins || (start < w.start && w.start < end && /[\p{L}\p{N}]/u.test(w.text)) ? [i] : [];
+      }),
+    );
+  };
   const read = (value, parent, field) => {
     const isWords = Array.isArray(value.f?.[0]);
     const filled = ["f", "r", "l", "l2"].some((name) => value[name]?.length);

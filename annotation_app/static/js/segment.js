@@ -27,7 +27,7 @@ let shortcuts = []; // the places, by the digits that fill them
 const editor = $("editor");
 const prompt = h("p", { class: "prompt", id: "prompt" });
 const wordBar = h("div", { class: "words", role: "toolbar", dir: isRightToLeft ? "rtl" : "ltr", "aria-label": _("The words of the command"), "aria-describedby": "prompt" });
-const notice = suggestion ? suggested() : "";
+const notice = suggestion?.length ? suggested() : "";
 const tools = h("div", { class: "actions" });
 const teacher = h("div", { class: "lesson", hidden: true });
 const tree = h("div", { class: "outline-box" });
@@ -49,7 +49,8 @@ const work = begin({
   initial: suggestion ? sdc.fromJson(suggestion, words) : sdc.empty,
   draw,
   body: (state) => ({ sdcs: sdc.toJson(state, words) }),
-  problems: (state) => problems(state, words),
+  // A command of a corpus that is corrected may ask for nothing.
+  problems: (state) => (payload.corrects && !state.clauses.length ? [] : problems(state, words)),
   feedback,
 });
 
@@ -73,10 +74,13 @@ function showExample() {
 }
 
 function suggested() {
+  const from = payload.corrects
+    ? _("The words have places already. Correct what is wrong: choose a word to move it, or %(start)s. If the command asks for nothing, remove all parts and send it.")
+    : _("A program has placed the words. It makes mistakes: choose a word to move it, or %(start)s.");
   return h(
     "p",
     { class: "notice" },
-    ...pieces(_("A program has placed the words. It makes mistakes: choose a word to move it, or %(start)s."), {
+    ...pieces(from, {
       start: h("button", { type: "button", class: "link", onclick: () => apply(sdc.empty, _("All parts removed")) }, _("start from nothing")),
     }),
   );

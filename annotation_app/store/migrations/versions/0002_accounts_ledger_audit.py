@@ -116,7 +116,7 @@ def upgrade() -> None:
 def _end_sessions_of_logins() -> None:
     """Cookies of older programs have no number, which counts as 1: workers stay signed in.
 
-    Those of people with a login don't say so, and would hold for 60 days however idle. The
+    Those of people with a login don't show that, and would hold for 60 days however idle. The
     first admin's link is in another table now.
     """
     op.execute("UPDATE person SET session_number = 2 WHERE login IS NOT NULL")

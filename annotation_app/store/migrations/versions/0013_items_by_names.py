@@ -1,4 +1,4 @@
-"""Items about videos are told apart by the videos' names, too, not by their files alone."""
+"""Items about videos differ by the videos' names, too, not by their files alone."""
 
 from __future__ import annotations
 
