@@ -1,7 +1,7 @@
 """Submissions alone, as fast as they go: ``python -m benchmarks.app_submissions``.
 
 Each worker has leased an item to rate; then all send their answers, some at a time. With ``--each``
-they go on with the next items, whose leases count, too:
+they continue with the next items, whose leases count, too:
 
     --databases sqlite --workers 50 --slots 15000 --each 20 --at-once 50
 

@@ -1,8 +1,9 @@
 """Calibration of the probabilities of plans on a corpus that their curve hasn't seen.
 
 ``python -m benchmarks.curve_weights CORPUS CORPUS...`` follows the commands of each corpus as
-typed, each scenario held out of what is learned. A plan is right if it does what annotated words
-say, else if it ends where the corpus says. It then fits the curve to the plans for all corpora but
+typed, each scenario held out of what is learned. Each plan counts by its known outcome, and a
+second time by the verdict on the annotated words where there is one, as these may allow other ends
+than the known one. It then fits the curve to the plans for all corpora but
 one, each counted as much as the others, and prints its errors on the one. The last line has the
 weights for `g3.inference.calibration`, fitted to all. What comes after ``--tested`` is neither
 learned from nor fitted to. "written" are the commands that imitate people
@@ -64,7 +65,7 @@ def main() -> None:
         p = float(np.mean(by_chance >= error))
         found = (error, by_chance.mean(), p, brier, risk_coverage(told).value)
         figures = (right.mean(), chance.mean(), *found)
-        print(f"| {name} | {len(own)} | {' | '.join(f'{f:.3f}' for f in figures)} |")
+        print(f"| {name} | {len(own) // 2} | {' | '.join(f'{f:.3f}' for f in figures)} |")
     print(f"weights: {np.round(fitted([plans[name] for name in options.names]), 2).tolist()}")
 
 
@@ -83,13 +84,15 @@ def fitted(parts: Sequence[Sequence[Outcome]]) -> FloatArray:
 def _plans(test: str, train: str, workers: Workers) -> list[Outcome]:
     found = run(train, test, configurations=("auto",), workers=workers).outcomes["auto"]
     own = [o for o in found if o.evidence]
-    return [o if o.by_words is None else replace(o, correct=o.by_words) for o in own]
+    by_words = [o if o.by_words is None else replace(o, correct=o.by_words) for o in own]
+    return [*own, *by_words]
 
 
 def _written(name: str, train: str) -> list[Outcome]:
     plan = by_model(Grounder(learned_cost(train.split(","))))
     records = [record for own in WRITTEN[name] for record in records_of(own)]
-    return [o for o in (followed(record, plan) for record in records) if o.evidence]
+    own = [o for o in (followed(record, plan) for record in records) if o.evidence]
+    return [*own, *own]
 
 
 def _seen(plans: list[Outcome]) -> FloatArray:
@@ -102,11 +105,9 @@ def _right(plans: list[Outcome]) -> BoolArray:
 
 def _by_chance(plans: list[Outcome]) -> FloatArray:
     """Return expected calibration errors of outcomes drawn as if the probabilities were right."""
-    rng = np.random.default_rng(0)
+    rng, once = np.random.default_rng(0), plans[: len(plans) // 2]
     drawn = [
-        reliability([replace(o, correct=bool(rng.random() < o.probability)) for o in plans])[
-            0
-        ].value
+        reliability([replace(o, correct=bool(rng.random() < o.probability)) for o in once])[0].value
         for _ in range(DRAWS)
     ]
     return np.array(drawn)

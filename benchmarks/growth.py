@@ -14,8 +14,6 @@ from pathlib import Path
 
 from benchmarks.timing import growth, heading, in_own_process, row
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.authored.bundled import resolve
 
 ALONE = """
@@ -51,13 +49,13 @@ def main() -> None:
     parser.add_argument("--times", type=int, nargs="+", default=[1, 10, 100])
     given = parser.parse_args()
     heading(f"{given.corpus}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
-    original = load_corpus(resolve(given.corpus))
+    original = Corpus.load(resolve(given.corpus))
     spent: dict[str, list[tuple[float, float]]] = {"ct corpus stats": [], "ct train g3": []}
     with tempfile.TemporaryDirectory() as name:
         model = str(Path(name) / "model.npz")
         for times in given.times:
             corpus = Path(name) / str(times)
-            write_corpus(repeated(original, times), corpus)
+            repeated(original, times).save(corpus)
             for what, own in spent.items():
                 options = ["--corpus", str(corpus), "--out", model]
                 arguments = [str(corpus)] if what == "ct corpus stats" else options

@@ -23,9 +23,8 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from eval.statistics.estimates import BoolArray
 from eval.table_3.following import FollowedPlan, judged
 from eval.table_3.grounder_registry import Proposal
-from eval.table_3.held_out import costs_without, extractor_without
+from eval.table_3.held_out import costs_without, data_of, parser_without
 from eval.table_3.judged_commands import JudgedCommand, judged_commands
-from eval.table_3.search_examples import data_of
 from g3.actions.robot_state import start_state
 from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
@@ -87,11 +86,11 @@ def held_out(name: str, train: Sequence[str]) -> Iterator[tuple[str, Compared]]:
     others = (open_corpus(other) for other in train if other != name)
     corpora = [open_corpus(name), *(corpus for corpus in others if corpus.annotations)]
     costs = costs_without(data_of(corpora))
-    extractors = extractor_without(corpora)
+    parsers = parser_without(corpora)
     for scenario, commands in groupby(judged_commands(corpora[0]), lambda c: c.command.scenario):
-        grounder, extractor = Grounder(costs(scenario)), extractors(scenario)
+        grounder, parser = Grounder(costs(scenario)), parsers(scenario)
         for tested in commands:
-            parse = parse_unsure(tested.command.text, n_best=PARSES, extractor=extractor)
+            parse = parse_unsure(tested.command.text, n_best=PARSES, extractor=parser)
             choices, case = grounder.compared(parse, start_state(tested.context))
             if choices:
                 yield scenario, _seen(choices, case, [_is_as_done(tested, c) for c in choices])
@@ -99,13 +98,13 @@ def held_out(name: str, train: Sequence[str]) -> Iterator[tuple[str, Compared]]:
 
 def _is_as_done(tested: JudgedCommand, choice: Choice) -> bool:
     plan = choice.hypothesis
-    own = FollowedPlan(Proposal(plan.actions), plan.state, tuple(choice.seen.tolist()))
+    own = FollowedPlan(Proposal(plan.actions), plan.state)
     return judged(tested, own).correct
 
 
 def _seen(choices: Sequence[Choice], case: PlanCase, right: Sequence[bool]) -> Compared:
     return Compared(
-        np.array([c.seen[1] for c in choices]),
+        np.array([c.fit for c in choices]),
         np.hstack((of_things(case), of_ends(case))),
         np.array(right),
         choices[0].tree != choices[-1].tree,

@@ -1,7 +1,7 @@
 """The effect of each potential: ``python -m benchmarks.potentials_off --out FILE``.
 
 A command is won by a potential if its plan is right with it and wrong without it, and lost the
-other way round. Each scenario of a corpus is held out from costs and extractor. Commands that
+other way round. Each scenario of a corpus is held out from costs and parser. Commands that
 imitate people (``--set``) are followed with all trees of their texts.
 """
 
@@ -29,15 +29,14 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.table_3.following import follow_command
-from eval.table_3.held_out import costs_without, extractor_without
+from eval.table_3.held_out import costs_without, data_of, parser_without
 from eval.table_3.judged_commands import JudgedCommand, judged_commands
-from eval.table_3.search_examples import data_of
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import heard, potentials
 from g3.inference.problem.costs import Scorer
 from g3.inference.tree_choice import PARSES
-from g3.language.parsing.extractor import Parse
 from g3.language.parsing.parser import parse_unsure
+from g3.language.parsing.trees import Parse
 from g3.sdc.clauses import SDC
 
 Attempt = Callable[[str], bool]
@@ -57,13 +56,13 @@ def plan_is_right(
 def attempts_of_corpus(train: Sequence[Corpus], name: str) -> Iterator[Attempt]:
     """Yield the commands of a corpus, with each scenario held out in turn."""
     costs = costs_without(data_of(train), load_choices_of(train))
-    extractors = extractor_without(train)
+    parsers = parser_without(train)
     commands = sorted(judged_commands(open_corpus(name)), key=lambda c: c.command.scenario)
     for scenario, group in itertools.groupby(commands, key=lambda c: c.command.scenario):
         for command in group:
             clauses = "gold" if command.annotation else "auto"
             texts = [] if command.annotation else [command.command.text]
-            trees = extractors(scenario).predict(texts)[0] if texts else ()
+            trees = parsers(scenario).predict(texts)[0] if texts else ()
             yield functools.partial(plan_is_right, clauses, command, trees, costs(scenario))
 
 

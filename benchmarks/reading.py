@@ -13,8 +13,7 @@ from pathlib import Path
 import yaml
 
 from benchmarks.timing import best, heading, row
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
 
 
@@ -30,8 +29,8 @@ def main(data: Path) -> None:
     row(what, f"{seconds:.1f} s", f"{seconds / peer:.2f} of PyYAML's CSafeLoader on the same files")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "corpus"
-        write_corpus(corpus, path)
-        again, _ = best(lambda: load_corpus(path))
+        corpus.save(path)
+        again, _ = best(lambda: Corpus.load(path))
     row("reading the imported corpus", f"{again:.2f} s", f"{again / seconds:.2f} of the import")
 
 

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
+from benchmarks.stated_relations import RELATIONS, fulfils_relation, mentions
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.corpus.task_outcomes import contexts_of_commands
 from corpus_tools.importers.authored.bundled import open_corpus
@@ -17,9 +18,7 @@ from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate
-from eval.judging.stated_relations import RELATIONS, fulfils_relation, mentions
-from eval.table_3.held_out import costs_without, extractor_without
-from eval.table_3.search_examples import data_of
+from eval.table_3.held_out import costs_without, data_of, parser_without
 from g3.actions.action_words import described
 from g3.actions.robot_state import is_load, start_state
 from g3.groundings import Context
@@ -83,13 +82,13 @@ def _of_corpus(options: argparse.Namespace) -> Iterator[Asked]:
     known = [open_corpus(name) for name in options.train.split(",")]
     tested = open_corpus(options.test)
     costs = costs_without(data_of(known), load_choices_of(known))
-    extractors = extractor_without(known)
+    parsers = parser_without(known)
     worlds = {c: tested.contexts[world] for c, world in contexts_of_commands(tested).items()}
     worlds |= {a.command.id: a.context for a in tested.annotations}
     for command in sorted(tested.commands.values(), key=lambda c: (c.scenario, c.id)):
         if not any(mentions(command.text)) or command.id not in worlds:
             continue
-        [sdcs] = extractors(command.scenario).predict([command.text])
+        [sdcs] = parsers(command.scenario).predict([command.text])
 
         def grounder(scenario: str = command.scenario) -> Grounder:
             return Grounder(costs(scenario), without=options.ablate)
@@ -101,7 +100,7 @@ def _of_worlds(options: argparse.Namespace) -> Iterator[Asked]:
     """Yield all wordings in generated worlds, which no corpus has."""
     known = [open_corpus(name) for name in options.train.split(",")]
     cost = costs_without(data_of(known), load_choices_of(known))("")
-    extractor = extractor_without(known)("")
+    parser = parser_without(known)("")
     grounder = Grounder(cost, without=options.ablate)
     layouts = read_layouts(bundled()["warehouse"])
     for number in range(options.worlds):
@@ -109,7 +108,7 @@ def _of_worlds(options: argparse.Namespace) -> Iterator[Asked]:
         loads, things = _names(world)
         for i, wording in enumerate(WORDINGS):
             text = wording.format(load=loads[i % len(loads)], thing=things[i % len(things)])
-            [sdcs] = extractor.predict([text])
+            [sdcs] = parser.predict([text])
             yield text, sdcs, world, lambda: grounder
 
 

@@ -25,9 +25,8 @@ from eval.statistics.intervals import bootstrap
 from eval.table_3.baselines import BASELINES, missing
 from eval.table_3.following import FollowedPlan, plan_by_grounder, plan_of
 from eval.table_3.grounder_registry import PlanTask, grounder_named
-from eval.table_3.held_out import costs_without
+from eval.table_3.held_out import costs_without, data_of
 from eval.table_3.outcomes import Outcome, reliability
-from eval.table_3.search_examples import data_of
 from g3.actions.action_kinds import Action
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, start_state
@@ -37,7 +36,7 @@ from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
 from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.problem.loads_of_state import loads_of
-from g3.language.parsing.extractor import Parse
+from g3.language.parsing.trees import Parse
 
 FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
@@ -49,6 +48,7 @@ SETS = (
     *("first", "second", "third", "fourth", "fifth"),
     *("sixth", "seventh", "eighth", "ninth", "tenth"),
     *("eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
+    *("seventeenth", "eighteenth"),
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
@@ -225,6 +225,10 @@ def main() -> None:
                 f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f}){curve}",
                 flush=True,
             )
+            kinds = np.array([record.get("kind", "") for record in records])
+            for kind in sorted({*kinds} - {""}):
+                own = right[kinds == kind]
+                print(f"        {kind:20} {own.sum():3} of {len(own)}  {own.mean():.2f}")
 
 
 def followed(record: dict[str, Any], follow: Plan, name: str = "") -> Outcome:
