@@ -169,19 +169,17 @@ def _by_command(*arguments: str) -> Callable[[Path], None]:
 
 
 def _make_corpus(folder: Path) -> list[str]:
-    from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
     from tests.tiny_corpus import rated_corpus
 
     corpus = rated_corpus()
-    write_corpus(corpus, folder / "c")
-    return [f"c/{name}" for name in corpus_files(corpus)]
+    corpus.save(folder / "c")
+    return [f"c/{name}" for name in corpus.files()]
 
 
 def _read_corpus(folder: Path) -> Any:
-    from corpus_tools.corpus.corpus_reading import load_corpus
-    from corpus_tools.corpus.corpus_writing import corpus_files
+    from corpus_tools.corpus.corpus_model import Corpus
 
-    return corpus_files(load_corpus(folder / "c"))
+    return Corpus.load(folder / "c").files()
 
 
 def _make_model(folder: Path) -> list[str]:
@@ -204,19 +202,19 @@ def _read_model(folder: Path) -> Any:
     return read_card(folder / "g3.npz"), loaded.space_.keys.tobytes(), loaded.weights_.tobytes()
 
 
-def _make_extractor(folder: Path) -> list[str]:
-    from g3.language.parsing.extractor import default_extractor
+def _make_parser(folder: Path) -> list[str]:
+    from g3.language.parsing.sdc_parser import default_parser
 
-    default_extractor().save(folder / "sdc.npz")
-    return ["sdc.npz"]
+    default_parser().save(folder / "parser.npz")
+    return ["parser.npz"]
 
 
-def _read_extractor(folder: Path) -> Any:
-    from g3.language.parsing.extractor import SDCExtractor
-    from g3.language.parsing.extractor_file import to_bytes
+def _read_parser(folder: Path) -> Any:
+    from g3.language.parsing.parser_file import to_bytes
+    from g3.language.parsing.sdc_parser import SDCParser
 
-    found = SDCExtractor.load(folder / "sdc.npz")
-    return to_bytes(found.roles_, found.attachments_, found.card_)
+    found = SDCParser.load(folder / "parser.npz")
+    return to_bytes(found.arcs_, found.card_, found.encoder_)
 
 
 def _make_tags(folder: Path) -> list[str]:
@@ -459,7 +457,7 @@ _LEROBOT = _by_command("import", "lerobot", "{0}/dataset", "--out", "{0}/out", "
 READERS: dict[str, Reader] = {
     "corpus": Reader(_make_corpus, _read_corpus),
     "model": Reader(_make_model, _read_model),
-    "extractor": Reader(_make_extractor, _read_extractor),
+    "parser": Reader(_make_parser, _read_parser),
     "tag table": Reader(_make_tags, _read_tags),
     "backup": Reader(_make_backup, _read_backup),
     "log": Reader(_make_log, _read_log),

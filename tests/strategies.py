@@ -10,7 +10,6 @@ import numpy as np
 from hypothesis import strategies as st
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.world.state.recording import Recording, Step
 from g3.annotation import RATINGS, SOURCES, Annotation, Command, Judgment, TaskOutcome
 from g3.groundings import (
@@ -266,7 +265,7 @@ def corpora(draw: st.DrawFn) -> Corpus:
     annotated = [
         replace(a, groundings=((*a.groundings[0], elsewhere), *a.groundings[1:])) for a in annotated
     ]
-    return make_corpus(
+    return Corpus.build(
         draw(st.sampled_from(["a corpus", "corpus-2"])),
         contexts=worlds,
         commands=[a.command for a in annotated],

@@ -66,7 +66,7 @@ def test_the_core_is_light(requirements):
 
 
 def test_each_dependencys_licence_is_listed(requirements):
-    page = (ROOT / "docs/dependencies.md").read_text()
+    page = (ROOT / "docs/contributing/dependencies.md").read_text()
     names = {name for extra in RUNTIME for name in requirements[extra]}
     assert [name for name in sorted(names) if name not in page] == []
 

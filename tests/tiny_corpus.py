@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from g3.annotation import Annotation, Command, Judgment, Source
 from g3.groundings import Context, Grounding, Path, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import all_words
@@ -70,7 +69,7 @@ def tiny_corpus(scenarios: Sequence[str] = SCENARIOS, *, shift: float = 0.0) -> 
             for source, groundings in (("positive", right), ("random", wrong)):
                 chosen = groundings[-1:] if leaf else groundings
                 annotations.append(_annotation(command, context, notation, chosen, source))
-    return make_corpus(
+    return Corpus.build(
         "tiny", contexts=contexts, commands=commands, annotations=annotations, source="made up"
     )
 

@@ -24,7 +24,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from corpus_tools.corpus.corpus_writing import write_corpus  # noqa: E402
 from tests.lerobot_datasets import new_dataset  # noqa: E402 - as above
 from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
@@ -80,7 +79,7 @@ TRIALS = (
     Trial(("study",), "ct eval --report report --corpus tiny --repeats 0", tells=False),
     Trial(("language",), "ct parse 'Go to the truck'"),
     Trial(("language",), "ct doctor parsing"),
-    Trial(("language",), "ct train sdc --corpus warehouse --out sdc.npz"),
+    Trial(("language",), "ct parse 'Lift it' --format conllu"),
     Trial(("render",), f"ct render-videos --corpus tiny --only to_truck* --out v {SMALL}"),
     Trial(("render",), "ct scenarios log hall_pick_up_boxes --dataset copy"),
     Trial(("render",), "ct doctor drawing encoding"),
@@ -134,7 +133,7 @@ def try_extra(extra: str, given: argparse.Namespace, folder: Path) -> list[str]:
         ["uv", "pip", "install", "--quiet", "--python", str(bin_folder / "python"), wheel],
     ):
         subprocess.run(line, check=True)
-    write_corpus(tiny_corpus(), work / "tiny")
+    tiny_corpus().save(work / "tiny")
     shutil.copytree(ROOT / "datasets/warehouse", work / "copy")
     ours = Path(sys.executable).with_name("ct")
     for line in (

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import MANIFEST
-from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
 from g3.errors import FormatError
 from tests.damage import damaged
 from tests.tiny_corpus import rated_corpus
@@ -19,7 +18,7 @@ def corpus():
 
 
 def test_the_command_line_tells_each_in_one_line(corpus, tmp_path, capsys):
-    write_corpus(corpus, tmp_path / "c")
+    corpus.save(tmp_path / "c")
     path = tmp_path / "c" / "trajectories.npz"
     for _, content in damaged(path.read_bytes(), 60, seed=7):
         path.write_bytes(content)
@@ -32,7 +31,7 @@ def test_the_command_line_tells_each_in_one_line(corpus, tmp_path, capsys):
 
 def test_changes_by_hand_are_accepted_by_a_command(corpus, tmp_path, capsys):
     folder = tmp_path / "c"
-    write_corpus(corpus, folder)
+    corpus.save(folder)
     path = folder / "commands.jsonl"
     before = path.read_text()
     path.write_text(before.replace('"subject":"0', '"subject":"1', 1))
@@ -50,13 +49,13 @@ def test_changes_by_hand_are_accepted_by_a_command(corpus, tmp_path, capsys):
 
 def test_a_corpus_of_the_first_version_is_read_and_can_be_sealed(corpus, tmp_path):
     folder = tmp_path / "c"
-    write_corpus(corpus, folder)
+    corpus.save(folder)
     text = (folder / MANIFEST).read_text()
     old = text[: text.index(',\n  "digests"')] + "\n}\n"
     (folder / MANIFEST).write_text(old.replace('"schema_version": 2', '"schema_version": 1'))
-    assert corpus_files(load_corpus(folder)) == corpus_files(corpus)
+    assert Corpus.load(folder).files() == corpus.files()
     assert run(["corpus", "seal", str(folder)]) == 0
     assert (folder / MANIFEST).read_text() == text
     (folder / MANIFEST).write_text(text.replace('"schema_version": 2', '"schema_version": 1'))
     with pytest.raises(FormatError, match="digest differs"):
-        load_corpus(folder)
+        Corpus.load(folder)

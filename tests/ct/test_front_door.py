@@ -15,13 +15,12 @@ import pytest
 import ct
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.importer_registry import importers
 from g3.actions.action_words import described
 from g3.annotation import Command
 from g3.errors import CorpusError, ModelError
 from g3.inference.grounder import Grounder, open_model
-from g3.language.parsing.extractor import SDCExtractor
+from g3.language.parsing.sdc_parser import SDCParser
 from g3.learning.grounding_model import GroundingModel
 from g3.sdc.sdc_notation import parse_brackets
 from tests.tiny_corpus import tiny_corpus
@@ -56,7 +55,7 @@ def test_it_is_imported_at_once():
 
 
 def test_a_corpus_is_loaded_by_name_by_path_and_as_it_is(corpus, tmp_path):
-    write_corpus(corpus, tmp_path / "tiny")
+    corpus.save(tmp_path / "tiny")
     assert ct.load(corpus) is corpus
     assert ct.load(tmp_path / "tiny").hash == ct.load(str(tmp_path / "tiny")).hash == corpus.hash
     assert ct.load("warehouse").name == "warehouse"
@@ -123,7 +122,7 @@ def test_training_and_the_model_by_path(corpus, model, tmp_path):
 
 
 def test_training_says_what_the_command_line_says(corpus, tmp_path, capsys):
-    write_corpus(corpus, tmp_path / "tiny")
+    corpus.save(tmp_path / "tiny")
     options = ["--negatives", "hard", "--ablate", "labels", "--l2", "2"]
     out = tmp_path / "cli.npz"
     assert (
@@ -136,7 +135,7 @@ def test_training_says_what_the_command_line_says(corpus, tmp_path, capsys):
 
 def test_an_extractor_is_trained_and_used(corpus, tmp_path):
     extractor = ct.train(corpus, "parse", l2=1)
-    assert isinstance(extractor, SDCExtractor)
+    assert isinstance(extractor, SDCParser)
     extractor.save(tmp_path / "sdc.npz")
     by_model = ct.parse("Go to the truck", extractor=extractor)
     by_file = ct.parse("Go to the truck", extractor=tmp_path / "sdc.npz")
@@ -145,7 +144,7 @@ def test_an_extractor_is_trained_and_used(corpus, tmp_path):
 
 
 def test_table_1_is_that_of_the_command_line(corpus, tmp_path, capsys):
-    write_corpus(corpus, tmp_path / "tiny")
+    corpus.save(tmp_path / "tiny")
     table = ct.evaluate(corpus, draws=50, seed=3, negatives="hard", ablate=["labels"])
     options = ["--draws", "50", "--seed", "3", "--negatives", "hard", "--ablate", "labels"]
     source = ["--corpus", str(tmp_path / "tiny"), "--cv", "scenario"]

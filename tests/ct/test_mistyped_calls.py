@@ -13,7 +13,7 @@ import pytest
 import ct
 from corpus_tools.runtime.parallel import Workers
 from g3.errors import CorpusError
-from g3.language.parsing.extractor import Parse, Tree
+from g3.language.parsing.trees import Parse, Tree
 from g3.sdc.sdc_notation import parse_brackets
 from tests.tiny_corpus import tiny_corpus
 

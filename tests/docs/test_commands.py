@@ -96,6 +96,14 @@ ELSEWHERE = {
         "needs more judgments than the small corpus has",
     ),
     r"ct eval --power": ("tests/eval/statistics/test_power.py", "simulates studies for seconds"),
+    r"ct (eval --sdc|train parser) .*treebank": (
+        "tests/eval/parsing/test_divisions.py",
+        "trains on 3 200 commands",
+    ),
+    r"ct eval --sdc .*--parser llm": (
+        "tests/eval/language_model/test_language_model_parser.py",
+        "needs a language model",
+    ),
     r"ct eval --sdc .* --train warehouse$": (
         "tests/eval/parsing/test_sdc_scores.py",
         "trains several times",

@@ -14,7 +14,7 @@ from annotation_app.serving.factory import create_app
 from annotation_app.store.database import open_database, reading
 from annotation_app.store.models import Item
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.real_server import started
@@ -79,7 +79,7 @@ def test_it_works_as_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
     for begin in ("annotate export", "corpus", "train", "eval --table 1 --corpus"):
         for call in steps(begin):
             assert run(call) == 0, call
-    corpus = load_corpus(Path("my-corpus"))
+    corpus = Corpus.load(Path("my-corpus"))
     assert len(corpus.commands) == PEOPLE * len(COMMANDS)
     assert {a.source for a in corpus.annotations} == {"positive", "random"}
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-from corpus_tools.corpus.corpus_writing import write_corpus
 from tests.eval.yard import few_annotated, yards
 
 
@@ -10,7 +9,7 @@ from tests.eval.yard import few_annotated, yards
 def few(tmp_path_factory):
     """Two annotated commands of two bundled scenarios, as a corpus's folder."""
     path = tmp_path_factory.mktemp("corpora") / "few"
-    write_corpus(few_annotated(), path)
+    few_annotated().save(path)
     return str(path)
 
 
@@ -18,5 +17,5 @@ def few(tmp_path_factory):
 def folders(few, tmp_path_factory):
     """Folders of what is learned from and of what is tested on: `few`, and the yards."""
     folder = tmp_path_factory.mktemp("corpora")
-    write_corpus(yards(folder / "source"), folder / "yards")
+    yards(folder / "source").save(folder / "yards")
     return few, str(folder / "yards")

@@ -21,15 +21,13 @@ import eval as package
 from corpus_tools.corpus import rater_agreement
 from corpus_tools.corpus.estimate import REASONS, Estimate
 from corpus_tools.corpus.rater_agreement import fleiss_kappa, krippendorff_alpha
-from eval.judging.judge_agreement import agreement, cohens_kappa
+from eval.judging.judge_validity import agreement, cohens_kappa
 from eval.parsing import sdc_scores
-from eval.plan_study.plan_validity import agreements
-from eval.plan_study.rating_power import half_widths
-from eval.plan_study.rating_sample import Sample
-from eval.report.reliability import bins, calibration_error
-from eval.statistics import comparison, estimates, intervals, ordinal, power, raters
-from eval.statistics.crossed_model import crossed
-from eval.statistics.resampling import resampled_sums
+from eval.plan_study.rating_sample import Sample, agreements, half_widths
+from eval.report.plan_results import bins, calibration_error
+from eval.statistics import comparison, estimates, intervals, ordinal, power, ratings
+from eval.statistics.estimates import resampled_sums
+from eval.statistics.intervals import crossed
 from eval.table_1.correspondence import ROW_TYPES, Predictions, table_rows
 from eval.table_1.given_predictions import compare_predictions
 from eval.table_2 import power_plans
@@ -237,7 +235,7 @@ TRIED = {
         *by_name(t), seed=0, draws=DRAWS
     ),
     "correspondence.table_rows": lambda t: table_rows(predictions(t), draws=DRAWS),
-    "crossed_model.crossed": lambda t: crossed(t.agrees, t.video, t.rater),
+    "intervals.crossed": lambda t: crossed(t.agrees, t.video, t.rater),
     "estimates.bounded": lambda t: estimates.bounded(
         share_of(t), *np.quantile([0.0, *t.rating], (0, 1)) / 4
     )
@@ -263,7 +261,7 @@ TRIED = {
     ),
     "intervals.two_way": lambda t: intervals.two_way(t.agrees, t.video, t.rater),
     "intervals.wilson": lambda t: intervals.wilson(int(t.agrees.sum()), len(t.rating)),
-    "judge_agreement.agreement": lambda t: agreement(
+    "judge_validity.agreement": lambda t: agreement(
         t.agrees.tolist(), t.original.tolist(), numbered(t.video), resampled
     ),
     "ordinal.cliffs_delta": lambda t: ordinal.cliffs_delta(
@@ -290,7 +288,7 @@ TRIED = {
         for row in plan_rows.rows({"auto": followed(t)}, facts(t), {}, draws=DRAWS, seed=0)
         for verdict in plan_rows.VERDICTS
     ],
-    "plan_validity.agreements": lambda t: agreements(*rated_plans(t), "log", seed=0, draws=DRAWS),
+    "rating_sample.agreements": lambda t: agreements(*rated_plans(t), "log", seed=0, draws=DRAWS),
     "power.design_effect": lambda t: power.design_effect(3, (len(t.rating) % 5) / 4),
     "power.judgments_for_difference": lambda t: power.judgments_for_difference(
         1.0 * t.agrees.any(), 0.5
@@ -311,18 +309,18 @@ TRIED = {
     "rater_agreement.krippendorff_alpha": lambda t: [
         krippendorff_alpha(units(t), level) for level in ("nominal", "ordinal", "interval")
     ],
-    "raters.dawid_skene": lambda t: [
-        raters.dawid_skene(numbered(t.pair), numbered(t.rater), t.agrees.astype(np.int64), classes)
+    "ratings.dawid_skene": lambda t: [
+        ratings.dawid_skene(numbered(t.pair), numbered(t.rater), t.agrees.astype(np.int64), classes)
         .share(np.unique(numbered(t.pair)), 0)
         for classes in (None, 2, 3)
     ],
-    "raters.majorities": lambda t: raters.majorities(t.agrees, t.pair),
-    "rating_power.half_widths": lambda t: half_widths(*rated_plans(t)[:2], rng(), studies=50),
+    "ratings.majorities": lambda t: ratings.majorities(t.agrees, t.pair),
+    "rating_sample.half_widths": lambda t: half_widths(*rated_plans(t)[:2], rng(), studies=50),
     "rating_shares.table_2": lambda t: table_2(judgments(t), seed=0, draws=DRAWS),
-    "reliability.calibration_error": lambda t: [
+    "plan_results.calibration_error": lambda t: [
         (found, calibration_error(found)) for found in [bins(predictions(t), seed=0, draws=DRAWS)]
     ],
-    "judge_agreement.cohens_kappa": lambda t: np.nan_to_num(
+    "judge_validity.cohens_kappa": lambda t: np.nan_to_num(
         cohens_kappa(np.histogram2d(t.agrees * 1.0, t.original * 1.0, bins=2)[0])
     ),
     "sdc_scores.Counts": lambda t: [
@@ -340,7 +338,7 @@ ELSEWHERE = {
     "held_out_predictions.learning_curve": "needs a corpus",
     "judge_validity.judge_validity": "needs a corpus",
     "judge_validity.known_validity": "needs a corpus",
-    "model_fits.fitted": "runs the models above",
+    "intervals.fitted": "runs the models above",
     "plan_report.table": "rows of plan_rows",
     "plan_results.read_all_plans": "reads files",
     "plan_results.read_plans": "reads files",
@@ -354,12 +352,12 @@ ELSEWHERE = {
     "ratings.repeated": "a count",
     "ratings.shown_pair": "a key",
     "report_contents.gather": "needs a corpus",
-    "resampling.resampled_sums": "sums",
+    "estimates.resampled_sums": "sums",
     "sdc_scores.compare": "counts, see sdc_scores.Counts",
-    "study_results.by_people": "needs a study",
-    "study_results.compare_judge": "needs a study",
-    "study_results.compare_people": "needs a study",
-    "tested_commands.run": "needs a corpus",
+    "whole_study.by_people": "needs a study",
+    "whole_study.compare_judge": "needs a study",
+    "whole_study.compare_people": "needs a study",
+    "sdc_scores.run": "needs a corpus",
     "whole_study.go_on": "needs a study",
 }
 """Functions that return estimates, or stand beside them, and why no table is tried on them."""
@@ -410,7 +408,7 @@ def test_every_estimator_is_tried():
     """A new one must be put into one of the two lists."""
     assert estimators() - TRIED.keys() - ELSEWHERE.keys() == set()
     listed = (TRIED.keys() | ELSEWHERE.keys()) - {
-        "judge_agreement.cohens_kappa",
+        "judge_validity.cohens_kappa",
         "sdc_scores.Counts",
     }
     assert listed - estimators() == set()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eval.splits import draw_scenarios, hold_out, leave_one_out, read_scenarios
+from eval.splits import hold_out, leave_one_out, read_scenarios
 from g3.errors import CorpusError
 
 names = st.sampled_from(["a", "b", "c", "d", "e"])
@@ -35,20 +35,6 @@ def test_held_out_scenarios_are_never_trained_on(scenarios, data):
     split = hold_out(scenarios, held_out)
     assert sides(split, scenarios) == (set(known) - set(held_out), set(held_out))
     assert len(split.train) + len(split.test) == len(scenarios)
-
-
-@given(st.sets(names, min_size=2), st.integers(0, 100))
-def test_a_drawn_split_has_two_sides_and_is_repeatable(known, seed):
-    drawn = draw_scenarios(known, np.random.default_rng(seed))
-    assert 0 < len(drawn) < len(known)
-    assert set(drawn) < known
-    assert drawn == draw_scenarios(sorted(known, reverse=True), np.random.default_rng(seed))
-
-
-def test_a_third_is_drawn():
-    known = [f"s{i}" for i in range(15)]
-    assert len(draw_scenarios(known, np.random.default_rng(0))) == 5
-    assert len({draw_scenarios(known, np.random.default_rng(seed)) for seed in range(9)}) > 1
 
 
 @pytest.mark.parametrize(

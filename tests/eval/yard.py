@@ -6,7 +6,6 @@ from collections.abc import Collection
 from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.importers.slu_core.slu_parts import import_parts
 from tests.corpus_tools.importers.random_tasks import (
@@ -65,7 +64,7 @@ def few_annotated(wanted: Collection[str] = FEW, name: str = "few") -> Corpus:
     """Annotated commands of the bundled corpus, two of them if none are named."""
     whole = open_corpus("warehouse")
     annotations = [a for a in whole.annotations if a.command.id in wanted]
-    return make_corpus(
+    return Corpus.build(
         name,
         contexts=list({a.context.id: a.context for a in annotations}.values()),
         commands=list({a.command.id: a.command for a in annotations}.values()),

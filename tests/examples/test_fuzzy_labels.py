@@ -6,7 +6,6 @@ import json
 
 import pytest
 
-from corpus_tools.corpus.corpus_writing import write_corpus
 from tests.eval.yard import few_annotated, yards
 from tests.examples.installed import install
 
@@ -17,8 +16,8 @@ ROWS = (*OTHERS, "auto-top30", "auto-all")
 @pytest.fixture(scope="module")
 def fuzzy(tmp_path_factory):
     installed = install("fuzzy_labels", tmp_path_factory.mktemp("fuzzy"))
-    write_corpus(yards(installed.folder / "source"), installed.folder / "yards")
-    write_corpus(few_annotated(), installed.folder / "few")
+    yards(installed.folder / "source").save(installed.folder / "yards")
+    few_annotated().save(installed.folder / "few")
     return installed
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.sdc.clauses import breadth_first
 from tests.examples.installed import EXAMPLES, install
 
@@ -30,7 +30,7 @@ def ct(folder):
 def corpus(folder, ct):
     done = ct("import", "tabletop-blocks", "blocks.json", "--out", "blocks")
     assert done.returncode == 0, done.stderr
-    return load_corpus(folder / "blocks")
+    return Corpus.load(folder / "blocks")
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.labelled_corpus import scenario_ids
 from g3.errors import ModelError
 from g3.features.feature_registry import CATALOGUE_VERSION, select
@@ -189,7 +188,7 @@ def test_arrays_that_do_not_fit_are_refused(path, model):
 
 def test_train_writes_a_model_that_says_where_it_comes_from(tmp_path, capsys):
     corpus = tiny_corpus()
-    write_corpus(corpus, tmp_path / "tiny")
+    corpus.save(tmp_path / "tiny")
     arguments = ["--corpus", str(tmp_path / "tiny"), "--ablate", "labels", "--l2", "2"]
     assert run(["train", "g3", *arguments, "--out", str(tmp_path / "m.npz")]) == 0
     out = capsys.readouterr().out
@@ -207,7 +206,7 @@ def test_train_writes_a_model_that_says_where_it_comes_from(tmp_path, capsys):
 
 
 def test_train_with_hard_negatives_is_repeatable(tmp_path):
-    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    tiny_corpus().save(tmp_path / "tiny")
     arguments = ["--corpus", str(tmp_path / "tiny"), "--negatives", "hard", "--seed", "5"]
     for name in ("one", "two"):
         assert run(["train", "g3", *arguments, "--out", str(tmp_path / name)]) == 0
@@ -226,7 +225,7 @@ def test_train_with_hard_negatives_is_repeatable(tmp_path):
 )
 def test_train_refuses(tmp_path, capsys, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
-    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    tiny_corpus().save(tmp_path / "tiny")
     assert run(["train", "g3", "--corpus", "tiny", "--out", "m", *arguments]) == 2
     assert message in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["tiny"]

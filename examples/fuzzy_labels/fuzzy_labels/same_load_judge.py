@@ -1,8 +1,7 @@
 """A judge who looks at nothing but which loads are picked up."""
 
-from eval.judging.judge import Verdict
+from eval.judging.judge import Verdict, picked_in_log, picked_up
 from eval.judging.judge_registry import JudgedPlan, plan_judge
-from eval.judging.picked_up import picked_in_log, picked_up
 
 
 @plan_judge("same-load")

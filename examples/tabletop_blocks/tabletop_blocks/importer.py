@@ -14,7 +14,6 @@ import msgspec
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.importers.report import ImportReport, Journal, SourceFile
 from corpus_tools.runtime.progress import OnProgress
 from g3.annotation import Annotation, Command, Source
@@ -59,7 +58,7 @@ def import_blocks(
     annotations = list(_annotations(scenes, settings.seed))
     commands = {a.command.id: a.command for a in annotations}
     contexts = {a.context.id: a.context for a in annotations}
-    corpus = make_corpus(
+    corpus = Corpus.build(
         NAME,
         contexts=contexts.values(),
         commands=commands.values(),

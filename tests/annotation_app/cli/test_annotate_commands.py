@@ -21,9 +21,8 @@ from annotation_app.store.database import open_database, reading
 from annotation_app.store.models import Answer, Study
 from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.exporters.csv_tables import safe_cell
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.sdc.clauses import all_words
@@ -84,7 +83,7 @@ def test_an_export_trains(app: Flask, tmp_path: Path, capsys: pytest.CaptureFixt
     told = json.loads(capsys.readouterr().out)
     assert (told["folder"], told["annotations"]) == (str(slu_core), 12)
     assert run(["import", "slu-core", str(slu_core), "--out", str(imported)]) == 0
-    read, original = load_corpus(imported), load_corpus(out)
+    read, original = Corpus.load(imported), Corpus.load(out)
     assert len(read.judgments) == len(original.judgments)
     assert Counter((a.source, a.sdcs) for a in read.annotations) == Counter(
         (a.source, a.sdcs) for a in original.annotations
@@ -196,14 +195,14 @@ def test_commands_that_read_make_nothing(
 def test_a_corpus_can_be_imported_edited_and_exported(tmp_path: Path) -> None:
     corpus = tiny_corpus()
     folder = tmp_path / "tiny"
-    write_corpus(corpus, folder)
+    corpus.save(folder)
     videos = render_contexts(tmp_path / "videos", corpus)
     instance = tmp_path / "instance"
     command = ["annotate", "import", str(folder), "--videos", str(videos)]
     assert run([*command, "--instance", str(instance)]) == 0
     out = tmp_path / "out"
     assert run(["annotate", "export", str(out), "--instance", str(instance)]) == 0
-    exported = load_corpus(out)
+    exported = Corpus.load(out)
     assert exported.commands == corpus.commands
     assert sorted(exported.annotations, key=lambda a: a.id) == sorted(
         corpus.annotations, key=lambda a: a.id
@@ -238,7 +237,7 @@ def test_the_bundled_corpus_can_be_edited(tmp_path: Path) -> None:
 
     out = tmp_path / "out"
     assert run(["annotate", "export", str(out), "--instance", str(instance)]) == 0
-    exported = {a.id: a for a in load_corpus(out).annotations}
+    exported = {a.id: a for a in Corpus.load(out).annotations}
     assert to_json(exported[changed.id].sdcs) == tree
     untouched = [a for a in corpus.annotations if a.command.id != changed.command.id]
     assert [exported[a.id] for a in untouched] == untouched

@@ -15,7 +15,7 @@ from sqlalchemy import select, update
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, Event, Item
 from annotation_app.tasks.rate import passes
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
 from tests.annotation_app.browser import (
     COMMAND,
@@ -252,7 +252,7 @@ def test_exports(app: Flask, tmp_path: Path) -> None:
     assert reply.headers["Content-Disposition"] == 'attachment; filename="tests.zip"'
     with zipfile.ZipFile(io.BytesIO(reply.data)) as archive:
         archive.extractall(tmp_path)
-    assert [command.text for command in load_corpus(tmp_path / "tests").commands.values()] == [
+    assert [command.text for command in Corpus.load(tmp_path / "tests").commands.values()] == [
         COMMAND
     ]
     assert COMMAND in judge.client.get(f"{BASE}/export/jsonl").text

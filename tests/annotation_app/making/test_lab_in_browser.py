@@ -15,7 +15,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from annotation_app.core.config import Config
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from tests.annotation_app.in_browser import errors_of, late, look
 from tests.annotation_app.pages.segmenting import place, start_from_nothing
 from tests.annotation_app.real_server import running
@@ -218,7 +218,7 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
     trees = [row for row in adopted if row["task"] == "segment"]
     assert len(trees) == 1
     assert "OBJECT" in trees[0]["body"]
-    assert [c.text for c in load_corpus(tmp_path / "arm").commands.values()] == [COMMAND]
+    assert [c.text for c in Corpus.load(tmp_path / "arm").commands.values()] == [COMMAND]
     assert found == []
     # The browser's console tells of the page with a problem.
     assert [error for error in errors if "422" not in error] == []

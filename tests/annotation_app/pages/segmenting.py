@@ -25,7 +25,7 @@ TREE = [
 
 
 def start_from_nothing(page: Page) -> None:
-    """Where an extractor is installed, there is a suggestion."""
+    """There is a suggestion."""
     expect(words_of(page).first).to_be_visible()
     button = page.get_by_role("button", name="start from nothing")
     if button.count():

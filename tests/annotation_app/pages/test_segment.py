@@ -285,3 +285,18 @@ def test_the_words_of_a_suggestion_can_be_moved(site: Site, context: BrowserCont
     (answer,) = site.answers("segment")
     assert answer.body["sdcs"] == to_json(parse_brackets(right, command=text))
     assert answer.provenance["unchanged"] is False
+
+
+def test_a_word_of_a_corpus_may_be_several_of_the_page(site: Site, context: BrowserContext) -> None:
+    """A corpus has "1.5", where the page has "1", "." and "5"; marks after a word are left out."""
+    page = site.open(context, "segment")
+    words = [("1", 0), (".", 1), ("5", 2), ("m", 4), (".", 5)]
+    given = [{"type": "OBJECT", "f": [["1.5", 0], ["m.", 4]]}]
+    found = page.evaluate(
+        """async ({words, given}) => {
+          const sdc = await import("/static/js/sdc.js");
+          return sdc.toJson(sdc.fromJson(given, words), words);
+        }""",
+        {"words": [{"text": text, "start": start} for text, start in words], "given": given},
+    )
+    assert found == [{"type": "OBJECT", "f": [["1", 0], ["5", 2], ["m", 4]]}]

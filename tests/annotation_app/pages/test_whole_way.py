@@ -13,7 +13,7 @@ from annotation_app.store.database import opened, transaction
 from annotation_app.store.models import Item, Slot
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.sdc.sdc_notation import to_json
 from tests.annotation_app.conftest import PATIENCE_MS, set_up
 from tests.annotation_app.pages.conftest import COMMAND, TASKS, served
@@ -129,7 +129,7 @@ def test_from_a_video_to_a_corpus(
         other.close()
     out = tmp_path / "corpus"
     assert run(["annotate", "export", str(out), "--instance", str(tmp_path / "instance")]) == 0
-    corpus = load_corpus(out)
+    corpus = Corpus.load(out)
     (command,) = corpus.commands.values()
     assert command.text == COMMAND
     right, random = sorted(corpus.annotations, key=lambda a: a.source)

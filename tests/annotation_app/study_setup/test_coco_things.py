@@ -16,7 +16,7 @@ import pytest
 from annotation_app.study_setup.coco_things import read_things
 from annotation_app.study_setup.study_starting import read_parts
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.errors import CorpusError, FormatError
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described
@@ -159,7 +159,7 @@ def test_groundings_name_the_annotations(lab: Path) -> None:
     assert (row["things"], row["labels"]) == ("17" if wide else "19", "cup")
     assert json.loads(row["boxes"]) == [box]
     assert run([*export, "corpus", str(lab / "corpus")]) == 0
-    corpus = load_corpus(lab / "corpus")
+    corpus = Corpus.load(lab / "corpus")
     assert len(corpus.commands) == 2
     assert not corpus.annotations  # a picture is no world
     assert read_parts(lab / "arm.yaml").has_scenes

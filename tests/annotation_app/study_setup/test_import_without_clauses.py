@@ -11,10 +11,8 @@ from annotation_app.core.config import open_instance
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import open_database
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser
 from tests.annotation_app.rendered import render_contexts
@@ -30,7 +28,7 @@ def test_commands_without_clauses_can_be_annotated_and_exported(tmp_path: Path) 
         made.put_world(group, name)
     folder, instance, out = tmp_path / "corpus", tmp_path / "instance", tmp_path / "out"
     assert run(["import", "slu-core", str(group), "--part", "automatic", "--out", str(folder)]) == 0
-    corpus = load_corpus(folder)
+    corpus = Corpus.load(folder)
     videos = tmp_path / "videos"
     draft = ["--quality", "draft", "--size", "320x240", "--out", str(videos)]
     assert run(["render-videos", "--corpus", str(folder), *draft]) == 0
@@ -54,7 +52,7 @@ def test_commands_without_clauses_can_be_annotated_and_exported(tmp_path: Path) 
 
     assert run(["annotate", "export", str(out), "--instance", str(instance)]) == 0
     assert validate(out) == []
-    exported = load_corpus(out)
+    exported = Corpus.load(out)
     assert exported.commands == corpus.commands
     assert exported.outcomes == corpus.outcomes
     assert exported.contexts == corpus.contexts
@@ -72,13 +70,13 @@ def test_a_command_of_several_contexts_has_no_video(
     elsewhere = list(corpus.contexts.values())[-1]
     first = corpus.annotations[0]
     again = replace(first, id="again", context=elsewhere, groundings=((),) * len(first.groundings))
-    both = make_corpus(
+    both = Corpus.build(
         "both",
         contexts=corpus.contexts.values(),
         commands=corpus.commands.values(),
         annotations=[*corpus.annotations, again],
     )
-    write_corpus(both, tmp_path / "both")
+    both.save(tmp_path / "both")
     videos = render_contexts(tmp_path / "videos", corpus)
     command = ["annotate", "import", str(tmp_path / "both"), "--videos", str(videos)]
     assert run([*command, "--instance", str(tmp_path / "instance")]) == 2

@@ -20,7 +20,7 @@ from annotation_app.serving import server as serving
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import opened
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described
 from tests.annotation_app.study_setup.clips import clip
@@ -86,7 +86,7 @@ def test_from_a_folder_to_exported_answers(
     rows = list(csv.DictReader(io.StringIO(export(file, "csv").read_text())))
     assert [row["task"] for row in rows] == ["describe", "describe", "segment", "rate"]
     assert {row["video"] for row in rows} == {"push", "lift"}
-    corpus = load_corpus(export(file, "corpus"))
+    corpus = Corpus.load(export(file, "corpus"))
     assert [command.text for command in corpus.commands.values()] == ["Push the cup."] * 2
     assert {command.video for command in corpus.commands.values()} == {"push", "lift"}
     assert len(corpus.judgments) == 1

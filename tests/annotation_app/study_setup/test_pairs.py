@@ -20,11 +20,9 @@ from annotation_app.studies.study_file import (
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.work.handing_out import find_study
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
-from eval.plan_study.study_pairs import Pair, write_study
-from eval.plan_study.study_plans import PlanRecord
-from eval.plan_study.study_results import by_people
+from corpus_tools.corpus.corpus_model import Corpus
+from eval.plan_study.study_plans import Pair, PlanRecord, write_study
+from eval.plan_study.whole_study import by_people
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, engine_of
 from tests.annotation_app.rendered import VIDEOS
@@ -56,8 +54,8 @@ def test_people_rate_what_the_file_names(app: Flask, videos: Path, tmp_path: Pat
             assert rater.answer(page["item"], {"rating": 5}).status_code == 200
         assert rater.lease("rate", "plans").status_code != 200
     with reading(engine_of(app)) as session:
-        write_corpus(export_corpus(session, find_study(session, "plans")), tmp_path / "ratings")
-    judgments = load_corpus(tmp_path / "ratings").judgments
+        export_corpus(session, find_study(session, "plans")).save(tmp_path / "ratings")
+    judgments = Corpus.load(tmp_path / "ratings").judgments
     assert Counter(j.shown_video for j in judgments) == dict.fromkeys(VIDEOS, 2)
     rows = {row.configuration: row for row in by_people(PAIRS, RECORDS, judgments, seed=0, draws=9)}
     assert set(rows) == {"random", "gold-top30", "gold-all", "right"}

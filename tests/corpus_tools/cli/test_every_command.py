@@ -15,7 +15,6 @@ import click
 import pytest
 
 from corpus_tools.cli.console import cli, run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from tests.processes import ct
 from tests.tiny_corpus import tiny_corpus
 
@@ -93,7 +92,7 @@ def test_an_option_means_the_same_everywhere():
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("commands")
-    write_corpus(tiny_corpus(), folder / "tiny")
+    tiny_corpus().save(folder / "tiny")
     (folder / "tags.txt").write_text("tree dog\ntree cat\ndog cat\n" * 3)
     return folder
 

@@ -16,7 +16,6 @@ from pathlib import Path
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from g3.storage import atomic_file
 from g3.storage.system_errors import about, named_error
 from tests.full_disks import full_disk, left_in
@@ -30,7 +29,7 @@ ROOMLESS = "No space left on device"
 @pytest.fixture(scope="module")
 def corpus(tmp_path_factory):
     path = tmp_path_factory.mktemp("corpora") / "tiny"
-    write_corpus(tiny_corpus(), path)
+    tiny_corpus().save(path)
     return str(path)
 
 

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
 from g3.annotation import Annotation, Command, Judgment
 from g3.groundings import Context, PhysicalObject, Place, Prism, Trajectory
 from g3.sdc.clauses import SDC, Span
@@ -41,7 +39,7 @@ def small_corpus() -> Corpus:
         (True, None, True),
         "positive",
     )
-    return make_corpus(
+    return Corpus.build(
         "small",
         contexts=[context],
         commands=[command, Command("s-02", "", "s", "v1")],
@@ -58,5 +56,5 @@ def small_corpus() -> Corpus:
 @pytest.fixture
 def corpus_path(small_corpus: Corpus, tmp_path: Path) -> Path:
     path = tmp_path / "corpus"
-    write_corpus(small_corpus, path)
+    small_corpus.save(path)
     return path

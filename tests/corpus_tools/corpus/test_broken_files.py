@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_validation import validate
 from g3.errors import FormatError
 
@@ -98,7 +98,7 @@ BROKEN = [
 def test_a_broken_record(corpus_path, file, change, parts):
     edit(corpus_path / file, change)
     with pytest.raises(FormatError) as caught:
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
     message = str(caught.value)
     assert str(corpus_path) in message
     assert caught.value.fix
@@ -111,14 +111,14 @@ def test_a_file_that_is_cut_off(corpus_path):
     path = corpus_path / "annotations.jsonl"
     path.write_bytes(path.read_bytes()[:-40])
     with pytest.raises(FormatError, match=r"annotations.jsonl: line 1: the last line is cut off"):
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
 
 
 def test_bytes_that_are_not_text(corpus_path):
     path = corpus_path / "commands.jsonl"
     path.write_bytes(path.read_bytes().replace(b"Pick", b"Pi\xffk"))
     with pytest.raises(FormatError, match=r"commands.jsonl: line 1"):
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_bytes_that_are_not_text(corpus_path):
 def test_a_missing_file(corpus_path, name):
     (corpus_path / name).unlink()
     with pytest.raises(FormatError, match=name):
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
 
 
 def change_arrays(path: Path, **changes) -> None:
@@ -145,7 +145,7 @@ def test_a_trajectory_that_is_not_a_number(corpus_path):
     xyz[1, 1] = np.nan
     change_arrays(path, xyz=xyz)
     with pytest.raises(FormatError, match=r"contexts.jsonl: line 1 .*trajectory 0.*not finite"):
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
 
 
 @pytest.mark.parametrize(
@@ -163,14 +163,14 @@ def test_a_trajectory_that_is_not_a_number(corpus_path):
 def test_trajectories_of_the_wrong_form(corpus_path, changes, what):
     change_arrays(corpus_path / "trajectories.npz", **changes)
     with pytest.raises(FormatError, match=rf"trajectories.npz.*{what}"):
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
 
 
 def test_trajectories_that_are_cut_off(corpus_path):
     path = corpus_path / "trajectories.npz"
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(FormatError, match=r"trajectories.npz.*can't be read"):
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
 
 
 @pytest.mark.parametrize(
@@ -186,17 +186,17 @@ def test_trajectories_that_are_cut_off(corpus_path):
 def test_a_broken_manifest(corpus_path, content, what):
     (corpus_path / "corpus.json").write_text(content)
     with pytest.raises(FormatError, match=rf"corpus.json.*({what})"):
-        load_corpus(corpus_path)
+        Corpus.load(corpus_path)
 
 
 def test_a_folder_that_is_not_there(tmp_path):
     with pytest.raises(FormatError, match=r"no such folder.*ct import"):
-        load_corpus(tmp_path / "nowhere")
+        Corpus.load(tmp_path / "nowhere")
 
 
 def test_a_folder_that_is_no_corpus(tmp_path):
     with pytest.raises(FormatError, match=r"not a corpus"):
-        load_corpus(tmp_path)
+        Corpus.load(tmp_path)
 
 
 def test_validation_lists_every_problem(corpus_path):

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from corpus_tools.cli.corpus_commands import corpus as corpus_commands
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import statistics
 from corpus_tools.corpus.streamed_statistics import statistics_of_files
 from corpus_tools.importers.authored.bundled import resolve
@@ -33,11 +33,11 @@ def test_statistics(small_corpus):
 
 def test_files_are_counted_as_the_corpus_that_they_hold(corpus_path):
     for folder in (corpus_path, resolve("warehouse")):
-        assert statistics_of_files(folder) == statistics(load_corpus(folder))
+        assert statistics_of_files(folder) == statistics(Corpus.load(folder))
 
 
 def test_files_that_somebody_has_written_anew_are_read(corpus_path):
-    wanted = statistics(load_corpus(corpus_path))
+    wanted = statistics(Corpus.load(corpus_path))
     path = corpus_path / "commands.jsonl"
     path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
     assert statistics_of_files(corpus_path) == wanted
@@ -64,7 +64,7 @@ def test_stats_as_a_table_has_the_papers_figures(corpus_path):
 
 def test_stats_as_json(corpus_path):
     counted = json.loads(run("stats", corpus_path, "--format", "json").output)
-    assert counted["hash"] == load_corpus(corpus_path).hash
+    assert counted["hash"] == Corpus.load(corpus_path).hash
     assert counted["examples_by_source"]["positive"] == {"true": 2, "false": 0}
 
 

@@ -5,7 +5,6 @@ import json
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.load_choices import load_choices, load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from tests.eval.yard import yards
@@ -51,7 +50,7 @@ def test_annotations_tell_it_where_there_are_no_outcomes(corpus):
 
 
 def test_a_lexicon_is_learned_and_shown(corpus, tmp_path, monkeypatch, capsys):
-    write_corpus(corpus, tmp_path / "yards")
+    corpus.save(tmp_path / "yards")
     monkeypatch.chdir(tmp_path)
     assert run(["similarity", "learn", "yards", "--out", "words.json", "--json"]) == 0
     learned = json.loads(capsys.readouterr().out)

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime import atomic_folder as atomic
 from corpus_tools.runtime.shipped import bundled
 from g3.errors import FormatError
@@ -125,9 +124,9 @@ def test_without_exchange_the_next_one_restores_the_folder(folder):
 
 
 def test_reading_a_corpus_restores_it_too(tmp_path):
-    write_corpus(tiny_corpus(), tmp_path / "c")
+    tiny_corpus().save(tmp_path / "c")
     (tmp_path / "c").rename(tmp_path / ".c.old-0123abcd")
-    assert load_corpus(tmp_path / "c").name == "tiny"
+    assert Corpus.load(tmp_path / "c").name == "tiny"
 
 
 def test_the_fallback_replaces_as_well(folder, monkeypatch):
@@ -170,7 +169,7 @@ def test_of_three_imports_to_one_name_one_succeeds(tmp_path, force):
     ]
     told = [process.communicate()[1] for process in processes]
     statuses = sorted(process.returncode for process in processes)
-    assert load_corpus(tmp_path / "x").name == "warehouse"
+    assert Corpus.load(tmp_path / "x").name == "warehouse"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["x"]
     assert set(statuses) <= {0, 2}, told
     assert statuses.count(0) >= 1 if force else statuses == [0, 2, 2], told

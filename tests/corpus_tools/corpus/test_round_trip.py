@@ -10,11 +10,9 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_reading import load_corpus
 from corpus_tools.corpus.corpus_records import ObjectReference
+from corpus_tools.corpus.corpus_tables import content_hash, encode
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
-from corpus_tools.corpus.encoding import content_hash, encode, rehashed
 from g3.annotation import Command, Judgment, TaskOutcome
 from g3.groundings import PhysicalObject
 from tests.strategies import corpora
@@ -25,9 +23,9 @@ few = settings(max_examples=20, deadline=None, suppress_health_check=list(Health
 def write_and_load(corpus: Corpus) -> Corpus:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "corpus"
-        write_corpus(corpus, path)
+        corpus.save(path)
         assert validate(path) == []
-        return load_corpus(path)
+        return Corpus.load(path)
 
 
 @few
@@ -35,7 +33,7 @@ def write_and_load(corpus: Corpus) -> Corpus:
 def test_what_is_written_is_read_back(corpus: Corpus):
     loaded = write_and_load(corpus)
     assert loaded == corpus
-    assert corpus_files(loaded) == corpus_files(corpus)
+    assert loaded.files() == corpus.files()
     assert_instances_are_shared(loaded)
 
 
@@ -59,7 +57,7 @@ def test_the_hash_sees_everything_but_subjects_and_the_name(corpus: Corpus):
         commands={k: replace(c, subject="somebody else") for k, c in corpus.commands.items()},
         judgments=tuple(replace(j, subject="nobody") for j in corpus.judgments),
     )
-    assert rehashed(renamed).hash == corpus.hash
+    assert renamed.hash == corpus.hash
 
     extra_command = Command("extra", "Go", "s1")
     extra_judgment = Judgment("extra", "Go", "v", "v", "SA", "", "study")
@@ -77,19 +75,19 @@ def test_the_hash_sees_everything_but_subjects_and_the_name(corpus: Corpus):
             replace(corpus, annotations=tuple(rest)),
             replace(corpus, annotations=(replace(first, correct=turned), *rest)),
         ]
-    hashes = {content_hash(encode(other)) for other in changed}
+    hashes = {content_hash(encode(other.content)) for other in changed}
     assert corpus.hash not in hashes
     assert len(hashes) == len(changed)
 
 
 def test_equal_trajectories_are_stored_once(small_corpus: Corpus):
-    tables = encode(small_corpus)
+    tables = encode(small_corpus.content)
     lengths = np.diff(tables.trajectories["offsets"])
     assert len(lengths) == 2  # the agent's, and one of the two pallets that stand still
     assert tables.trajectories["t"].shape == (lengths.sum(),)
 
 
 def test_objects_of_contexts_are_referred_to_by_id(small_corpus: Corpus):
-    (annotation,) = encode(small_corpus).annotations
+    (annotation,) = encode(small_corpus.content).annotations
     references = [g for gs in annotation.groundings for g in gs if isinstance(g, ObjectReference)]
     assert references == [ObjectReference("robot"), ObjectReference("p1"), ObjectReference("p2")]

@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import corpus_files, seal, write_corpus
-from corpus_tools.corpus.encoding import make_corpus, merged, rehashed
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_validation import seal, validate
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, is_drive, outcomes_of
 from g3.annotation import Command, TaskOutcome
@@ -22,18 +20,18 @@ STACKED = TaskOutcome("o1", "s", "world", picked=("p1",), put="on", on=("p2",), 
 
 
 def with_outcomes(corpus, *outcomes):
-    return rehashed(replace(corpus, outcomes=outcomes))
+    return replace(corpus, outcomes=outcomes)
 
 
 def test_a_corpus_without_outcomes_is_written_as_ever(small_corpus):
-    files = corpus_files(small_corpus)
+    files = small_corpus.files()
     assert "outcomes.jsonl" not in files
     assert b"outcomes" not in files["corpus.json"]
     assert b"assumed" not in files["contexts.jsonl"]
 
 
 def test_a_record_says_no_more_than_is_known(small_corpus):
-    files = corpus_files(with_outcomes(small_corpus, STACKED))
+    files = with_outcomes(small_corpus, STACKED).files()
     assert json.loads(files["outcomes.jsonl"]) == {
         "id": "o1", "scenario": "s", "context": "world",
         "picked": ["p1"], "put": "on", "on": ["p2"], "log": "done",
@@ -68,9 +66,9 @@ def test_the_hash_sees_outcomes(small_corpus):
     ],
 )
 def test_what_contradicts_itself(small_corpus, tmp_path, fields, parts):
-    write_corpus(with_outcomes(small_corpus, replace(STACKED, **fields)), tmp_path / "c")
+    with_outcomes(small_corpus, replace(STACKED, **fields)).save(tmp_path / "c")
     with pytest.raises(FormatError) as caught:
-        load_corpus(tmp_path / "c")
+        Corpus.load(tmp_path / "c")
     for part in ["outcomes.jsonl: line 1", *parts]:
         assert part in str(caught.value)
     assert str(caught.value) in map(str, validate(tmp_path / "c"))
@@ -84,40 +82,40 @@ def test_what_is_unknown_may_be_left_open(small_corpus, tmp_path):
         replace(STACKED, id="o3", picked=(), put="", on=(), unknown=("picked", "put", "place")),
         replace(STACKED, id="o4", picked=(), put="", on=(), checkpoint=3, unknown=("place",)),
     )
-    write_corpus(corpus, tmp_path / "c")
+    corpus.save(tmp_path / "c")
     assert validate(tmp_path / "c") == []
-    loaded = load_corpus(tmp_path / "c")
+    loaded = Corpus.load(tmp_path / "c")
     assert loaded == corpus
     assert [is_drive(outcome) for outcome in loaded.outcomes] == [False, False, False, True]
 
 
 def test_a_file_that_is_lost_changed_or_added(small_corpus, tmp_path):
     path = tmp_path / "c"
-    write_corpus(with_outcomes(small_corpus, STACKED), path)
+    with_outcomes(small_corpus, STACKED).save(path)
     file = path / "outcomes.jsonl"
     file.write_text(file.read_text().replace("done", "undone"))
     with pytest.raises(FormatError, match=r"outcomes.jsonl: .*digest"):
-        load_corpus(path)
+        Corpus.load(path)
     seal(path)
-    assert load_corpus(path).outcomes[0].log == "undone"
+    assert Corpus.load(path).outcomes[0].log == "undone"
     content = file.read_bytes()
     file.unlink()
     with pytest.raises(FormatError, match=r"outcomes.jsonl: the file can't be read"):
-        load_corpus(path)
+        Corpus.load(path)
     plain = tmp_path / "plain"
-    write_corpus(small_corpus, plain)
+    small_corpus.save(plain)
     (plain / "outcomes.jsonl").write_bytes(content)
     with pytest.raises(FormatError, match=r"0 outcomes are promised, 1 are there"):
-        load_corpus(plain)
+        Corpus.load(plain)
     seal(plain)
-    assert len(load_corpus(plain).outcomes) == 1
+    assert len(Corpus.load(plain).outcomes) == 1
 
 
 def test_an_assumption_about_nothing(small_corpus, tmp_path):
     context = replace(small_corpus.contexts["world"], assumed=(("nix", "size"),))
-    write_corpus(replace(small_corpus, contexts={"world": context}), tmp_path / "c")
+    replace(small_corpus, contexts={"world": context}).save(tmp_path / "c")
     with pytest.raises(FormatError, match=r"assumed\[0\]: no object has the id 'nix'"):
-        load_corpus(tmp_path / "c")
+        Corpus.load(tmp_path / "c")
 
 
 def test_whose_outcome_it_is(small_corpus):
@@ -153,7 +151,7 @@ def test_annotations_follow_a_turned_robot(small_corpus):
     annotation = replace(
         annotation, context=context, groundings=((still,), *annotation.groundings[1:])
     )
-    corpus = make_corpus(
+    corpus = Corpus.build(
         "c",
         contexts=[context],
         commands=small_corpus.commands.values(),
@@ -180,7 +178,7 @@ def test_a_recorded_heading_and_a_moving_robot_stay(small_corpus):
 def test_several_corpora_as_one(small_corpus):
     one = with_outcomes(small_corpus, STACKED)
     contexts = [replace(c, id="other") for c in one.contexts.values()]
-    two = make_corpus(
+    two = Corpus.build(
         "two",
         contexts=contexts,
         commands=[Command("t-01", "Go", "t")],
@@ -188,11 +186,11 @@ def test_several_corpora_as_one(small_corpus):
         outcomes=[replace(STACKED, id="o2", scenario="t", context="other")],
         source="elsewhere",
     )
-    both = merged("both", [one, two])
+    both = Corpus.merge("both", [one, two])
     assert [o.id for o in both.outcomes] == ["o1", "o2"]
     assert list(both.contexts) == ["world", "other"]
     assert both.annotations == one.annotations
     assert both.judgments == one.judgments
     assert both.source == "made up; elsewhere"
     with pytest.raises(CorpusError, match="two of the corpora have the context 'world'"):
-        merged("both", [one, one])
+        Corpus.merge("both", [one, one])

@@ -6,8 +6,7 @@ import os
 
 import pytest
 
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_writing import check_writable, write_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime import atomic_folder as atomic
 from g3.errors import FormatError
 
@@ -36,7 +35,7 @@ def interrupt(monkeypatch, function, at, error):
 def test_an_interrupted_write_leaves_nothing(small_corpus, tmp_path, monkeypatch, at, error):
     interrupt(monkeypatch, "fsync", at, error)
     with pytest.raises(type(error)):
-        write_corpus(small_corpus, tmp_path / "corpus")
+        small_corpus.save(tmp_path / "corpus")
     assert names(tmp_path) == []
 
 
@@ -45,7 +44,7 @@ def test_an_interrupted_replacement_keeps_the_old(small_corpus, corpus_path, mon
     (corpus_path / "mark").touch()
     interrupt(monkeypatch, "fsync", at, KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        write_corpus(small_corpus, corpus_path, force=True)
+        small_corpus.save(corpus_path, force=True)
     assert names(corpus_path.parent) == ["corpus"]
     assert (corpus_path / "mark").exists()
 
@@ -55,35 +54,35 @@ def test_an_interrupt_between_the_two_renames_keeps_the_old(small_corpus, corpus
     monkeypatch.setattr(atomic, "exchange", lambda _one, _other: False)
     interrupt(monkeypatch, "rename", 2, KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        write_corpus(small_corpus, corpus_path, force=True)
+        small_corpus.save(corpus_path, force=True)
     assert names(corpus_path.parent) == ["corpus"]
     assert (corpus_path / "mark").exists()
 
 
 def test_an_existing_corpus_is_replaced_only_by_force(small_corpus, corpus_path):
     with pytest.raises(FormatError, match="--force"):
-        write_corpus(small_corpus, corpus_path)
+        small_corpus.save(corpus_path)
     (corpus_path / "mark").touch()
-    write_corpus(small_corpus, corpus_path, force=True)
+    small_corpus.save(corpus_path, force=True)
     assert "mark" not in names(corpus_path)
     assert names(corpus_path.parent) == ["corpus"]
-    assert load_corpus(corpus_path) == small_corpus
+    assert Corpus.load(corpus_path) == small_corpus
 
 
 def test_what_is_no_corpus_is_never_replaced(small_corpus, tmp_path):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.tex").touch()
     with pytest.raises(FormatError, match="other things"):
-        write_corpus(small_corpus, tmp_path / "thesis", force=True)
+        small_corpus.save(tmp_path / "thesis", force=True)
     with pytest.raises(FormatError, match="not a folder"):
-        check_writable(tmp_path / "thesis" / "chapter.tex", force=True)
+        Corpus.check_target(tmp_path / "thesis" / "chapter.tex", force=True)
     with pytest.raises(FormatError, match="no such folder"):
-        check_writable(tmp_path / "nowhere" / "corpus")
+        Corpus.check_target(tmp_path / "nowhere" / "corpus")
     assert names(tmp_path / "thesis") == ["chapter.tex"]
 
 
 def test_an_empty_folder_is_filled(small_corpus, tmp_path):
     (tmp_path / "corpus").mkdir()
-    write_corpus(small_corpus, tmp_path / "corpus", attachments={"note.txt": b"hello"})
-    assert load_corpus(tmp_path / "corpus") == small_corpus
+    small_corpus.save(tmp_path / "corpus", attachments={"note.txt": b"hello"})
+    assert Corpus.load(tmp_path / "corpus") == small_corpus
     assert (tmp_path / "corpus" / "note.txt").read_bytes() == b"hello"

@@ -17,7 +17,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.exporters.export_registry import export_corpus_to
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.lerobot.episode_reading import open_dataset
@@ -132,7 +131,7 @@ def of_two_steps(*starts: float) -> Corpus:
         "two/positive", command, context, sdcs, tuple(groundings), (True,) * len(groundings),
         "positive",
     )  # fmt: skip
-    return make_corpus(
+    return Corpus.build(
         "two", contexts=[context], commands=[command], annotations=[annotation], source="made up"
     )
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.encoding import make_corpus
 from corpus_tools.exporters.slu_core import MARKER, slu_core_files
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
@@ -50,7 +49,7 @@ def test_clauses_that_readers_would_give_a_figure(tmp_path: Path) -> None:
     changed = replace(
         first, command=command, sdcs=(tree,), groundings=first.groundings[:1], correct=(True,)
     )
-    small = make_corpus(
+    small = Corpus.build(
         "small", contexts=[first.context], commands=[command], annotations=[changed], source=""
     )
     (read,) = again(small, tmp_path / "out").annotations
@@ -63,7 +62,7 @@ def test_what_nobody_has_said_is_left_out(tmp_path: Path) -> None:
     corpus = tiny_corpus()
     right, wrong = corpus.annotations[:2]
     unsaid = replace(wrong, correct=tuple(None for _ in wrong.correct))
-    small = make_corpus(
+    small = Corpus.build(
         "small",
         contexts=[right.context],
         commands=[right.command],
@@ -91,7 +90,7 @@ def test_authored_commands_come_back(tmp_path: Path) -> None:
     world = next(iter(whole.contexts.values()))
     kept = [a for a in whole.annotations if a.context == world and a.source != "hard"]
     commands = {a.command.id: a.command for a in kept}
-    part = make_corpus(
+    part = Corpus.build(
         "part", contexts=whole.contexts.values(), commands=commands.values(), annotations=kept,
         source="",
     )  # fmt: skip

@@ -9,10 +9,9 @@ import shutil
 import numpy as np
 import pytest
 
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_tables import encode
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
-from corpus_tools.corpus.encoding import encode
 from corpus_tools.importers.authored.authored_clauses import leaf_words
 from corpus_tools.importers.authored.authored_corpus import import_authored
 from corpus_tools.importers.authored.bundled import bundled
@@ -155,14 +154,17 @@ def test_the_way_to_receiving_leads_between_the_tires(warehouse):
 
 def test_importing_twice_gives_the_same_bytes(warehouse):
     again, _ = import_authored(SOURCE)
-    assert corpus_files(again) == corpus_files(warehouse)
+    assert again.files() == warehouse.files()
     assert "2011" in warehouse.source
 
 
 def test_is_written_and_read_back(warehouse, tmp_path):
-    write_corpus(warehouse, tmp_path / "corpus")
+    warehouse.save(tmp_path / "corpus")
     assert validate(tmp_path / "corpus") == []
-    assert encode(load_corpus(tmp_path / "corpus")).counts() == encode(warehouse).counts()
+    assert (
+        encode(Corpus.load(tmp_path / "corpus").content).counts()
+        == encode(warehouse.content).counts()
+    )
 
 
 def test_the_example_in_the_documentation_can_be_imported(tmp_path):

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import corpus_tools
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored import authored_corpus as assembly
 from corpus_tools.importers.authored import bundled
 from g3.errors import FormatError
@@ -40,7 +40,7 @@ def quick(monkeypatch, imported):
 def test_warehouse_is_built_once_into_the_cache(cache, monkeypatch, quick):
     path = bundled.resolve("warehouse")
     assert path.parent == cache
-    assert load_corpus(path).name == "warehouse"
+    assert Corpus.load(path).name == "warehouse"
     monkeypatch.setattr(assembly, "import_authored", None)
     assert bundled.resolve("warehouse") == path
     assert len(bundled.open_corpus("warehouse").commands) >= 80
@@ -78,14 +78,14 @@ def test_changed_sources_are_built_anew(tmp_path):
     dataset.write_text(dataset.read_text().replace("seed: 2011", "seed: 1"))
     second = bundled.resolve(source)
     assert first != second
-    assert load_corpus(first).hash != load_corpus(second).hash
+    assert Corpus.load(first).hash != Corpus.load(second).hash
 
 
 def test_a_cached_corpus_with_a_missing_file_is_built_anew(quick):
     path = bundled.resolve("warehouse")
     (path / "annotations.jsonl").unlink()
     assert bundled.resolve("warehouse") == path
-    assert load_corpus(path).annotations
+    assert Corpus.load(path).annotations
 
 
 def test_what_older_programs_built_is_kept_for_a_month(cache, quick):
@@ -110,7 +110,7 @@ def test_builds_at_the_same_time_agree(cache, quick):
         thread.join()
     assert len(found) == 4
     assert set(found) == set(cache.iterdir())
-    assert load_corpus(found[0]).annotations
+    assert Corpus.load(found[0]).annotations
 
 
 def test_a_cache_that_cannot_be_written_is_told(tmp_path, monkeypatch, quick):

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from corpus_tools.cli.import_commands import import_
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_tables import encode
 from corpus_tools.corpus.decoding import World
 from corpus_tools.corpus.decoding import outcome as decode_outcome
-from corpus_tools.corpus.encoding import encode, make_corpus
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
 from corpus_tools.importers.slu_core.automatic_tasks import outcomes_of_log, read_log
 from corpus_tools.importers.slu_core.automatic_worlds import place_robot, read_things
@@ -215,7 +215,7 @@ def test_what_cannot_be_read_is_an_error_or_left_out(group, tmp_path, broken, fi
     result = CliRunner().invoke(import_, [*command, "--keep-going"])
     assert result.exit_code == 0, result.exception
     assert "skipped: " in result.output
-    assert len(load_corpus(tmp_path / "a").contexts) == 2
+    assert len(Corpus.load(tmp_path / "a").contexts) == 2
 
 
 def test_other_files_are_counted(group):
@@ -272,7 +272,7 @@ def test_whatever_was_done_the_record_fits_together(lines):
     log = read_log(made.log(*(line.format(name, 7) for line, name in lines)))
     context = place_robot("world", read_things(made.YARD, print), log.start, print)
     outcomes = outcomes_of_log(log, context, "", lambda *_: None)
-    corpus = make_corpus("c", contexts=[context], commands=[], annotations=[], outcomes=outcomes)
+    corpus = Corpus.build("c", contexts=[context], commands=[], annotations=[], outcomes=outcomes)
     world = World({}, corpus.contexts, {("world", o.id): o for o in context.objects})
-    records = encode(corpus).outcomes
+    records = encode(corpus.content).outcomes
     assert tuple(decode_outcome(record, world) for record in records) == outcomes

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from corpus_tools.cli.import_commands import import_
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
 from corpus_tools.importers.slu_core.slu_files import (
     EASY_NEGATIVES,
@@ -284,7 +284,7 @@ def test_a_broken_record_is_left_out_and_listed(source, tmp_path, file, old, new
     result = run(source, "--out", out, "--keep-going")
     assert result.exit_code == 0, result.exception
     assert f"skipped: {file}: {record}" in result.output
-    load_corpus(out)
+    Corpus.load(out)
     report = (out / "import-report.json").read_text()
     assert f'"file": "{file}"' in report
     assert f'"record": "{record}' in report
@@ -367,7 +367,7 @@ def test_without_a_salt_only_the_subjects_differ(tmp_path):
     digests, others = one.pop("digests"), other.pop("digests")
     assert one == other
     assert {name for name in digests if digests[name] != others[name]} == different
-    assert load_corpus(tmp_path / "a").hash == load_corpus(tmp_path / "b").hash
+    assert Corpus.load(tmp_path / "a").hash == Corpus.load(tmp_path / "b").hash
 
 
 def test_no_worker_id_is_stored(tmp_path):

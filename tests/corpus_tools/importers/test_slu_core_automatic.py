@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from corpus_tools.cli.corpus_commands import corpus as corpus_command
 from corpus_tools.cli.import_commands import import_
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
@@ -85,7 +85,7 @@ def test_what_is_assumed_is_told(group, tmp_path):
         ("11", "size"), ("12", "size"), ("14", "size"), ("-100", "heading")
     )  # fmt: skip
     assert run(group, "--part", "automatic", "--out", tmp_path / "a").exit_code == 0
-    assert load_corpus(tmp_path / "a").contexts[WORLD].assumed == corpus.contexts[WORLD].assumed
+    assert Corpus.load(tmp_path / "a").contexts[WORLD].assumed == corpus.contexts[WORLD].assumed
 
 
 def test_the_robot_starts_where_the_log_says_and_faces_the_loads(group):
@@ -210,7 +210,7 @@ def test_the_corpus_is_written_sound_and_shown(group, tmp_path):
     assert told["report"]["parts_taken"] == ["automatic"]
     assert validate(out) == []
     assert b"WORKER" not in b"".join(path.read_bytes() for path in out.iterdir())
-    corpus = load_corpus(out)
+    corpus = Corpus.load(out)
     assert corpus.outcomes[0].on == ("13",)
 
     def show(*args):

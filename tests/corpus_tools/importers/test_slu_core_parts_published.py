@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.slu_core.automatic_worlds import read_things
 from corpus_tools.importers.slu_core.slu_files import SCENARIOS
 from corpus_tools.importers.slu_core.slu_parts import find_automatic, find_relations, import_parts
@@ -60,7 +59,7 @@ def test_all_parts_in_one_corpus(published_files, published, tmp_path):
     corpus, report = import_parts(published_files, salt="salt", part="all")
     assert report.parts_taken == report.parts_there
     assert set(published[0].commands) <= set(corpus.commands)
-    write_corpus(corpus, tmp_path / "all")
+    corpus.save(tmp_path / "all")
     assert validate(tmp_path / "all") == []
     if find_relations(published_files).names:
         labels = [a.correct[0] for a in corpus.annotations if a.id.startswith("spatial-relations")]

@@ -8,10 +8,9 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import statistics
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.corpus.corpus_writing import corpus_files, write_corpus
 from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.replay import replay
@@ -67,9 +66,9 @@ def test_the_implicit_robot_is_never_grounded(corpus):
 
 
 def test_it_is_sound_and_read_back(corpus, tmp_path):
-    write_corpus(corpus, tmp_path / "corpus")
+    corpus.save(tmp_path / "corpus")
     assert validate(tmp_path / "corpus") == []
-    assert load_corpus(tmp_path / "corpus") == corpus
+    assert Corpus.load(tmp_path / "corpus") == corpus
 
 
 def test_no_worker_id_is_stored(published, published_files):
@@ -77,7 +76,7 @@ def test_no_worker_id_is_stored(published, published_files):
     source = b"".join(path.read_bytes() for path in sorted(published_files.glob("*/*/*.yaml")))
     workers = set(re.findall(rb"workerId: *['\"]?([^\s,'\"}]+)", source))
     assert len(workers) > 50
-    stored = b"".join([*corpus_files(corpus).values(), report.to_bytes()])
+    stored = b"".join([*corpus.files().values(), report.to_bytes()])
     assert not [worker for worker in workers if worker in stored]
 
 

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from corpus_tools.cli.import_commands import import_
-from corpus_tools.corpus.corpus_reading import load_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.importers.slu_core.slu_parts import import_parts
 from g3.errors import FormatError
@@ -105,7 +105,7 @@ def test_what_cannot_be_read(source, tmp_path, old, new, what):
     result = CliRunner().invoke(import_, [*command, "--keep-going"])
     assert result.exit_code == 0, result.exception
     assert "skipped: spatialRelations.someone.yaml.bz2: record 1" in result.output
-    assert len(load_corpus(out).annotations) == 3
+    assert len(Corpus.load(out).annotations) == 3
 
 
 def test_all_that_is_there_is_one_sound_corpus(source, tmp_path):
@@ -118,5 +118,5 @@ def test_all_that_is_there_is_one_sound_corpus(source, tmp_path):
     parts = "automatic, spatial-relations"
     assert f"imported {parts}; there are {parts}" in result.output
     assert validate(out) == []
-    both = load_corpus(out)
+    both = Corpus.load(out)
     assert (len(both.commands), len(both.outcomes), len(both.annotations)) == (5, 1, 4)

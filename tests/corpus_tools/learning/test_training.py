@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.labelled_corpus import Options, labelled_examples
 from corpus_tools.corpus.load_choices import load_choices
 from corpus_tools.importers.authored.bundled import open_corpus
@@ -43,7 +42,7 @@ def test_loads_are_learned_either_way(monkeypatch):
 
 
 def test_training_says_that_it_keeps_features_in_files(tmp_path, monkeypatch, capsys):
-    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    tiny_corpus().save(tmp_path / "tiny")
     monkeypatch.setattr(trained, "IN_MEMORY", 10)
     out = tmp_path / "m"
     assert run(["train", "g3", "--corpus", str(tmp_path / "tiny"), "--out", str(out)]) == 0

@@ -16,14 +16,13 @@ import numpy as np
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import Options
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Executor, WorkerDiedError, Workers, work
 from corpus_tools.shards.shard_making import write_shards
 from corpus_tools.shards.shard_training import fit_on_shards
-from eval.statistics.resampling import resampled_sums
+from eval.statistics.estimates import resampled_sums
 from eval.table_3.end_to_end import run as run_table_3
 from g3.errors import CorpusError
 from g3.learning.grounding_model import GroundingModel
@@ -140,7 +139,7 @@ def test_rendering_on_a_cluster(cluster, tmp_path, capsys):
 @pytest.mark.slow
 def test_training_on_a_cluster(cluster, tmp_path):
     pytest.importorskip("pyarrow")
-    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    tiny_corpus().save(tmp_path / "tiny")
     made = []
     for name, workers in (("here", Workers()), ("there", Workers(scheduler=cluster))):
         options = Options(ablated=("word-wordnet",))
@@ -169,7 +168,7 @@ def test_table_3_on_a_cluster(cluster, tmp_path):
     whole = open_corpus("warehouse")
     ids = ("court_put_crate_on_trailer-01", "hall_pick_up_boxes-01")
     annotations = [a for a in whole.annotations if a.command.id in ids]
-    few = make_corpus(
+    few = Corpus.build(
         "few",
         contexts=list({a.context.id: a.context for a in annotations}.values()),
         commands=[whole.commands[command] for command in ids],
@@ -178,7 +177,7 @@ def test_table_3_on_a_cluster(cluster, tmp_path):
         source=whole.source,
         licence=whole.licence,
     )
-    write_corpus(few, tmp_path / "few")
+    few.save(tmp_path / "few")
     name = str(tmp_path / "few")
     there = run_table_3(
         name, name, configurations=("gold",), workers=Workers(scheduler=cluster)

@@ -14,8 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.terminal import visible
 from g3.annotation import Command
 from tests.tiny_corpus import tiny_corpus
@@ -52,7 +51,7 @@ def test_only_colours_are_let_through_where_we_colour():
 def evil_corpus(tmp_path):
     tiny = tiny_corpus()
     commands = {**tiny.commands, EVIL: Command(EVIL, f"Go {EVIL}", EVIL, "v")}
-    made = make_corpus(
+    made = Corpus.build(
         f"evil{EVIL}",
         contexts=[replace(c, id=f"{name}{EVIL}") for name, c in tiny.contexts.items()],
         commands=commands.values(),
@@ -61,7 +60,7 @@ def evil_corpus(tmp_path):
         licence=EVIL,
     )
     path = tmp_path / "evil\x1b[2J"
-    write_corpus(made, path)
+    made.save(path)
     return path
 
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import Options, labelled_examples
 from corpus_tools.runtime.parallel import Workers
 from corpus_tools.shards.shard_files import MANIFEST, read_manifest, read_shard
@@ -34,14 +33,14 @@ TIGHT = 1e-9
 def corpora(tmp_path_factory):
     """Two corpora of other worlds, with features of their own."""
     folder = tmp_path_factory.mktemp("corpora")
-    write_corpus(tiny_corpus(), folder / "one")
-    write_corpus(tiny_corpus(("to_truck", "put_on_truck"), shift=2.5), folder / "two")
+    tiny_corpus().save(folder / "one")
+    tiny_corpus(("to_truck", "put_on_truck"), shift=2.5).save(folder / "two")
     return str(folder / "one"), str(folder / "two")
 
 
 @pytest.fixture(scope="module")
 def items(corpora):
-    return [item for name in corpora for item in labelled_examples(load_corpus(name))]
+    return [item for name in corpora for item in labelled_examples(Corpus.load(name))]
 
 
 def by_name(space, weights):

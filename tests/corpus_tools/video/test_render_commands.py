@@ -18,8 +18,6 @@ import numpy as np
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import rehashed
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.video.drawing.drawn_moments import sampled
 from corpus_tools.video.items import context_items, story_of
@@ -61,7 +59,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def corpus(tmp_path_factory):
     folder = tmp_path_factory.mktemp("corpora") / "tiny"
-    write_corpus(tiny_corpus(), folder)
+    tiny_corpus().save(folder)
     return folder
 
 
@@ -192,7 +190,7 @@ def test_other_colours_are_another_input(corpus, tmp_path):
     name, context = next(iter(tiny.contexts.items()))
     painted = tuple(replace(item, colours=("red",)) for item in context.objects)
     contexts = {**tiny.contexts, name: replace(context, objects=painted)}
-    write_corpus(rehashed(replace(tiny, contexts=contexts)), tmp_path / "painted")
+    replace(tiny, contexts=contexts).save(tmp_path / "painted")
     one, other = (
         {item.name: story_of(item).fingerprint for item in context_items(str(folder))}
         for folder in (corpus, tmp_path / "painted")

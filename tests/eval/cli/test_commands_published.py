@@ -7,7 +7,6 @@ import json
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from eval.table_1.correspondence import ROW_TYPES
 
 pytestmark = pytest.mark.slow
@@ -15,7 +14,7 @@ pytestmark = pytest.mark.slow
 
 def test_table_1(published, tmp_path, capsys):
     corpus, _ = published
-    write_corpus(corpus, tmp_path / "aaai11")
+    corpus.save(tmp_path / "aaai11")
     # One split, as in the paper; to hold out each scenario in turn takes fifteen times as long.
     arguments = ["--corpus", str(tmp_path / "aaai11"), "--split", "scenario", "--format", "json"]
     assert run(["eval", "--table", "1", *arguments]) == 0

@@ -11,7 +11,6 @@ from dataclasses import replace
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.corpus.estimate import REASONS
 from g3.annotation import Judgment
 from tests.shared_cases import case
@@ -67,7 +66,7 @@ def folders(tmp_path_factory):
     """A corpus of each kind, with worlds and logs."""
     folder = tmp_path_factory.mktemp("degenerate")
     for name, judgments in DEGENERATE.items():
-        write_corpus(replace(tiny_corpus(), judgments=tuple(judgments)), folder / name)
+        replace(tiny_corpus(), judgments=tuple(judgments)).save(folder / name)
     return folder
 
 
@@ -164,7 +163,7 @@ def test_the_judge_is_compared_or_there_is_a_reason(name, folders, output):
 
 
 def test_a_corpus_without_judgments_has_no_plan(tmp_path, output, capsys):
-    write_corpus(tiny_corpus(), tmp_path / "tiny")
+    tiny_corpus().save(tmp_path / "tiny")
     document = strict(output("--power", "--corpus", tmp_path / "tiny", "--json"))
     assert (document["share"], document["share_reason"]) == (None, "no data")
     assert {row["reason"] for row in document["rows"]} == {"no data"}
@@ -177,7 +176,7 @@ def test_a_class_without_examples_has_reasons(source, tmp_path, output):
     """All that is annotated is right, or nothing is."""
     whole = tiny_corpus(SCENARIOS[:2])
     some = tuple(a for a in whole.annotations if a.source == source)
-    write_corpus(replace(whole, annotations=some), tmp_path / "some")
+    replace(whole, annotations=some).save(tmp_path / "some")
     options = ("--table", "1", "--cv", "scenario", "--corpus", tmp_path / "some")
     document = strict(output(*options, "--json"))
     assert {*reasons(document)} >= {"empty class", "few clusters"}
@@ -188,7 +187,7 @@ def test_a_class_without_examples_has_reasons(source, tmp_path, output):
 
 
 def test_one_scenario_is_refused_by_name(tmp_path, capsys):
-    write_corpus(tiny_corpus(SCENARIOS[:1]), tmp_path / "one")
+    tiny_corpus(SCENARIOS[:1]).save(tmp_path / "one")
     for options in (("--table", "1"), ("--errors",), ("--sdc",)):
         arguments = ["eval", *options, "--cv", "scenario", "--corpus", str(tmp_path / "one")]
         assert run(arguments) == 2

@@ -6,9 +6,8 @@ from click.testing import CliRunner
 
 from corpus_tools.cli.follow_commands import follow
 from corpus_tools.cli.render_commands import render_videos
-from corpus_tools.corpus.corpus_reading import load_corpus
-from eval.cli.demo_commands import demo
-from eval.cli.demo_steps import LEARNED_LAYOUTS, TESTED, steps
+from corpus_tools.corpus.corpus_model import Corpus
+from eval.cli.demo_commands import LEARNED_LAYOUTS, TESTED, demo, steps
 from eval.cli.eval_commands import evaluate
 
 COMMANDS = {"eval": evaluate, "follow": follow, "render-videos": render_videos}
@@ -41,7 +40,7 @@ def test_only_what_is_missing_is_made_of_scenarios_that_are_learned_from(tmp_pat
     assert done.output.count("it is there") == len(steps(tmp_path)) - 1
     assert f"made {missing}" in done.output
     assert "report.html" in done.output
-    tested = load_corpus(missing)
+    tested = Corpus.load(missing)
     assert len(tested.commands) == sum(TESTED.values())
     assert {a.command.scenario for a in tested.annotations} == set(TESTED)
     assert all(name.startswith(LEARNED_LAYOUTS) for name in TESTED)

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from eval.table_1.correspondence import ROW_TYPES
 from eval.table_1.held_out_predictions import curve_sizes
 from g3.features.feature_registry import select
@@ -38,9 +37,9 @@ METADATA = {
 def folder(tmp_path, monkeypatch):
     """A folder with a corpus of all scenarios, and two of some; every test runs in it."""
     monkeypatch.chdir(tmp_path)
-    write_corpus(tiny_corpus(), tmp_path / "tiny")
-    write_corpus(tiny_corpus(SCENARIOS[:2]), tmp_path / "two")
-    write_corpus(tiny_corpus(SCENARIOS[2:]), tmp_path / "third")
+    tiny_corpus().save(tmp_path / "tiny")
+    tiny_corpus(SCENARIOS[:2]).save(tmp_path / "two")
+    tiny_corpus(SCENARIOS[2:]).save(tmp_path / "third")
     return tmp_path
 
 
@@ -129,7 +128,7 @@ def test_a_trained_model_gives_what_training_anew_gives(table, capsys):
 
 
 def test_the_same_name_of_another_world_is_another_scenario(table, folder):
-    write_corpus(tiny_corpus(shift=3.0), folder / "elsewhere")
+    tiny_corpus(shift=3.0).save(folder / "elsewhere")
     assert table("--train", "tiny", "--test", "elsewhere")["rows"][-1]["n"] == 44
 
 
@@ -320,9 +319,7 @@ def test_a_model_is_not_tested_on_its_own_scenarios(capsys):
 @pytest.mark.parametrize("negatives", ["random", "hard"])
 def test_a_corpus_without_examples_is_told(capsys, folder, negatives):
     commands = tiny_corpus().commands.values()
-    write_corpus(
-        make_corpus("none", contexts=[], commands=commands, annotations=[]), folder / "none"
-    )
+    Corpus.build("none", contexts=[], commands=commands, annotations=[]).save(folder / "none")
     assert ct("--table", "1", "--corpus", "none", "--negatives", negatives) == 2
     message = capsys.readouterr().err
     assert "corpus none: no clause is grounded and labelled" in message

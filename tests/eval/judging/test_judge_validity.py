@@ -8,19 +8,19 @@ import pytest
 from click.testing import CliRunner
 from sklearn.metrics import cohen_kappa_score, roc_auc_score
 
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.judging.execution import counterparts, logged, replayed
 from eval.judging.judge import Verdict, judge
-from eval.judging.judge_agreement import agreement, cohens_kappa
 from eval.judging.judge_registry import judge_named, plan_judge
 from eval.judging.judge_report import in_a_line, with_validity
 from eval.judging.judge_validity import (
     CHOSEN_ON,
     ENDS,
     WORDS,
+    agreement,
+    cohens_kappa,
     contexts_of_videos,
     judge_validity,
     known_validity,
@@ -68,7 +68,7 @@ def with_judgments(whole, videos, rating):
         for shown in videos
         for rater, given in enumerate(rating(c.video, shown))
     ]
-    return make_corpus(
+    return Corpus.build(
         name="judged",
         contexts=list(videos.values()),
         commands=commands,
@@ -214,7 +214,7 @@ def test_table_3_has_it_beside_its_figures(whole, of_layout):
 
 def test_the_command_tells_figures_and_disagreements(whole, of_layout, tmp_path):
     path = tmp_path / "judged"
-    write_corpus(with_judgments(whole, of_layout, plain), path)
+    with_judgments(whole, of_layout, plain).save(path)
     arguments = ["--judge-validity", "--corpus", str(path), "--draws", "50"]
     done = CliRunner().invoke(evaluate, [*arguments, "--format", "json"])
     assert done.exit_code == 0, done.output
@@ -249,7 +249,7 @@ def test_another_judge_is_compared_with_people_on_the_same_pairs(whole, of_layou
         assert verdicts["still-held"].correct == held[shown]
     counts = found.near_misses["still-held"]["all"].counts
     assert sum(counts.values()) == found.near_misses[ENDS]["all"].n
-    write_corpus(corpus, tmp_path / "rated")
+    corpus.save(tmp_path / "rated")
     asked = ["--judge-validity", "--corpus", str(tmp_path / "rated"), "--judge", "still-held"]
     done = CliRunner().invoke(evaluate, [*asked, "--json"])
     assert done.exit_code == 0, done.output

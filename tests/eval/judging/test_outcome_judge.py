@@ -2,8 +2,7 @@
 
 import pytest
 
-from eval.judging.outcome_judge import expected, judge_outcome
-from eval.judging.picked_up import picked_in_log, picked_up
+from eval.judging.judge import expected, judge_outcome, picked_in_log, picked_up
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.forklift_actions import CARRY, GO_STRAIGHT, PICK_UP, TURN
 from g3.actions.grounding_candidates import spots_about, spots_of_robot

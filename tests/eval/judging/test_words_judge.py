@@ -1,21 +1,24 @@
 """The second verdict, on plans and logs of which it is plain whether they do what words say."""
 
+import json
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
 
 from corpus_tools.importers.authored.bundled import open_corpus
-from eval.judging.allowed_things import allowed
 from eval.judging.execution import logged, planned
-from eval.judging.grounded_command import grounded_command
+from eval.judging.grounded_command import grounded_command, meanings
 from eval.judging.layout import is_between, looking_at, seen
-from eval.judging.words_judge import judge_by_words
+from eval.judging.words_judge import allowed, judge_by_words, judge_clauses
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
 from g3.actions.grounding_candidates import spots_about
 from g3.actions.robot_state import start_state
 from g3.groundings import Prism
+from g3.sdc.clauses import Span
+from g3.sdc.sdc_notation import parse_brackets
 
 
 @pytest.fixture(scope="module")
@@ -140,8 +143,8 @@ def test_own_logs_do_what_was_said_of_them(commands):
     # People have typed and annotated these for the logs; not all that they say can be measured.
     some = [a for i, a in sorted(commands.items()) if i.endswith(("-01", "-05", "-08"))]
     deeds = {a.context.id: logged(a.context) for a in some}
-    right = [judge_by_words(a, deeds[a.context.id]).correct for a in some]
-    assert np.mean(right) >= 0.95
+    verdicts = [judge_by_words(a, deeds[a.context.id]) for a in some]
+    assert np.mean([bool(v and v.correct) for v in verdicts]) >= 0.95
 
 
 def test_a_log_of_another_world_is_judged_by_what_stands_there(commands):
@@ -167,7 +170,7 @@ def test_plans_and_logs_tell_of_the_same_deeds(commands):
 def test_the_annotated_thing_is_always_allowed_in_its_own_world(commands):
     for annotation in list(commands.values())[::7]:
         words = grounded_command(annotation, start_state(annotation.context))
-        for node, sdc in enumerate(words.tree.nodes):
+        for node, sdc in enumerate(words.nodes):
             if sdc.type == "OBJECT":
                 assert words.things[node] <= allowed(words, node)
 
@@ -191,3 +194,53 @@ def test_what_is_seen_is_ahead_and_to_the_left():
         np.array([[3.0, 0.0], [0.0, 1.0]])
     )
     assert looking_at(pose, np.array([[3.0, 2.0]]))[2] == pytest.approx(0.0)
+
+
+def test_without_annotated_clauses_it_does_not_judge(commands):
+    own = commands["hall_pick_up_boxes-01"]
+    done = planned(own.context, [pick_up("boxes-1")])
+    assert judge_by_words(None, done) is None
+    nothing_asked = replace(own, sdcs=(), groundings=(), correct=())
+    assert judge_by_words(nothing_asked, done) is None
+    nowhere = replace(
+        commands["depot_go_to_storage-01"],
+        groundings=tuple(() for _ in commands["depot_go_to_storage-01"].groundings),
+    )
+    drive = Action(DRIVE_TO, target=(start_state(nowhere.context).thing("truck-1"),))
+    assert judge_by_words(nowhere, planned(nowhere.context, [drive])) is None
+
+
+CLAUSES = """
+EVENT_1(r = Pick up, l = OBJ_2(f = the left crate))
+EVENT_3(r = put, l = OBJ_4(f = it), l2 = PLACE_5(r = on, l = OBJ_6(f = the trailer)))
+"""
+
+
+@pytest.mark.parametrize(
+    ("load", "carrier", "right"),
+    [
+        ("crate-1", "trailer-1", True),
+        ("crate-1", "truck-1", False),
+        ("crate-2", "trailer-1", False),
+    ],
+)
+def test_clauses_in_brackets_are_grounded_by_labels(load, carrier, right, commands):
+    own = commands["court_put_crate_on_trailer-01"]
+    text = "Pick up the left crate and put it on the trailer."
+    done = planned(own.context, [Action(CARRY, load, place=on(own, carrier))])
+    assert judge_clauses(parse_brackets(CLAUSES, command=text), done).correct is right
+
+
+def test_clauses_about_what_has_no_label_are_not_judged(commands):
+    own = commands["court_put_crate_on_trailer-01"]
+    done = planned(own.context, [pick_up("crate-1")])
+    sdcs = parse_brackets("EVENT(r = fetch, l = OBJ(f = the gizmo))", command="fetch the gizmo")
+    assert judge_clauses(sdcs, done) is None
+
+
+def test_each_row_of_the_table_of_words_has_an_example_of_it():
+    rows = (files("eval.judging") / "words.jsonl").read_text(encoding="utf-8").splitlines()
+    assert len(rows) > 20
+    for row in map(json.loads, rows):
+        spans = [Span(0, word) for word in row["example"].split()]
+        assert row["means"] in meanings(spans), row

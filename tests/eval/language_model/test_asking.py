@@ -13,10 +13,8 @@ import pytest
 from eval.judging.execution import planned
 from eval.judging.judge_registry import JudgedPlan
 from eval.language_model import chat_endpoint
-from eval.language_model.chat_endpoint import KEY_VARIABLE, Endpoint, missing
-from eval.language_model.model_answers import LanguageModelGrounder, LanguageModelJudge
-from eval.language_model.structured_replies import json_in
-from eval.language_model.usage import usage
+from eval.language_model.chat_endpoint import KEY_VARIABLE, Endpoint, missing, usage
+from eval.language_model.model_answers import LanguageModelGrounder, LanguageModelJudge, json_in
 from g3.actions.action_kinds import KINDS
 from g3.errors import CorpusError
 from tests.eval.language_model.asking_program import tasks

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eval.parsing.reference_scores import ReferenceScores, reference_scores
+from eval.parsing.sdc_scores import ReferenceScores, reference_scores
 from g3.annotation import Annotation, Command
 from g3.groundings import Context
 from g3.sdc.clauses import breadth_first

@@ -8,22 +8,30 @@ import msgspec
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_reading import load_corpus
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.plan_study.study_pairs import Pair, film_all, pairs, write_study
-from eval.plan_study.study_plans import PlanRecord, plan_all, run_corpus
-from eval.plan_study.study_results import (
+from eval.plan_study.study_plans import (
+    Pair,
+    PlanRecord,
+    Settings,
+    check_settings,
+    film_all,
+    pairs,
+    plan_all,
+    run_corpus,
+    settings_for,
+    write_study,
+)
+from eval.plan_study.whole_study import (
+    Study,
     by_judge,
     by_people,
     check_ratings,
     compare_judge,
     compare_people,
+    render,
 )
-from eval.plan_study.study_settings import Settings, check_settings, settings_for
-from eval.plan_study.whole_study import Study, render
 from g3.annotation import Judgment
 from g3.errors import CorpusError, FormatError
 from g3.groundings import Trajectory
@@ -166,7 +174,7 @@ def test_each_video_is_made_once(tmp_path):
     )
     still = replace(moving, id="still", objects=objects)
     corpus, folder = tmp_path / "corpus", tmp_path / "study"
-    write_corpus(make_corpus("c", contexts=[still], commands=[], annotations=[]), corpus)
+    Corpus.build("c", contexts=[still], commands=[], annotations=[]).save(corpus)
     folder.mkdir()
     shown = [Pair(text, "still", "still", "right", text) for text in ("Stay.", "Wait.")]
     told = []
@@ -216,7 +224,7 @@ def test_what_does_not_go_with_it_is_refused(wrong, tmp_path):
 def test_plans_are_kept_and_not_made_again(tmp_path):
     names = ("dock_pick_up_tires", "hall_pick_up_boxes")
     for folder, chosen in ((tmp_path / "two", names), (tmp_path / "one", names[1:])):
-        write_corpus(few_annotated([f"{name}-01" for name in chosen], folder.name), folder)
+        few_annotated([f"{name}-01" for name in chosen], folder.name).save(folder)
     train, test = str(tmp_path / "two"), str(tmp_path / "one")
     settings = settings_for(train, test, most=1, l2=1.0, seed=0)
     folder = tmp_path / "study"
@@ -225,7 +233,7 @@ def test_plans_are_kept_and_not_made_again(tmp_path):
     assert [r.configuration for r in records] == ["random", "gold", "auto"]
     for r in records:
         if r.run:
-            (run,) = load_corpus(run_corpus(folder, r.run)).contexts.values()
+            (run,) = Corpus.load(run_corpus(folder, r.run)).contexts.values()
             assert run.id == r.run
             assert len(run.agent.trajectory.t) > 1
     kept = {path: path.stat().st_mtime_ns for path in folder.rglob("*.json*")}

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eval.plan_study.plan_validity import ALL, agreements, tells_of_all
 from eval.plan_study.rating_sample import (
+    ALL,
     Sample,
+    agreements,
     distinct_plans,
     draw,
     kind_of,
+    tells_of_all,
 )
 from eval.plan_study.rating_set import verdicts
 from tests.eval.plan_study.made_plans import plans_of, record, waiting

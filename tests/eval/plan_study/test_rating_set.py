@@ -13,32 +13,34 @@ from click.testing import CliRunner
 from annotation_app.core.config import open_instance
 from annotation_app.serving.factory import create_app
 from corpus_tools.cli.console import run
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.world.state.robot_script import TURN, WAIT, ScriptStep
 from eval.cli.eval_commands import evaluate
-from eval.plan_study.rating_power import half_widths, planned
-from eval.plan_study.rating_report import lines_planned
 from eval.plan_study.rating_sample import (
     Sample,
     distinct_plans,
     draw,
+    half_widths,
+    planned,
     quotas,
     sampled,
 )
-from eval.plan_study.rating_set import RunOutcome, most_people, prepare
-from eval.plan_study.study_pairs import INSTANCE, Pair
+from eval.plan_study.rating_set import RunOutcome, lines_planned, most_people, prepare
 from eval.plan_study.study_plans import (
     CONFIGURATIONS,
+    INSTANCE,
     PLANS,
     RUNS,
     KeptPlace,
+    Pair,
     PlanRecord,
     PlanScript,
+    Settings,
     Unit,
+    check_settings,
     chosen_commands,
     plan_all,
+    settings_for,
 )
-from eval.plan_study.study_settings import Settings, check_settings, settings_for
 from eval.statistics.power import design_effect, plan_interval
 from g3.annotation import Judgment
 from g3.errors import FormatError
@@ -196,7 +198,7 @@ def test_what_is_planned_is_counted():
 def study(tmp_path):
     """A folder whose plans are made already: short ones, of which two of three are shared."""
     corpus, folder = tmp_path / "tiny", tmp_path / "set"
-    write_corpus(tiny_corpus(), corpus)
+    tiny_corpus().save(corpus)
     settings = settings_for(
         str(corpus), str(corpus), most=3, l2=1.0, seed=0, plans=("wrong", "right")
     )

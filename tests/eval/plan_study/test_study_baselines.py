@@ -1,8 +1,7 @@
 """Baselines stand beside a study's plans, and nobody is asked about them."""
 
-from eval.plan_study.study_results import by_judge, compare_judge
-from eval.plan_study.study_settings import Settings
-from eval.plan_study.whole_study import baseline_records
+from eval.plan_study.study_plans import Settings
+from eval.plan_study.whole_study import baseline_records, by_judge, compare_judge
 from eval.table_3.baselines import BASELINES, missing
 
 

@@ -14,15 +14,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.video.encode import encode
 from eval.cli.eval_commands import evaluate
 from eval.judging.judge_report import with_validity
 from eval.report.charts import Line, differences, intervals
-from eval.report.gallery import examples, failures
-from eval.report.plan_results import read_all_plans, read_plans
-from eval.report.reliability import bins, calibration_error
+from eval.report.plan_results import bins, calibration_error, read_all_plans, read_plans
+from eval.report.report_contents import examples, failures
 from eval.report.report_page import beside
 from eval.statistics.estimates import Estimate
 from eval.table_1.correspondence import Predictions
@@ -49,7 +47,7 @@ def corpus():
         for shown in (command.video, "another")
         for rater, rating in enumerate(("A", "SA", "D") if shown == command.video else ["D", "D"])
     ]
-    made = make_corpus(
+    made = Corpus.build(
         "tiny <b>",
         contexts=list(tiny.contexts.values()),
         commands=list(tiny.commands.values()),
@@ -96,7 +94,7 @@ def videos(corpus, tmp_path_factory):
 @pytest.fixture(scope="module")
 def report(corpus, plans, videos, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reports")
-    write_corpus(corpus, folder / "tiny")
+    corpus.save(folder / "tiny")
     arguments = ["--report", str(folder / "out"), "--corpus", str(folder / "tiny")]
     arguments += ["--plans", str(plans), "--videos", str(videos), "--repeats", "1"]
     arguments += ["--draws", "20", "--json"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from eval.statistics.crossed_model import crossed
+from eval.statistics.intervals import crossed
 
 
 def test_balanced_data_by_hand():

@@ -5,7 +5,7 @@ import pytest
 
 from corpus_tools.cli.console import run
 from corpus_tools.runtime.parallel import Executor, Workers
-from eval.statistics.resampling import BLOCK, resampled_sums
+from eval.statistics.estimates import BLOCK, resampled_sums
 
 
 def sums(clusters, draws, jobs=1, seed=0):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.table_1.correspondence import Predictions
@@ -30,7 +29,7 @@ SCENARIOS = ("court_put_crate_on_trailer", "dock_pick_up_tires", "hall_pick_up_b
 def corpus(tmp_path_factory):
     commands = open_corpus("warehouse").commands.values()
     folder = tmp_path_factory.mktemp("corpus") / "few"
-    write_corpus(few_annotated({c.id for c in commands if c.scenario in SCENARIOS}), folder)
+    few_annotated({c.id for c in commands if c.scenario in SCENARIOS}).save(folder)
     return str(folder)
 
 

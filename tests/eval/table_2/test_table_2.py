@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.corpus_writing import write_corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.statistics.ratings import check_judgments, of_study, ratings_of, repeated
@@ -163,7 +162,7 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> str:
         )
         for j in judgments()
     ]
-    write_corpus(replace(authored, judgments=tuple(rated)), folder)
+    replace(authored, judgments=tuple(rated)).save(folder)
     return str(folder)
 
 

@@ -7,10 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from eval.cli.eval_commands import evaluate
-from eval.table_3 import search_examples
+from eval.table_3 import held_out
 from eval.table_3.end_to_end import run
-from eval.table_3.kept_outcomes import kept_beside
-from eval.table_3.outcomes import Outcome
+from eval.table_3.outcomes import Outcome, kept_beside
 from eval.table_3.plan_report import render, table
 from g3.errors import ModelError
 
@@ -57,7 +56,7 @@ def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
 def test_who_does_not_see_the_examples_makes_them(few, tmp_path, monkeypatch):
     seen = run(few, few, configurations=("gold",)).outcomes
     elsewhere = nullcontext(tmp_path / "elsewhere.npz")
-    monkeypatch.setattr(search_examples, "written", lambda _: elsewhere)
+    monkeypatch.setattr(held_out, "written", lambda _: elsewhere)
     assert run(few, few, configurations=("gold",)).outcomes == seen
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 
 from corpus_tools.corpus.load_choices import load_choices
-from eval.table_3.held_out import costs_without
-from eval.table_3.search_examples import data_of
+from eval.table_3.held_out import costs_without, data_of
 from g3.features.feature_registry import select
 from tests.eval.yard import yards
 from tests.tiny_corpus import tiny_corpus

@@ -7,7 +7,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from corpus_tools.corpus.encoding import make_corpus
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.table_3.end_to_end import run
@@ -118,7 +118,7 @@ def test_recorded_headings_are_not_turned():
 
 
 def test_a_corpus_that_tells_nothing_is_refused(corpus):
-    silent = make_corpus(
+    silent = Corpus.build(
         "silent",
         contexts=corpus.contexts.values(),
         commands=corpus.commands.values(),

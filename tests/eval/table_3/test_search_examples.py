@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.runtime.parallel import Executor, Workers
-from eval.table_3.held_out import costs_without
-from eval.table_3.search_examples import data_of, read, written
+from eval.table_3.held_out import costs_without, data_of, read, written
 from g3.errors import CorpusError
 from g3.storage.cache_folder import cache_folder
 from tests.eval.yard import few_annotated

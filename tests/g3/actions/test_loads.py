@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from corpus_tools.importers.authored.bundled import open_corpus
-from eval.judging.picked_up import picked_in_log
+from eval.judging.judge import picked_in_log
 from g3.actions.robot_state import (
     can_be_lifted,
     is_load,

@@ -20,7 +20,7 @@ from tests.g3.inference.following_commands import did, world
         ("Face the truck", "face"),
         ("Turn towards the truck", "face"),
         ("Turn to face the truck", "face"),
-        ("Line up the forklift with the truck", "line up"),
+        ("Line up with the truck", "line up"),
         ("Align the forks with the truck", "line up"),
         ("Park by the truck", "park"),
         ("Raise your forks", "raise forks"),

@@ -7,8 +7,15 @@ from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import BACK_UP, CARRY, DRIVE_TO, PICK_UP, TURN, WAIT
 from g3.actions.robot_state import State, moved_to, with_moved
 from g3.groundings import Context
-from g3.inference.calibration import evidence, fit_curve, plan_probability, same_end, share_alike
-from g3.inference.grounder import LIKELY_NOTHING
+from g3.inference.calibration import (
+    LEAST_FIT,
+    evidence,
+    fit_curve,
+    fit_of_plan,
+    plan_probability,
+    same_end,
+    share_alike,
+)
 from g3.inference.search.action_search import Hypothesis
 from tests import worlds
 
@@ -88,20 +95,29 @@ def test_evidence_is_how_well_it_fits_and_how_much_leads_there():
     best = Hypothesis(
         best.score, best.state, best.actions, {0: ((), np.log(0.5)), 2: ((), np.log(0.125))}
     )
-    seen = evidence(best, share_alike(best, [best, alike, another]))
-    assert seen.tolist() == pytest.approx([1.0, 0.75 * np.sqrt(0.25)])
+    fit = fit_of_plan(best, share_alike(best, [best, alike, another]))
+    assert fit == pytest.approx(0.75 * np.sqrt(0.25))
 
 
 def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhere():
     def plan(fit, elsewhere):
         best, other = put("tires", 5, 5), put("boxes", 5, 5, score=np.log(elsewhere))
         told = Hypothesis(0.0, best.state, best.actions, {0: ((), np.log(fit))})
-        return plan_probability(evidence(told, share_alike(told, [told, other])))
+        return plan_probability(evidence(fit_of_plan(told, share_alike(told, [told, other]))))
 
     assert plan(0.9, 0.01) > plan(0.5, 0.01) > plan(0.01, 0.01)
     assert plan(0.9, 0.01) > plan(0.9, 0.5)
-    # What fits nothing is improbable however little else there is.
-    assert plan(1e-6, 1e-6) < LIKELY_NOTHING
+
+
+def test_what_a_plan_leaves_out_makes_it_less_probable():
+    whole = plan_probability(evidence(1.0))
+    for doubt in ({"aside": 1}, {"unparsed": 0.3}, {"is_ambiguous": True}):
+        assert plan_probability(evidence(1.0, **doubt)) < whole
+
+
+def test_what_fits_nothing_is_no_answer():
+    told = Hypothesis(0.0, START, (), {0: ((), np.log(1e-6))})
+    assert fit_of_plan(told, 1e-6) < LEAST_FIT < fit_of_plan(put("tires", 5, 5), 1.0)
 
 
 def test_a_curve_weighs_plans_as_often_as_they_count():

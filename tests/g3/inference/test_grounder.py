@@ -8,8 +8,8 @@ from g3.geometry.plane import rotate
 from g3.groundings import object_ids
 from g3.inference.clarification import told_apart
 from g3.inference.grounder import Grounder
-from g3.language.parsing.extractor import Parse, Tree
 from g3.language.parsing.parser import parse_unsure
+from g3.language.parsing.trees import Parse, Tree
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.following_commands import did, under
 

@@ -304,7 +304,6 @@ def in_its_world(grounder, annotation, **options):
         "put_down_box_pallet-05",
         # "just to the right of the furthest skid of tires", "the tailor hitch"
         "move_box_pallet_to_storage_e-09",
-        "go_to_receiving-11",
         # "parallel and a bit closer to the trailer"
         "move_tire_pallet-06",
     ],

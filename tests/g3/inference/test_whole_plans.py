@@ -7,6 +7,7 @@ from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import square
 from g3.inference.potentials.cases import PlanCase, PlanEnd
+from g3.inference.potentials.plan_things import left_aside
 from g3.inference.potentials.potential_registry import added_by
 from g3.inference.potentials.whole_plans import (
     CUES,
@@ -90,3 +91,11 @@ def test_potentials_of_plans_can_be_switched_off():
     case = case_of("lift the crate", LIFT, DRIVE)
     assert added_by(PlanCase(case.words, case.plans, problem)) == {}
     assert set(added_by(case)) == {"plan-end", "plan-things"}
+
+
+def test_things_without_a_part_in_a_plan_are_left_aside():
+    state = PROBLEM.state
+    words = ("lift", "the", "crate", "by", "the", "berm", "and", "the", "tires")
+    [lift] = case_of("", LIFT).plans
+    assert left_aside(lift, words, state) == ("berm", "tires")
+    assert left_aside(lift, ("lift", "the", "crate"), state) == ()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eval.judging.stated_relations import RELATIONS, Done, Mention, fulfils_relation, mentions
+from benchmarks.stated_relations import RELATIONS, Done, Mention, fulfils_relation, mentions
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.forklift_actions import (
     BACK_UP,
