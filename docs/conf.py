@@ -50,14 +50,14 @@ COPIES = {
     "changelog": "CHANGELOG.md",
     "benchmarks": "benchmarks/README.md",
     "examples": "examples/README.md",
-    "example-tabletop-blocks": "examples/tabletop_blocks/README.md",
-    "example-cable-reel": "examples/cable_reel/README.md",
-    "example-fuzzy-labels": "examples/fuzzy_labels/README.md",
-    "example-paraphrase": "examples/paraphrase/README.md",
     "dataset-warehouse": "datasets/warehouse/README.md",
 }
 """Pages that show a file of the repository, which stands there for those who read it there."""
 
+PARTS = {"examples": sorted((ROOT / "examples").glob("*/README.md"))}
+"""Files that a page shows after its own."""
+
+_MODULES = re.compile(r"^```\{modules\}\n(.*?)\n```$", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"(\]\()([^)#\s:]+)(?=[)#])")
 
 FIGURES = {
@@ -82,21 +82,51 @@ def draw_figures() -> None:
 
 
 def read_copy(app: Sphinx, page: str, source: list[str]) -> None:
-    """Read the file that a page shows, and have links between files lead to pages."""
+    """Read the files that a page shows, and have links between files lead to pages."""
     file = ROOT / COPIES[page] if page in COPIES else DOCS / f"{page}.md"
+    files = [file, *PARTS.get(page, ())]
+    texts = source if page not in COPIES else [f.read_text(encoding="utf-8") for f in files]
     if page in COPIES:
-        app.env.note_dependency(str(file))
-        source[0] = file.read_text(encoding="utf-8")
+        for shown in files:
+            app.env.note_dependency(str(shown))
+    led = [
+        _led(text, shown.parent, (DOCS / page).parent)
+        for text, shown in zip(texts, files, strict=True)
+    ]
+    source[0] = "\n".join(
+        [led[0], *(re.sub("^#", "##", part, flags=re.MULTILINE) for part in led[1:])]
+    )
+
+
+def _led(text: str, folder: Path, here: Path) -> str:
+    """Have links of a file lead to pages, where pages show what they lead to."""
     shown = {(ROOT / name).resolve(): DOCS / f"{copy}.md" for copy, name in COPIES.items()}
-    here = (DOCS / page).parent
+    shown |= {
+        part.resolve(): DOCS / f"{page}.md" for page, parts in PARTS.items() for part in parts
+    }
 
     def led(match: re.Match[str]) -> str:
-        target = (file.parent / match[2]).resolve()
+        target = (folder / match[2]).resolve()
         if not target.exists():  # made by the build, or for Sphinx to complain about
             return match[0]
         return match[1] + os.path.relpath(shown.get(target, target), here)
 
-    source[0] = _LINK.sub(led, source[0])
+    return _LINK.sub(led, text)
+
+
+def document_modules(_app: Sphinx, _page: str, source: list[str]) -> None:
+    """Document each module that a block of ``modules`` lists."""
+    source[0] = _MODULES.sub(
+        lambda block: "\n".join(
+            _documented(*line.split(" without ")) for line in block[1].split("\n")
+        ),
+        source[0],
+    )
+
+
+def _documented(module: str, *excluded: str) -> str:
+    options = ":members:" + "".join(f"\n   :exclude-members: {name}" for name in excluded)
+    return f"### {module}\n\n```{{eval-rst}}\n.. automodule:: {module}\n   {options}\n```\n"
 
 
 def run_notebook(_app: Sphinx, page: str, source: list[str]) -> None:
@@ -128,6 +158,7 @@ def setup(app: Sphinx) -> None:
     """Connect what is done while the site is built."""
     draw_figures()
     app.connect("source-read", read_copy)
+    app.connect("source-read", document_modules)
     app.connect("source-read", run_notebook)
     for part in ("description", "epilog"):
         app.connect(f"sphinx-click-process-{part}", show_examples)

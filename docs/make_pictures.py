@@ -14,11 +14,11 @@ import av
 from PIL import Image
 
 OUT = Path(__file__).resolve().parent / "follow"
-COMMAND = "Put the tire pallet on the truck"
+COMMAND = "Put both tire pallets on the truck"
 CLAUSES = "EVENT(r = Put, l = OBJ(f = the tire pallet), l2 = PLACE(r = on, l = OBJ(f = the truck)))"
-SCENARIO = "hall_put_tires_in_storage"
+SCENARIO = "court_take_tires_to_issue"
 SIZE = (640, 360)
-SPEED_UP, FRAMES_S = 5, 10
+SPEED_UP, FRAMES_S = 12, 10
 QUALITY = 50
 
 
@@ -57,7 +57,7 @@ def main() -> None:
     ct("graph", CLAUSES, "--format", "svg", "--out", str(OUT / "graph.svg"))
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / "follow.mp4"
-        ct("follow", COMMAND, "--scenario", SCENARIO, "--video", str(video))
+        ct("follow", COMMAND, "--scenario", SCENARIO, "--video", str(video), "--yes")
         animate(video, OUT / "follow.webp")
 
 

@@ -1,14 +1,17 @@
-"""Write the tables of ``potentials.md``, with each potential's record.
+"""Write ``potentials.csv``, the table of ``potentials.md``, with each potential's record.
 
 The record is in files that ``benchmarks.potentials_off`` writes::
 
     python -m benchmarks.potentials_off --test aaai11,automatic,warehouse --out corpora.json
     python -m benchmarks.potentials_off --set second --set fourth --set eighth --out written.json
     python docs/make_potentials.py corpora.json written.json
+
+Without files the records stay, and the other columns are written.
 """
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import sys
@@ -18,39 +21,46 @@ from typing import Any
 
 from g3.inference.potentials.potential_registry import KINDS, Potential, potentials
 
-PAGE = Path(__file__).parent / "potentials.md"
-BEGIN = "<!-- by docs/make_potentials.py -->"
+TABLE = Path(__file__).parent / "potentials.csv"
 
 
 def main() -> None:
-    """Replace the tables."""
+    """Replace the table."""
     rows = [row for name in sys.argv[1:] for row in json.loads(Path(name).read_text())["rows"]]
-    intro = PAGE.read_text(encoding="utf-8").partition(BEGIN)[0]
-    PAGE.write_text(f"{intro}{BEGIN}\n\n" + "\n".join(_tables(rows)), encoding="utf-8")
+    table = [*(_table(rows) if rows else _same_records())]
+    with TABLE.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows(table)
 
 
-def _tables(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _table(rows: Sequence[Mapping[str, Any]]) -> Iterator[list[str]]:
     sizes = {row["corpus"]: row["n"] for row in rows}
-    corpora = "".join(f" {name} ({n}) |" for name, n in sizes.items())
-    for kind, about in KINDS.items():
-        yield f"### `{kind}`: {about}\n"
-        yield f"| name | what it says | SDCs | of | weight |{corpora} verdict |"
-        yield f"| --- | --- | --- | --- | --- |{' ---: |' * len(sizes)} --- |"
-        for rule in potentials():
-            if rule.kind == kind:
-                own = [row for row in rows if row["name"] == rule.name]
-                by_corpus = {row["corpus"]: row for row in own}
-                cells = "".join(f" {_cell(by_corpus.get(name))} |" for name in sizes)
-                yield f"{listed(rule)}{cells} {verdict(own) if own else ''} |"
-        yield ""
+    corpora = [f"{name} ({n})" for name, n in sizes.items()]
+    yield ["kind", "name", "what it says", "SDCs", "of", "weight", *corpora, "verdict"]
+    for rule in _by_kind():
+        by_corpus = {row["corpus"]: row for row in rows if row["name"] == rule.name}
+        records = [_cell(by_corpus.get(name)) for name in sizes]
+        yield [*listed(rule), *records, verdict([*by_corpus.values()]) if by_corpus else ""]
 
 
-def listed(rule: Potential) -> str:
+def _same_records() -> Iterator[list[str]]:
+    with TABLE.open(encoding="utf-8", newline="") as stream:
+        head, *rows = csv.reader(stream)
+    yield head
+    records = {row[1]: row[6:] for row in rows}
+    for rule in _by_kind():
+        yield [*listed(rule), *records.get(rule.name, [""] * (len(head) - 6))]
+
+
+def _by_kind() -> list[Potential]:
+    return sorted(potentials(), key=lambda rule: list(KINDS).index(rule.kind))
+
+
+def listed(rule: Potential) -> list[str]:
     """Return the cells of a potential that come before its record."""
     weight = "hard" if rule.is_hard else format(rule.weight, ".2f")
-    of = ", ".join(rule.roles) or "the command"
-    said = re.sub(r"\s+", " ", rule.description)
-    return f"| `{rule.name}` | {said} | {', '.join(rule.types)} | {of} | {weight} |"
+    roles = ", ".join(rule.roles) or "the command"
+    description = re.sub(r"\s+", " ", rule.description)
+    return [rule.kind, rule.name, description, ", ".join(rule.types), roles, weight]
 
 
 def verdict(rows: Sequence[Mapping[str, Any]]) -> str:
