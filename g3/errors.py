@@ -69,6 +69,10 @@ class ModelError(CorpusError):
     """A model that can't be loaded or doesn't fit what it is used with."""
 
 
+class AnswerError(CorpusError):
+    """Answer that picks out none of a question's options."""
+
+
 class ManyError(FormatError):
     """Several errors, each on a line of its own.
 

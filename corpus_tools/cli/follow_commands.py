@@ -321,25 +321,27 @@ def _loop(grounder: Grounder, state: State, shown: Shown) -> None:
             return
         result = grounder.follow(text, state, **shown.search)
         if result.question is not None:
-            result = _asked(grounder, state, result, shown)
+            result = _asked(grounder, result, shown)
         result = checked(result)
         if _show(result, shown) and (shown.plan_only or _confirmed(result, shown)):
             state = _after(state, result, shown)
 
 
-def _asked(grounder: Grounder, state: State, result: Result, shown: Shown) -> Result:
+def _asked(grounder: Grounder, result: Result, shown: Shown) -> Result:
+    """Ask until an answer is understood: a number, or words such as "the left one" or "both"."""
+    from g3.errors import AnswerError
+
     question = result.question
     assert question is not None  # noqa: S101 - the caller has looked
     note(question.text)
     for number, (_, words) in enumerate(question.options, start=1):
         note(f"  {number}. {words}")
-    chosen = click.prompt("which", type=click.IntRange(1, len(question.options)), err=True)
-    return grounder.follow(
-        result.sdcs,
-        state,
-        **shown.search,
-        answers={question.node: question.options[chosen - 1][0]},
-    )
+    while True:
+        reply = click.prompt("which", err=True)
+        try:
+            return grounder.answer(result, reply, **shown.search)
+        except AnswerError as unclear:
+            note(f"ct: {unclear}")
 
 
 def _after(state: State, result: Result, shown: Shown) -> State:

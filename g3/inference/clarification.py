@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,15 +10,36 @@ from scipy.special import softmax
 
 from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
+from g3.errors import AnswerError
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.grounding_problem import Candidate
 from g3.inference.problem.phrases import is_pronoun
 from g3.inference.search.action_search import Choices, Hypothesis
-from g3.sdc.clauses import all_words
+from g3.language.discourse.groups import Group, group, noun_leaf
+from g3.language.lexicon.field_words import bare, text_words
+from g3.language.lexicon.word_sets import (
+    CARDINALS,
+    COUNTS,
+    LISTING,
+    NONE_OF_THEM,
+    ONES,
+    OPTION,
+    ORDINALS,
+    PLACE_PREPOSITIONS,
+    UNIVERSAL,
+    WHICHEVER,
+)
+from g3.sdc.clauses import SDC, all_words
 from g3.short_repr import short_repr
 
+Things = Callable[[Sequence[SDC], int, tuple[str, ...]], Sequence[Candidate]]
+"""Function from clauses, an OBJECT's node and ids of objects to the OBJECT's groundings in these
+objects, the best first."""
+SURE = 0.6
+"""Least share of the best object among those that an answer may mean."""
 UNSURE_NATS = 0.5
 """Smallest entropy over a clause's candidate objects that leads to a question."""
 LIKELY = 0.1
@@ -45,11 +66,19 @@ class Question:
     options: tuple[tuple[str, str], ...]
 
 
-def question_about(tree: Tree, plan: Hypothesis, start: State) -> Question | None:
-    """Return the question about the least sure clause of a plan; None if it is sure enough."""
+def question_about(
+    tree: Tree, plan: Hypothesis, start: State, answered: Collection[int] = ()
+) -> Question | None:
+    """Return the question about the least sure clause of a plan; None if it is sure enough.
+
+    Nothing is asked about several things together, or about what is answered.
+    """
     best: tuple[float, int, dict[str, float]] | None = None
     for node, choices in sorted(plan.choices.items()):
-        if tree.nodes[node].type != "OBJECT" or is_pronoun(tree.nodes[node]):
+        sdc = tree.nodes[node]
+        if sdc.type != "OBJECT" or node in answered:
+            continue
+        if is_pronoun(sdc) or _means_all(group(sdc)):
             continue
         shares = thing_shares(choices)
         p = np.array(list(shares.values()))
@@ -57,6 +86,11 @@ def question_about(tree: Tree, plan: Hypothesis, start: State) -> Question | Non
         if entropy > UNSURE_NATS and (best is None or entropy > best[0]):
             best = (entropy, node, shares)
     return None if best is None else _asked(tree, best[1], best[2], start)
+
+
+def _means_all(said: Group) -> bool:
+    """Check that words name several things, all of them; "the tires" can be one pallet of them."""
+    return said.quantifier in UNIVERSAL or (said.count or 0) > 1
 
 
 def thing_shares(choices: Choices) -> dict[str, float]:
@@ -79,6 +113,113 @@ def _asked(tree: Tree, node: int, shares: dict[str, float], start: State) -> Que
     *first, last = (text for _, text in options)
     listed = f"{', '.join(first)} or {last}"
     return Question(node, f'Which one is "{words}": {listed}?', options)
+
+
+def understood(question: Question, clause: SDC, reply: str, things: Things) -> tuple[str, ...]:
+    """Return the objects that an answer means: one, several, or none of the options.
+
+    An option's number and its own words mean it. Other answers are OBJECTs, grounded as in a
+    command, in the options alone; where they have no noun, it is that of the clause.
+
+    Parameters
+    ----------
+    question
+        The question.
+    clause
+        The clause that it asks about.
+    reply
+        The answer.
+    things
+        How OBJECTs are grounded.
+
+    Raises
+    ------
+    AnswerError
+        If the answer picks out none of the options.
+    """
+    ids = tuple(name for name, _ in question.options)
+    words = text_words(reply)
+    is_opposite = words[:1] == ("not",)
+    words = words[is_opposite:]
+    chosen = _listed(question, words)
+    if chosen is None:
+        chosen = _picked(words, ids, bare(noun_leaf(clause).words[-1].text), things)
+    if chosen is None:
+        listed = "; ".join(f"{n}. {text}" for n, (_, text) in enumerate(question.options, start=1))
+        raise AnswerError(
+            f"{reply!r} doesn't pick out one of them", fix=f"say its number or its place: {listed}"
+        )
+    return tuple(name for name in ids if name not in chosen) if is_opposite else chosen
+
+
+def _listed(question: Question, words: Sequence[str]) -> tuple[str, ...] | None:
+    """Return the options that an answer means without a look at the world; None if it must."""
+    ids = tuple(name for name, _ in question.options)
+    content = [word for word in words if word not in LISTING]
+    count = {COUNTS.get(word, len(ids)) for word in content}
+    if len(content) == 1:
+        numbers = CARDINALS if len(words) > 1 and words[0] in OPTION else ORDINALS
+        place = numbers.get(content[0], int(content[0]) if content[0].isdecimal() else 0)
+        if place:
+            return ids[place - 1 : place] if 0 < place <= len(ids) else None
+    if content and NONE_OF_THEM.issuperset(content):
+        return ()
+    if content and WHICHEVER.issuperset(content):
+        return ids[:1]
+    if content and count == {len(ids)} and UNIVERSAL.union(COUNTS).issuperset(content):
+        return ids
+    same = [name for name, text in question.options if text_words(text) == tuple(words)]
+    return tuple(same) if len(same) == 1 else None
+
+
+def _picked(
+    words: Sequence[str], ids: tuple[str, ...], noun: str, things: Things
+) -> tuple[str, ...] | None:
+    from g3.language.parsing.parser import parse  # noqa: PLC0415 - slow to import
+
+    named = [noun if word in ONES else word for word in words]
+    if not any(word in {*ONES, noun} for word in words):
+        is_place = any(word in PLACE_PREPOSITIONS for word in words[:1])
+        named = ["the", noun, *words] if is_place else [*words, noun]
+    sdcs = parse(f"pick up {' '.join(named)}").sdcs
+    bare_sdcs = parse(f"pick up the {noun}").sdcs
+    tree = Tree(sdcs)
+    nouns = _objects(Tree(bare_sdcs))[:1]
+    before = _singles([c for node in nouns for c in things(bare_sdcs, node, ids)])
+    found: dict[str, None] = {}
+    for node in _objects(tree):
+        best = _best(_singles(things(sdcs, node, ids)), before, group(tree.nodes[node]))
+        if not best:
+            return None
+        found |= dict.fromkeys(best)
+    return tuple(found) or None
+
+
+def _objects(tree: Tree) -> list[int]:
+    """Return the OBJECTs that are in no other one."""
+    objects = [n for n, sdc in enumerate(tree.nodes) if sdc.type == "OBJECT" and all_words(sdc)]
+    inner = {n for node in objects for n in tree.all_below(node)[1:]}
+    return [n for n in objects if n not in inner and not is_pronoun(tree.nodes[n])]
+
+
+def _singles(beam: Sequence[Candidate]) -> dict[str, float]:
+    """Return the best score of each single object."""
+    singles: dict[str, float] = {}
+    for candidate in beam:
+        if len(candidate.group) == 1 and isinstance(candidate.group[0], PhysicalObject):
+            singles.setdefault(candidate.group[0].id, candidate.score)
+    return singles
+
+
+def _best(scores: Mapping[str, float], before: Mapping[str, float], said: Group) -> tuple[str, ...]:
+    """Return the objects that words speak for, beside the noun alone; none if that isn't clear."""
+    gains = {name: score - before[name] for name, score in scores.items() if name in before}
+    if not gains:
+        return ()
+    count = (said.count or 1) if said.number == "plural" else 1
+    order = sorted(gains, key=lambda name: -gains[name])
+    shares = softmax([gains[name] for name in order])
+    return tuple(order[:count]) if shares[:count].sum() >= SURE else ()
 
 
 def told_apart(state: State, object_ids: Sequence[str]) -> list[str]:

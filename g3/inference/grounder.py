@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import importlib.metadata
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from g3 import html_view
-from g3.actions.action_kinds import Action
+from g3.actions.action_kinds import Action, move, result
 from g3.actions.action_words import MAP, described, grounded
 from g3.actions.robot_state import State, start_state
 from g3.data_frames import data_frame
-from g3.groundings import Context, FloatArray, Grounding
+from g3.errors import ModelError
+from g3.groundings import Context, FloatArray, Grounding, Place, Trajectory, object_ids
 from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import LEAST_FIT, evidence, plan_probability
-from g3.inference.clarification import Question, question_about
+from g3.inference.clarification import Question, question_about, understood
 from g3.inference.potentials.cases import CommandCase, PlanCase, PlanEnd
 from g3.inference.potentials.plan_things import left_aside
 from g3.inference.potentials.potential_registry import added, check_potentials, refusal
@@ -28,13 +30,13 @@ from g3.inference.problem.asked_spots import scene_asked
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame
-from g3.inference.problem.grounding_problem import GroundingProblem
+from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, one_each
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.scoring import Reason
 from g3.inference.problem.world_nouns import Nouns
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
-from g3.inference.search.thing_search import ground_others
+from g3.inference.search.thing_search import ground_others, ground_thing
 from g3.inference.tree_choice import (
     EVIDENCE,
     LOOKED_AT,
@@ -49,7 +51,8 @@ from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, text_words
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
-from g3.scene_drawing import scene_svg
+from g3.learning.model_file import model_files
+from g3.scene_drawing import Marks, scene_svg
 from g3.sdc import sdc_drawing
 from g3.sdc.clauses import SDC, all_words
 from g3.short_repr import brief, short_repr
@@ -58,16 +61,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from g3.language.parsing.trees import Parse
-
-
-import importlib.metadata
-from typing import cast
-
-from g3.actions.action_kinds import move, result
-from g3.errors import ModelError
-from g3.groundings import Place, Trajectory, object_ids
-from g3.learning.model_file import model_files
-from g3.scene_drawing import Marks
 
 
 def plan_marks(
@@ -323,7 +316,7 @@ class Grounder:
         *,
         top: int = 1,
         width: int = WIDTH,
-        answers: Mapping[int, str] | None = None,
+        answers: Mapping[int, str | Collection[str]] | None = None,
         explain: bool = False,
         least: float | None = None,
         parses: int = PARSES,
@@ -342,7 +335,7 @@ class Grounder:
         width
             Width of the beam over plans.
         answers
-            Ids of the objects that clauses mean, by node: answers to questions.
+            Id of the object that a clause means, or ids of several, by node: answers to questions.
         explain
             True to give reasons.
         least
@@ -375,7 +368,7 @@ class Grounder:
             return readings[0][1].refused()
         chosen = best_plans(choices, self._odds(choices, words, readings[0][1].problem), top)
         reading, best = readings[chosen[0].tree][1], chosen[0].hypothesis
-        question = question_about(reading.tree, best, start)
+        question = question_about(reading.tree, best, start, answers or {})
         spoken = words or _words_of(trees[chosen[0].tree][1])
         asides = [_left_aside(reading.tree, c.hypothesis, spoken, start) for c in chosen]
         unparsed = _unparsed(spoken, trees[chosen[0].tree][1])
@@ -397,13 +390,55 @@ class Grounder:
         note = "; ".join(filter(None, notes))
         return Result(reading.tree.sdcs, plans, note, question, reading.missing, start)
 
+    def answer(self, result: Result, reply: str, **options: Any) -> Result:
+        """Follow a command again, with an answer in words to the question about it.
+
+        Parameters
+        ----------
+        result
+            A result with a question.
+        reply
+            Words: "the left one", "both", "the one by the cone", "not that one", "neither", or the
+            number of an option.
+        options
+            As in :meth:`follow`.
+
+        Raises
+        ------
+        AnswerError
+            If the answer picks out none of the options; it names them.
+        ModelError
+            If the result has no question.
+        """
+        question, start = result.question, result.start
+        if question is None or start is None:
+            raise ModelError("the result has no question", fix="answer a result that has one")
+        clause = Tree(result.sdcs).nodes[question.node]
+        ids = understood(question, clause, reply, partial(self._things, start=start))
+        if not ids:
+            return Result(result.sdcs, (), "none of these is meant", start=start)
+        answers = {**options.pop("answers", {}), question.node: ids}
+        return self.follow(result.sdcs, start, answers=answers, **options)
+
+    def _things(
+        self, sdcs: Sequence[SDC], node: int, allowed: tuple[str, ...], *, start: State
+    ) -> list[Candidate]:
+        """Ground an OBJECT in some of the things, the best first."""
+        tree = Tree(tuple(sdcs))
+        scene = scene_asked(tree, start)
+        width = len(scene.groups)
+        problem = GroundingProblem(
+            start, scene, self.cost, answers={node: allowed}, width=width, disabled=self.without
+        )
+        return ground_thing(tree, node, problem)
+
     def _search(
         self,
         sdcs: tuple[SDC, ...],
         *,
         start: State,
         width: int,
-        answers: Mapping[int, str] | None,
+        answers: Mapping[int, str | Collection[str]] | None,
         explain: bool,
         insist: bool,
     ) -> _Reading:
@@ -412,7 +447,7 @@ class Grounder:
             start,
             scene_asked(tree, start),
             self.cost,
-            answers=dict(answers or {}),
+            answers=one_each(answers or {}),
             explain=explain,
             disabled=self.without,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -30,6 +30,11 @@ def things_of(group: Group) -> list[PhysicalObject]:
 def group_key(group: Group) -> tuple[object, ...]:
     """What tells groups of other things apart."""
     return tuple(g.id if isinstance(g, PhysicalObject) else id(g) for g in group)
+
+
+def one_each(answers: Mapping[int, str | Collection[str]]) -> dict[int, tuple[str, ...]]:
+    """Return answers with the id of one object, or those of several, as ids of several."""
+    return {node: (ids,) if isinstance(ids, str) else tuple(ids) for node, ids in answers.items()}
 
 
 @short_repr
@@ -85,7 +90,7 @@ class GroundingProblem:
     told_side
         "left" or "right" if the robot has been told to go there, for what it comes to.
     answers
-        Ids of objects that clauses are known to mean.
+        Ids of the objects that a clause is known to mean one or several of, by node.
     explain
         Whether reasons are asked for.
     disabled
@@ -116,7 +121,7 @@ class GroundingProblem:
     width: int = WIDTH
     landmarks: int = LANDMARKS
     told_side: str = ""
-    answers: Mapping[int, str] = field(default_factory=dict)
+    answers: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     explain: bool = False
     disabled: frozenset[str] = frozenset()
     later: State | None = None

@@ -31,7 +31,12 @@ from g3.inference.problem.clause_roles import names_again
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, told_side
-from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem
+from g3.inference.problem.grounding_problem import (
+    Arguments,
+    Candidate,
+    GroundingProblem,
+    one_each,
+)
 from g3.inference.problem.later_sides import is_seen_later
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
@@ -372,7 +377,7 @@ def _of_load(
     All loads go to the same place, in the same way as the first.
     """
     if not carried:
-        return replace(problem, answers={**problem.answers, **load})
+        return replace(problem, answers={**problem.answers, **one_each(load)})
     known = dict(load)
     for node, (group, _) in best.nodes.items():
         sdc = tree.nodes[node]
@@ -381,7 +386,8 @@ def _of_load(
             known[node] = group[0].id
     raised = _is_raised(best, carried[-1])
     again = after(tree, problem, best.state)
-    return replace(again, answers={**known, **problem.answers}, raised=raised)
+    answers = {**one_each(known), **problem.answers, **one_each(load)}
+    return replace(again, answers=answers, raised=raised)
 
 
 def _is_raised(hypothesis: Hypothesis, load: str) -> bool:

@@ -99,12 +99,16 @@ def next_request(
     if tree.nodes[left[0]].type != "EVENT" or state.held is not None:
         return one
     own = frame(tree, left[0])
-    if own.negated or own.forks or not own.handles or not _speaks_of_several(tree, own):
+    if own.negated or own.forks or not own.handles:
+        return one
+    answer = problem.answers.get(own.objects[0], ()) if own.objects else ()
+    several = answer if len(answer) > 1 else ()
+    if not several and not _speaks_of_several(tree, own):
         return one
     clauses, theme = _run(tree, left, own), own.objects[0]
     if not clauses:
         return one
-    members = _members(tree, own, problem, meant, _moved(problem.state, state))
+    members = several or _members(tree, own, problem, meant, _moved(problem.state, state))
     targets = _targets(tree, own, problem)
     if targets is None:
         return Request(clauses, theme, tuple({theme: load} for load in members)) if members else one

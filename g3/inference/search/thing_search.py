@@ -141,9 +141,9 @@ def _ground_thing(tree: Tree, node: int, problem: GroundingProblem) -> list[Cand
         scores = added(CandidateCase(tree, node, problem, groups, "figure", node))
         own = [Candidate(g, float(x), {}) for g, x in zip(groups, scores, strict=True)]
     if node in problem.answers:
-        meant = (problem.state.thing(problem.answers[node]),)
-        own = [c for c in own if group_key(c.group) == group_key(meant)] or [
-            Candidate(meant, 0.0, {})
+        meant = problem.answers[node]
+        own = [c for c in own if set(group_key(c.group)) <= set(meant)] or [
+            Candidate((problem.state.thing(name),), 0.0, {}) for name in meant
         ]
     pairs = [(f, lm) for f in own for lm in landmarks]
     if is_partitive(sdc):

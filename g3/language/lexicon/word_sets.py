@@ -262,6 +262,11 @@ HAVING = words("with has have having got carrying holding bearing")
 """Before what stands on a thing: "the truck with the tires on it"."""
 HELD = words("have having got carry carrying hold holding")
 """What the robot does with its load: "the crate that you are holding"."""
+OPTION = words("number option")
+LISTING = OPTION | words("the a of them those these one ones please i mean it s is just")
+"""Words of answers that pick from a list: "number 2", "both of them"."""
+NONE_OF_THEM = words("neither none no nope nothing")
+WHICHEVER = words("any either whichever whatever")
 NOTHING = words("nothing none")
 ALONE = stems("alone lone lonely single solitary isolated")
 FORMER = words("old original previous former initial starting")

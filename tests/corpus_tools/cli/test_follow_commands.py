@@ -138,6 +138,15 @@ def test_the_interactive_loop_keeps_the_state_of_the_world(model):
     assert "pick up boxes-" in done.stdout
 
 
+def test_an_unclear_answer_is_asked_again(model):
+    said = "Lift the boxes\nthe blue sky\nnumber two\n\n"
+    done = run(*SCENARIO, *model, "--interactive", "--plan-only", input=said)
+    assert done.exit_code == 0, done.output
+    assert "'the blue sky' doesn't pick out one" in done.stderr
+    assert done.stderr.count("which:") == 2
+    assert "pick up boxes-" in done.stdout
+
+
 def test_plans_become_scripts(model):
     state = start_state(open_corpus("warehouse").contexts["dock_pick_up_tires"])
     place = square(np.array([10.0, 10.0]), 0.0, 0.0)
