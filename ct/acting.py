@@ -246,9 +246,7 @@ def _scenario_video(name: str, out: Path, settings: Settings, *, force: bool) ->
 
 
 def _film(result: Result, out: Path, settings: Settings) -> Path:
-    from corpus_tools.following.plan_execution import perform
-    from corpus_tools.logs.log_writing import write_log
-    from corpus_tools.video.films import film
+    from corpus_tools.following.plan_execution import run_plan
 
     if result.plan is None or result.start is None:
         raise CorpusError("there is no plan to film", where=result.note)
@@ -256,10 +254,7 @@ def _film(result: Result, out: Path, settings: Settings) -> Path:
         raise CorpusError("a video's name ends in .mp4", where=str(out), fix=f"give {out}.mp4")
     if result.plan.why_not:
         raise CorpusError(f"the plan can't be carried out: {result.plan.why_not}")
-    start = result.start
-    done = perform(start, result.plan.actions)
-    film(done.recording, out, settings, site=start.site)
-    write_log(done.recording, out.with_suffix(".mcap"), name=out.stem, metadata={})
+    done = run_plan(result.start, result.plan.actions, video=out, settings=settings)
     if done.failure is not None:
         raise CorpusError(f"the plan failed: {done.failure}", where=str(out))
     return out

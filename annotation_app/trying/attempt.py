@@ -21,12 +21,11 @@ from g3.groundings import Grounding, Place
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
-    from corpus_tools.video.frame_renderers import Frames
-    from corpus_tools.world.physics.execute import Execution
-    from corpus_tools.world.state.recording import Recording
+    from corpus_tools.runtime.progress import OnProgress
+    from corpus_tools.video.drawing.canvas import Image
+    from corpus_tools.video.films import Film
     from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Result
-    from g3.inference.grounder import Plan as FoundPlan
 
 log = logging.getLogger(__name__)
 
@@ -125,63 +124,79 @@ def attempt(folder: Path, model: Path | None) -> None:
     shown = read_state(folder)
     if shown is None:
         return
+    progress = _Progress(folder, shown)
     try:
-        for state in _states(folder, shown, model):
-            shown = state
-            write_state(folder, shown)
+        _follow(progress, model)
     except CorpusError as error:
-        write_state(folder, msgspec.structs.replace(shown, problem=str(error)))
+        progress.update(problem=str(error))
     except Exception:
         log.exception("an attempt failed")
-        problem = "Something went wrong here. Try another command."
-        write_state(folder, msgspec.structs.replace(shown, problem=problem))
+        progress.update(problem="Something went wrong here. Try another command.")
 
 
-def _states(folder: Path, shown: Shown, model: Path | None) -> Iterator[Shown]:
-    from g3.sdc.sdc_drawing import to_svg  # noqa: PLC0415 - only the process that tries has all this
+class _Progress:
+    """Progress of an attempt, written whenever it changes, but steps not too often."""
 
-    then = msgspec.structs.replace
-    yield (shown := then(shown, phase="learning"))
-    grounder = _grounder(model, _Teller(folder, shown))
-    yield (shown := then(shown, phase="reading"))
-    start = _start(shown.asked.scenario)
-    asked = shown.asked
+    def __init__(self, folder: Path, shown: Shown) -> None:
+        self.folder, self.shown, self.told_at = folder, shown, 0.0
+
+    def update(self, **changes: Any) -> None:
+        self.shown = msgspec.structs.replace(self.shown, **changes)
+        write_state(self.folder, self.shown)
+
+    def step(self, _what: str, done: int, total: int) -> None:
+        if time.monotonic() - self.told_at > TELL_S:
+            self.told_at = time.monotonic()
+            write_state(self.folder, msgspec.structs.replace(self.shown, done=done, total=total))
+
+
+def _follow(progress: _Progress, model: Path | None) -> None:
+    from corpus_tools.following.plan_execution import (  # noqa: PLC0415 - only the process that tries has all this
+        run_plan,
+        why_not,
+    )
+    from corpus_tools.video.manifest import Settings  # noqa: PLC0415
+    from g3.sdc.sdc_drawing import to_svg  # noqa: PLC0415
+
+    asked, folder = progress.shown.asked, progress.folder
+    progress.update(phase="learning")
+    grounder = _grounder(model, progress.step)
+    progress.update(phase="reading")
+    start = _start(asked.scenario)
     # One tree, as answers are for the clauses of one.
     result = grounder.follow(
         asked.text, start, top=PLANS, answers=asked.answers, insist=asked.insist, parses=1
     )
     write_bytes(folder / TREE, to_svg(result.sdcs).encode())
     places: list[Place] = []
-    shown = then(shown, plan=_plan(result, places))
+    progress.update(plan=_plan(result, places))
     if result.plan is None:
-        yield then(shown, phase="done")
+        progress.update(phase="done")
         return
-    yield (shown := then(shown, phase="moving"))
-    if problem := _why_not(start, result.plan):
-        yield then(shown, phase="done", problem=f"The plan can't be carried out: {problem}")
+    progress.update(phase="moving")
+    if problem := why_not(start, result.plan.actions):
+        progress.update(phase="done", problem=f"The plan can't be carried out: {problem}")
         return
-    done = _carry_out(start, result)
+
+    def on_frame(film: Film, k: int, picture: Image) -> None:
+        if k == 0:
+            outlines = _first_picture(folder / PICTURE, film, picture, places)
+            progress.update(phase="drawing", picture=outlines)
+        progress.step("drawing", k, len(film.recording.t_ns))
+
+    how = Settings(size=SIZE, fps=FPS)
+    done = run_plan(
+        start, result.plan.actions, video=folder / VIDEO, settings=how, on_frame=on_frame
+    )
     if done.failure is not None:
-        shown = then(shown, problem=f"The plan couldn't be carried out to its end: {done.failure}")
-    yield from _filmed(folder, then(shown, phase="drawing"), done.recording, places, start.site)
-
-
-class _Teller:
-    """Writes progress, not too often; training and filming call it."""
-
-    def __init__(self, folder: Path, shown: Shown) -> None:
-        self.folder, self.shown, self.told_at = folder, shown, 0.0
-
-    def __call__(self, _what: str, done: int, total: int) -> None:
-        if time.monotonic() - self.told_at > TELL_S:
-            self.told_at = time.monotonic()
-            write_state(self.folder, msgspec.structs.replace(self.shown, done=done, total=total))
+        problem = f"The plan couldn't be carried out to its end: {done.failure}"
+    progress.update(phase="done", problem=problem)
 
 
 _grounders: dict[Path | None, Grounder] = {}
 
 
-def _grounder(model: Path | None, on_progress: _Teller) -> Grounder:
+def _grounder(model: Path | None, on_progress: OnProgress) -> Grounder:
     """Return a model's grounder, which is kept; without a model, the bundled one's."""
     from corpus_tools.following.bundled_grounder import default_model  # noqa: PLC0415 - as above
     from g3.inference.grounder import Grounder  # noqa: PLC0415
@@ -267,50 +282,16 @@ def _name(thing: Grounding, frame: tuple[float, float, float]) -> str:
     return str(getattr(thing, "id", "what the robot does"))
 
 
-def _why_not(start: State, plan: FoundPlan) -> str:
-    from corpus_tools.following.plan_execution import why_not  # noqa: PLC0415 - as above
-
-    return why_not(start, plan.actions)
-
-
-def _carry_out(start: State, result: Result) -> Execution:
-    from corpus_tools.video.drawing.gl import choose_back_end  # noqa: PLC0415 - before MuJoCo
-
-    choose_back_end()
-    from corpus_tools.following.plan_execution import perform  # noqa: PLC0415 - as above
-
-    assert result.plan is not None  # noqa: S101 - the caller has looked
-    return perform(start, result.plan.actions)
-
-
-def _filmed(
-    folder: Path, shown: Shown, recording: Recording, places: Sequence[Place], site: str
-) -> Iterator[Shown]:
-    """Yield the first picture with its outlines, and then the video."""
+def _first_picture(path: Path, film: Film, picture: Image, places: Sequence[Place]) -> Picture:
+    """Write the first frame as PNG, and return the outlines of things and places in it."""
     import cv2  # noqa: PLC0415 - as above
 
-    from corpus_tools.video.drawing.drawn_moments import sampled  # noqa: PLC0415
     from corpus_tools.video.drawing.segmentation import describe  # noqa: PLC0415
-    from corpus_tools.video.encode import encode  # noqa: PLC0415
-    from corpus_tools.video.frame_renderers import open_frames  # noqa: PLC0415
-    from corpus_tools.video.manifest import Settings  # noqa: PLC0415
-    from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
 
-    how = Settings(size=SIZE, fps=FPS, quality="standard")
-    moments = sampled(recording, how.fps)
-    world = build_world(recording.start, site=site)
-    with open_frames(world, moments, how.camera, how.size, how.quality) as frames:
-        _, content = cv2.imencode(".png", frames.frame(0)[..., ::-1])
-        write_bytes(folder / PICTURE, content.tobytes())
-        start = replace(recording.start, places=tuple(places))
-        outlines = describe(frames.objects, start, frames.cameras[0])
-        shown = msgspec.structs.replace(shown, picture=_picture(outlines))
-        yield shown
-        scratch = folder / f"new-{VIDEO}"
-        pictures = _pictures(frames, len(moments.t_ns), _Teller(folder, shown))
-        encode(pictures, scratch, size=how.size, fps=how.fps, quality=how.quality)
-    scratch.replace(folder / VIDEO)
-    yield msgspec.structs.replace(shown, phase="done")
+    _, content = cv2.imencode(".png", picture[..., ::-1])
+    write_bytes(path, content.tobytes())
+    start = replace(film.recording.start, places=tuple(places))
+    return _picture(describe(film.objects, start, film.cameras[0]))
 
 
 def _picture(outlines: dict[str, Any]) -> Picture:
@@ -321,9 +302,3 @@ def _picture(outlines: dict[str, Any]) -> Picture:
         if place["polygon"]
     }
     return Picture(outlines["width"], outlines["height"], {**things, **areas})
-
-
-def _pictures(frames: Frames, count: int, on_progress: _Teller) -> Iterator[Any]:
-    for k in range(count):
-        on_progress("drawing", k, count)
-        yield frames.frame(k)

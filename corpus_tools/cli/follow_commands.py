@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from corpus_tools.runtime.terminal import note, say, visible
 from g3.errors import CorpusError
 
 if TYPE_CHECKING:
-    from corpus_tools.world.physics.execute import Execution
+    from corpus_tools.following.plan_execution import Episode
     from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Result
 
@@ -138,7 +138,7 @@ def follow(
     don't reach it, the plan isn't sure, you said no, the input is bad), and 3 where a step of the
     plan fails.
     """
-    from corpus_tools.following.plan_execution import checked
+    from corpus_tools.following.plan_execution import checked, run_plan
 
     _check_options(
         text, scenario, context_name, video, interactive=interactive, plan_only=plan_only
@@ -160,7 +160,9 @@ def follow(
     wanted = _show(result, shown) and (plan_only or _confirmed(result, shown))
     if not wanted:
         sys.exit(NOTHING)
-    done = None if plan_only else _carry_out(state, result, video)
+    done = None
+    if not plan_only and result.plan is not None:
+        done = run_plan(state, result.plan.actions, video=video)
     _report(done, result, form, video)
     if done is not None and done.failure is not None:
         sys.exit(FAILED)
@@ -270,30 +272,7 @@ def _confirmed(result: Result, shown: Shown) -> bool:
     return False
 
 
-def _carry_out(state: State, result: Result, video: Path | None = None) -> Execution:
-    from corpus_tools.following.plan_execution import perform
-
-    assert result.plan is not None  # noqa: S101 - the callers have looked
-    if video is not None:
-        # Before MuJoCo is imported, which reads what this chooses.
-        from corpus_tools.video.drawing.gl import choose_back_end
-
-        choose_back_end()
-    done = perform(state, result.plan.actions)
-    if video is not None:
-        _film(done, video, state.site)
-    return done
-
-
-def _film(done: Execution, video: Path, site: str) -> None:
-    from corpus_tools.logs.log_writing import write_log
-    from corpus_tools.video.films import film
-
-    film(done.recording, video, site=site)
-    write_log(done.recording, video.with_suffix(".mcap"), name=video.stem, metadata={})
-
-
-def _report(done: Execution | None, result: Result, form: str, video: Path | None) -> None:
+def _report(done: Episode | None, result: Result, form: str, video: Path | None) -> None:
     """Print the result of a plan; programs get the plan with it."""
     from corpus_tools.following.plan_words import as_record
 
@@ -345,14 +324,12 @@ def _asked(grounder: Grounder, result: Result, shown: Shown) -> Result:
 
 
 def _after(state: State, result: Result, shown: Shown) -> State:
-    from corpus_tools.following.bundled_grounder import state_after
+    from corpus_tools.following.plan_execution import run_plan
 
     assert result.plan is not None  # noqa: S101 - the caller has looked
     if shown.plan_only:
         _report(None, result, shown.form, None)
         return result.plan.state
-    done = _carry_out(state, result)
+    done = run_plan(state, result.plan.actions)
     _report(done, result, shown.form, None)
-    held = result.plan.state.held if done.failure is None else state.held
-    after = state_after(done.recording, held)
-    return replace(after, site=state.site, frame=state.frame)
+    return done.end

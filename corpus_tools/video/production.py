@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -16,14 +16,10 @@ from corpus_tools import __version__
 from corpus_tools.logs.log_writing import to_bytes
 from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.video.drawing.canvas import Image
-from corpus_tools.video.drawing.drawn_moments import sampled
 from corpus_tools.video.drawing.segmentation import describe, label_image
-from corpus_tools.video.encode import encode
-from corpus_tools.video.frame_renderers import Frames, open_frames
+from corpus_tools.video.films import Film, film
 from corpus_tools.video.items import Item, story_of
 from corpus_tools.video.manifest import MANIFEST, Settings, input_hash, is_finished, manifest
-from corpus_tools.world.physics.build import build_world
-from corpus_tools.world.state.recording import Recording
 from g3.errors import CorpusError
 from g3.storage.system_errors import about
 
@@ -66,53 +62,31 @@ def produce(
     for left in out.glob(f".{item.name}.*"):
         shutil.rmtree(left, ignore_errors=True)
     recording = story.record()
-    shown = sampled(recording, settings.fps, speed=settings.speed, skip_idle=settings.skip_idle)
-    world = build_world(recording.start, site=story.site, names=settings.names)
     metadata = {"program": __version__, **story.metadata}
     files = {LOG: to_bytes(recording, name=story.id, metadata=metadata)}
+    posters: list[Image] = []
+
+    def note(made: Film, k: int, picture: Image) -> None:
+        if k == made.poster:
+            posters.append(picture)
+        if on_frame is not None:
+            on_frame(k + 1, len(made.recording.t_ns))
+
     with (
-        open_frames(world, shown, settings.camera, settings.size, settings.quality) as frames,
         about(folder),
         tempfile.TemporaryDirectory(dir=out, prefix=f".{item.name}.") as scratch,
         about(folder, instead_of=scratch),
     ):
         video = Path(scratch) / VIDEO
-        posters: list[Image] = []
-        encode(
-            _frames(frames, shown, posters, on_frame),
-            video,
-            size=settings.size,
-            fps=settings.fps,
-            quality=settings.quality,
-        )
+        made = film(recording, video, settings, site=story.site, on_frame=note)
         files[VIDEO] = video.read_bytes()
     files[POSTER] = _png(posters[0][..., ::-1])
-    files[SEGMENTATION] = _png(label_image(frames.objects))
-    segments = describe(frames.objects, recording.start, frames.cameras[0])
+    files[SEGMENTATION] = _png(label_image(made.objects))
+    segments = describe(made.objects, recording.start, made.cameras[0])
     files[SEGMENTS] = msgspec.json.encode(segments) + b"\n"
-    files[MANIFEST] = manifest(story, settings, shown, frames.cameras, files)
+    files[MANIFEST] = manifest(story, settings, made.recording, made.cameras, files)
     write_folder(folder, files, force=True, marker=MANIFEST)
     return True
-
-
-def telling_moment(recording: Recording) -> int:
-    """Return the moment after half of all motion: carrying, in most recordings that carry."""
-    way = np.linalg.norm(np.diff(recording.position, axis=0), axis=2).sum(axis=1)
-    done = np.concatenate(([0.0], np.cumsum(way)))
-    return int(np.searchsorted(done, done[-1] / 2))
-
-
-def _frames(
-    frames: Frames, shown: Recording, posters: list[Image], on_frame: OnFrame | None
-) -> Iterator[Image]:
-    count, poster = len(shown.t_ns), telling_moment(shown)
-    for k in range(count):
-        picture = frames.frame(k)
-        if k == poster:
-            posters.append(picture)
-        yield picture
-        if on_frame is not None:
-            on_frame(k + 1, count)
 
 
 def _png(picture: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]) -> bytes:

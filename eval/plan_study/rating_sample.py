@@ -11,7 +11,14 @@ import numpy as np
 
 from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from eval.judging.judge_validity import cohens_kappa, confusion
-from eval.plan_study.study_plans import ANSWERS, CONFIGURATIONS, LOG, PlanRecord, Settings
+from eval.plan_study.study_plans import (
+    ANSWERS,
+    CONFIGURATIONS,
+    LOG,
+    PlanRecord,
+    Settings,
+    script_digest,
+)
 from eval.statistics.estimates import (
     FEWEST_CLUSTERS,
     FloatArray,
@@ -67,7 +74,7 @@ def distinct_plans(records: Iterable[PlanRecord]) -> list[DistinctPlan]:
     by_run: dict[str, list[PlanRecord]] = {}
     for record in records:
         if record.script is not None:
-            run = f"{record.command}-{record.script.digest}".replace("/", "-")
+            run = f"{record.command}-{script_digest(record.script)}".replace("/", "-")
             by_run.setdefault(run, []).append(record)
     return [
         DistinctPlan(run, same[0], tuple(sorted({r.configuration for r in same})))

@@ -17,7 +17,7 @@ import yaml
 
 from corpus_tools.corpus.annotated_trees import annotated_commands
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.following.bundled_grounder import to_script
+from corpus_tools.following.plan_execution import PlanScript, run_plan, to_script
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import OnProgress, no_progress
@@ -25,20 +25,17 @@ from corpus_tools.video.items import ContextItem, Item
 from corpus_tools.video.manifest import MANIFEST
 from corpus_tools.video.manifest import Settings as VideoSettings
 from corpus_tools.video.render_batch import produce_all
-from corpus_tools.world.physics.execute import execute
 from corpus_tools.world.scenarios.documents import read_document
 from corpus_tools.world.state.recording import to_context
-from corpus_tools.world.state.robot_script import Script
 from eval.judging.execution import planned
 from eval.judging.judge import Verdict, judge
 from eval.judging.words_judge import judge_by_words
 from eval.table_3.held_out import costs_without, data_of, parser_without
 from eval.table_3.plan_rows import TOP
-from g3.actions.action_kinds import Action
-from g3.actions.robot_state import State, start_state
+from g3.actions.robot_state import start_state
 from g3.annotation import Annotation
 from g3.errors import CorpusError, FormatError
-from g3.groundings import Context, Place, Prism
+from g3.groundings import Context
 from g3.inference.grounder import Grounder, Plan
 from g3.inference.problem.costs import RandomCost
 from g3.storage.atomic_file import write_bytes
@@ -116,49 +113,10 @@ JUDGES: Mapping[str, Judge] = MappingProxyType(
 """The automatic judge's verdicts by name, each on a command's plan."""
 
 
-class KeptPlace(msgspec.Struct, frozen=True):
-    """A place that a script names: corners in metres, heights of bottom and top."""
-
-    xy: tuple[tuple[float, float], ...]
-    z_min: float
-    z_max: float
-    name: str = ""
-
-
-class PlanScript(msgspec.Struct, frozen=True):
-    """A plan as a script: steps, and the places that these name."""
-
-    steps: Script
-    kept_places: dict[str, KeptPlace] = {}
-
-    @property
-    def places(self) -> dict[str, Place]:
-        """The places by their names, as :func:`~corpus_tools.world.physics.execute` takes them."""
-        return {
-            key: Place(Prism(np.array(p.xy), p.z_min, p.z_max), p.name)
-            for key, p in self.kept_places.items()
-        }
-
-    @property
-    def digest(self) -> str:
-        """A digest that is equal for plans with the same steps."""
-        text = json.dumps(_rounded(msgspec.to_builtins(self)), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:10]
-
-
-def script_of(start: State, actions: tuple[Action, ...]) -> PlanScript:
-    """Write a plan as a script."""
-    script = to_script(start, actions)
-    places = {
-        key: KeptPlace(
-            tuple((float(x), float(y)) for x, y in place.prism.xy),
-            float(place.prism.z_min),
-            float(place.prism.z_max),
-            place.name,
-        )
-        for key, place in script.places.items()
-    }
-    return PlanScript(script.script, places)
+def script_digest(script: PlanScript) -> str:
+    """Return a digest that is equal for plans with the same steps."""
+    text = json.dumps(_rounded(msgspec.to_builtins(script)), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:10]
 
 
 class PlanRecord(msgspec.Struct, frozen=True):
@@ -293,7 +251,7 @@ def _record(unit: Unit, plan: Plan | None, note: str) -> PlanRecord:
         plan.probability,
         verdict.correct,
         verdict.reason,
-        script=script_of(start_state(unit.annotation.context), plan.actions),
+        script=to_script(start_state(unit.annotation.context), plan.actions),
         verdicts={name: v.correct for name, v in verdicts.items() if v},
     )
 
@@ -302,8 +260,7 @@ def carry_out(folder: Path, run: str, record: PlanRecord, context: Context) -> s
     """Carry out a plan in physics and write its run; return why it stopped, or ""."""
     if record.script is None:
         raise ValueError(f"there is no plan for {record.command}")
-    script = record.script
-    done = execute(context, script.steps, places=script.places, rate_hz=RATE_HZ)
+    done = run_plan(start_state(context), record.script, rate_hz=RATE_HZ)
     corpus = Corpus.build(
         run,
         contexts=[replace(to_context(done.recording), id=run)],

@@ -206,12 +206,14 @@ class Simulation:
                 raise ActionError(f"{self.load.id} touched {touched}")
 
 
-def simulation(context: Context, rate_hz: float, forks_m: float = 0.0) -> Simulation:
+def simulation(
+    context: Context, rate_hz: float, forks_m: float = 0.0, held: str | None = None
+) -> Simulation:
     """Start a simulation of a context, sampled at a rate.
 
     Forks with a load are as high as the load, empty ones as high as is given.
     """
-    start, held, forks = starting(context)
+    start, held, forks = starting(context, held)
     forks = min(forks_m, LIFT_RANGE) if held is None else forks
     world = build_world(start, looks=False)
     per_sample = max(int(np.ceil(1 / (rate_hz * TIMESTEP_S) - 1e-9)), 1)

@@ -65,6 +65,8 @@ class Execution:
     """Reason why the step after those could not be executed; None if all were."""
     handled: frozenset[str] = frozenset()
     """Ids of objects that were on the forks."""
+    held: str | None = None
+    """Id of the object on the forks at the end."""
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -103,6 +105,7 @@ def execute(
     places: Mapping[str, Place] | None = None,
     rate_hz: float = 50.0,
     forks_m: float = 0.0,
+    held: str | None = None,
 ) -> Execution:
     """Carry out a script in a simulated world.
 
@@ -119,6 +122,8 @@ def execute(
         Number of states a second in the recording.
     forks_m
         Height of empty forks at the start, in metres.
+    held
+        Id of the object on the forks at the start; if None, as the context shows.
 
     Raises
     ------
@@ -127,7 +132,7 @@ def execute(
         the wrong kind of argument.
     """
     arguments = script_arguments(context, script, places)
-    sim = controller.simulation(context, rate_hz, forks_m)
+    sim = controller.simulation(context, rate_hz, forks_m, held)
     sim.wait(PAUSE_S)
     steps: list[Step] = []
     outcomes: list[Outcome] = []
@@ -145,7 +150,8 @@ def execute(
     if failure is None:
         sim.wait(PAUSE_S)
     recording = replace(sim.recording(), steps=tuple(steps))
-    return Execution(recording, tuple(outcomes), failure, frozenset(sim.handled))
+    held = sim.load.id if sim.load else None
+    return Execution(recording, tuple(outcomes), failure, frozenset(sim.handled), held)
 
 
 def reached(execution: Execution) -> bool:

@@ -42,6 +42,7 @@ def rehearse(
     *,
     places: Mapping[str, Place] | None = None,
     forks_m: float = 0.0,
+    held: str | None = None,
 ) -> ActionError | None:
     """Return the reason why a script can't be carried out; None if none is seen.
 
@@ -49,7 +50,7 @@ def rehearse(
     :func:`~corpus_tools.world.physics.execute.execute`.
     """
     arguments = script_arguments(context, script, places)
-    robot = _standing(context, forks_m)
+    robot = _standing(context, forks_m, held)
     for step, argument in zip(script, arguments, strict=True):
         try:
             behave(robot, step, argument)
@@ -112,9 +113,9 @@ class _RehearsingRobot:
         """Stand still: nothing changes."""
 
 
-def _standing(context: Context, forks_m: float) -> _RehearsingRobot:
+def _standing(context: Context, forks_m: float, held: str | None) -> _RehearsingRobot:
     """Return the robot at the start of a context, as :func:`execute` has it."""
-    start, held, forks = starting(context)
+    start, held, forks = starting(context, held)
     poses = {
         item.id: np.array([*item.trajectory.xyz[0], item.trajectory.yaw[0]])
         for item in start.objects

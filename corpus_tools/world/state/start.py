@@ -21,13 +21,14 @@ HEEL_GAP_M = 0.01
 """Gap between the forks' heel and the load on them."""
 
 
-def starting(context: Context) -> tuple[Context, str | None, float]:
+def starting(context: Context, held: str | None = None) -> tuple[Context, str | None, float]:
     """Return a context as physics can start it, the load on the forks if any, and their height.
 
     Every object has one pose and the prism that it starts with. Loads stand exactly on what is
-    under them; one that hangs in front of the robot is on its forks, which are so many metres up.
+    under them. The load on the forks, which are so many metres up, is `held`, else what hangs in
+    front of the robot or moves with it.
     """
-    held = loaded(context)
+    held = held or loaded(context)
     ground = float(context.agent.trajectory.xyz[0, 2])
     still = (replace(item, trajectory=at_rest(item.trajectory)) for item in context.objects)
     objects = {item.id: item for item in still}

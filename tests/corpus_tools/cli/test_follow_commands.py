@@ -12,13 +12,12 @@ from click.testing import CliRunner
 
 from corpus_tools.cli.follow_commands import follow
 from corpus_tools.following.bundled_grounder import (
-    WAIT_S,
     following_model,
     kept_at,
     kept_model,
-    state_after,
-    to_script,
 )
+from corpus_tools.following.plan_execution import WAIT_S, run_plan, to_script
+from corpus_tools.following.start_states import scenario_start
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import (
@@ -27,6 +26,7 @@ from g3.actions.forklift_actions import (
     DRIVE_TO,
     GO_STRAIGHT,
     LOWER_FORKS,
+    PICK_UP,
     TURN,
     WAIT,
 )
@@ -155,16 +155,16 @@ def test_plans_become_scripts(model):
         Action(DRIVE_TO, target=(state.thing("trailer-1"),)),
         Action(CARRY, "tires-2", place=place),
     ]
-    told = to_script(state, actions)
-    steps = [(step.action, step.argument) for step in told.script]
+    script = to_script(state, actions)
+    steps = [(step.action, step.argument) for step in script.steps]
     assert steps == [
         ("turn_deg", pytest.approx(90.0)),
         ("approach", "trailer-1"),
         ("pick_up", "tires-2"),
         ("put_down", "place-1"),
     ]
-    assert told.places == {"place-1": place}
-    assert told.clause == (0, 1, 2, 2)
+    ((name, named),) = script.places.items()
+    assert (name, named.prism.xy.tolist()) == ("place-1", place.prism.xy.tolist())
     # On a deck any spot will do: forks don't reach to its middle.
     on_deck = square(np.array([10.0, 10.0]), 0.0, 0.8)
     (wider,) = to_script(state, [Action(CARRY, "tires-2", place=on_deck)]).places.values()
@@ -186,7 +186,7 @@ def test_plans_become_scripts(model):
 )
 def test_scripts_have_the_amounts_that_were_said(kind, amount, number):
     context = open_corpus("warehouse").annotations[0].context
-    (step,) = to_script(start_state(context), [Action(kind, amount=amount)]).script
+    (step,) = to_script(start_state(context), [Action(kind, amount=amount)]).steps
     assert step.argument == pytest.approx(number)
 
 
@@ -202,7 +202,7 @@ def test_scripts_have_the_amounts_that_were_said(kind, amount, number):
     ],
 )
 def test_plans_put_loads_on_decks(scenario, load, carrier):
-    execution = pytest.importorskip("corpus_tools.world.physics.execute")
+    pytest.importorskip("mujoco")
     state = start_state(open_corpus("warehouse").contexts[scenario])
     deck = state.thing(carrier).prism
     place = next(
@@ -210,12 +210,22 @@ def test_plans_put_loads_on_decks(scenario, load, carrier):
         for spot in spots_about((state.thing(carrier),), state)
         if spot.prism.z_min == deck.z_max and are_free([spot], state, load)[0]
     )
-    told = to_script(state, [Action(CARRY, load, place=place)])
-    done = execution.execute(state.context, told.script, places=told.places, rate_hz=5.0)
-    assert done.problems == ()
-    end = state_after(done.recording, None).thing(load).prism
+    done = run_plan(state, [Action(CARRY, load, place=place)], rate_hz=5.0)
+    assert done.failure is None
+    assert done.end.held is None
+    end = done.end.thing(load).prism
     assert end.z_min == pytest.approx(deck.z_max, abs=0.02)
     assert covers(deck, centre(end))
+
+
+def test_the_next_plan_begins_where_an_episode_has_ended():
+    pytest.importorskip("mujoco")
+    start = scenario_start("dock_pick_up_tires")
+    (load,) = (o.id for o in start.context.objects if o.id == "tires-2")
+    lifted = run_plan(start, [Action(PICK_UP, load)], rate_hz=5.0)
+    assert (lifted.failure, lifted.end.held) == (None, load)
+    after = run_plan(lifted.end, [Action(LOWER_FORKS, amount=0.0)], rate_hz=5.0)
+    assert (after.failure, after.end.held, after.end.frame) == (None, load, start.frame)
 
 
 YARD = ["--scenario", "yard_put_tires_on_truck"]

@@ -1,8 +1,9 @@
 """Plans for tests of rating sets, without making any."""
 
+from corpus_tools.following.plan_execution import PlanScript
 from corpus_tools.world.state.robot_script import WAIT, ScriptStep
 from eval.plan_study.rating_sample import distinct_plans
-from eval.plan_study.study_plans import PlanRecord, PlanScript
+from eval.plan_study.study_plans import PlanRecord
 
 
 def waiting(seconds):

@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from annotation_app.core.config import open_instance
 from annotation_app.serving.factory import create_app
 from corpus_tools.cli.console import run
+from corpus_tools.following.plan_execution import KeptPlace, PlanScript
 from corpus_tools.world.state.robot_script import TURN, WAIT, ScriptStep
 from eval.cli.eval_commands import evaluate
 from eval.plan_study.rating_sample import (
@@ -30,15 +31,14 @@ from eval.plan_study.study_plans import (
     INSTANCE,
     PLANS,
     RUNS,
-    KeptPlace,
     Pair,
     PlanRecord,
-    PlanScript,
     Settings,
     Unit,
     check_settings,
     chosen_commands,
     plan_all,
+    script_digest,
     settings_for,
 )
 from eval.statistics.power import design_effect, plan_interval
@@ -76,7 +76,7 @@ def test_scripts_with_other_places_are_other_plans():
             (ScriptStep("put_down", "place-1"),), {"place-1": KeptPlace(corners, 0.0, 1.0)}
         )
 
-    assert put(1.0).digest == put(1.0 + 1e-9).digest != put(2.0).digest
+    assert script_digest(put(1.0)) == script_digest(put(1.0 + 1e-9)) != script_digest(put(2.0))
     kept = msgspec.json.decode(msgspec.json.encode(put(1.0)), type=PlanScript)
     assert kept == put(1.0)
     assert kept.places["place-1"].prism.xy.tolist() == [[1, 0], [2, 0], [1, 1]]

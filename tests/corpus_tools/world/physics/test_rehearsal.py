@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from corpus_tools.following.plan_execution import perform, why_not
+from corpus_tools.following.plan_execution import run_plan, why_not
 from corpus_tools.following.start_states import scenario_start
 from corpus_tools.world.physics.rehearsal import rehearse
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
@@ -45,7 +45,7 @@ def test_a_pick_up_is_carried_out_or_refused_before(name: str) -> None:
     start = scenario_start(name)
     for load in pick_ups(start):
         actions = [Action(PICK_UP, load)]
-        failure = perform(start, actions).failure
+        failure = run_plan(start, actions).failure
         assert why_not(start, actions) == str(failure or "")
 
 
