@@ -166,14 +166,14 @@ def table_1(
     from eval.table_1 import held_out_predictions
     from eval.table_1.correspondence import table_rows
     from eval.table_1.correspondence_table import render
+    from eval.table_1.divided_examples import ablated
     from eval.table_1.given_predictions import OURS, compare_predictions, write_form
-    from g3.inference.potentials.potential_registry import ablation
 
     if tasks:
         count = write_form(tasks, held_out_predictions.tested_examples(choices))
         tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
         return
-    rules = ablation(choices.ablate).potentials
+    _, rules = ablated(choices)
     if rules:
         note(
             f"ct: Table 1 makes no plans, so it is the same without {', '.join(sorted(rules))}; "

@@ -17,8 +17,7 @@ from corpus_tools.corpus.labelled_corpus import Negatives, labelled_examples, sc
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.splits import Split, hold_out, leave_one_out, read_scenarios
 from g3.errors import CorpusError
-from g3.features.feature_registry import CATALOGUE_VERSION, FeatureSet, select
-from g3.inference.potentials.potential_registry import ablation
+from g3.features.feature_registry import CATALOGUE_VERSION, FEATURES, FeatureSet, select
 from g3.learning.examples import Example
 from g3.learning.grounding_model import DEFAULT_L2, GroundingModel
 from g3.short_repr import short_repr
@@ -99,7 +98,25 @@ def chosen_sets(choices: Choices) -> tuple[FeatureSet, ...]:
     ModelError
         If there is no feature set or potential of a name.
     """
-    return select(without=ablation(choices.ablate).sets, plus=choices.plus)
+    return select(without=ablated(choices)[0], plus=choices.plus)
+
+
+def ablated(choices: Choices) -> tuple[frozenset[str], frozenset[str]]:
+    """Return the names of the feature sets and of the potentials that are left out.
+
+    Raises
+    ------
+    ModelError
+        If there is no feature set or potential of a name.
+    """
+    names = frozenset(choices.ablate)
+    if names <= FEATURES.keys():
+        return names, frozenset()
+    # Only plans need potentials.
+    from g3.inference.potentials.potential_registry import ablation  # noqa: PLC0415
+
+    found = ablation(names)
+    return found.sets, found.potentials
 
 
 def set_up(choices: Choices) -> DividedExamples:

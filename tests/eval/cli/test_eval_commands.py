@@ -330,3 +330,12 @@ def test_the_command_is_cheap_to_load():
     heavy = "{'numpy', 'scipy', 'rich', 'matplotlib', 'pandas'}"
     code = f"import sys, eval.cli.eval_commands; sys.exit(bool({heavy} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_table_1_loads_nothing_of_inference():
+    code = (
+        "import sys; from corpus_tools.cli.console import run\n"
+        f"status = run(['eval', '--table', '1', *{CV}])\n"
+        "sys.exit(status or any(name.startswith('g3.inference') for name in sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
