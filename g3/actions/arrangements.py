@@ -12,8 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from g3.actions.robot_state import centres
-from g3.features.bodies import IntArray
-from g3.geometry.plane import BoolArray, cross, length
+from g3.geometry.plane import BoolArray, IntArray, cross, length
 from g3.groundings import FloatArray, PhysicalObject
 from g3.short_repr import short_repr
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from g3.features.bodies import IntArray
-from g3.geometry.plane import length, rotate, wrap
+from g3.geometry.plane import IntArray, length, rotate, wrap
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 

@@ -11,9 +11,8 @@ from g3.actions.action_kinds import Action, Focus, Group, action_kind
 from g3.actions.courses import Course, Stops, course, direction, quarters, stops
 from g3.actions.grounding_candidates import footprint_of
 from g3.actions.robot_state import State
-from g3.features.bodies import padded
 from g3.geometry.footprints import centre, covers
-from g3.geometry.plane import length, point_gap, rotate
+from g3.geometry.plane import length, padded, point_gap, rotate
 from g3.groundings import FloatArray, Path, PhysicalObject
 
 TURNS = (np.pi / 2, -np.pi / 2, np.pi)

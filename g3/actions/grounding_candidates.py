@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import islice, pairwise
 
 import numpy as np
@@ -13,7 +14,6 @@ from g3.actions.robot_state import State, centres
 from g3.geometry.footprints import centre, covers
 from g3.geometry.plane import BoolArray, area, convex_hull, point_gap, rotate
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place, Prism
-from g3.language.lexicon.word_sets import HEAPS
 
 Group = tuple[Grounding, ...]
 
@@ -199,10 +199,17 @@ def squares(middles: FloatArray, yaw: float, bottom: float) -> list[Place]:
 
 def is_surface(thing: PhysicalObject) -> bool:
     """Check that a thing can carry a load: a low one with room, but no heap of earth."""
-    if HEAPS.intersection(word for label in thing.labels for word in label.lower().split()):
+    if _names_heap(thing.labels):
         return False
     low = thing.prism.z_max - thing.prism.z_min
     return bool(area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2) and low < HIGH_M
+
+
+@lru_cache(maxsize=4096)
+def _names_heap(labels: tuple[str, ...]) -> bool:
+    from g3.language.lexicon.word_sets import HEAPS  # noqa: PLC0415 - as in `names_person`
+
+    return not HEAPS.isdisjoint(word for label in labels for word in label.lower().split())
 
 
 def _frame(prism: Prism, yaw: float) -> tuple[FloatArray, FloatArray]:

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from g3.actions.courses import CUSP_COST_M, NEVER, Course, arc, clear_cost, curve, direction
-from g3.features.bodies import METRES_PER_RADIAN, SAMPLES, IntArray
-from g3.geometry.plane import length, rotate
+from g3.geometry.plane import METRES_PER_RADIAN, SAMPLES, IntArray, length, rotate
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 

@@ -12,8 +12,7 @@ from g3.actions.driving_kinds import about_things, driven, poses_before, starts,
 from g3.actions.grounding_candidates import footprint_of
 from g3.actions.handling_kinds import SIDE_ENTRY_M, middles
 from g3.actions.robot_state import State, is_load
-from g3.features.bodies import padded
-from g3.geometry.plane import length, wrap
+from g3.geometry.plane import length, padded, wrap
 from g3.groundings import FloatArray, PhysicalObject, Place
 
 AWAY_M = 6.0

@@ -10,13 +10,9 @@ import numpy as np
 
 from g3.actions.logged_actions import at_rest, loaded
 from g3.errors import ModelError
-from g3.features.bodies import moved_corners
 from g3.geometry.footprints import extent
-from g3.geometry.plane import hull_centre
+from g3.geometry.plane import hull_centre, moved_corners
 from g3.groundings import Context, FloatArray, PhysicalObject, Prism, Trajectory
-from g3.language.lexicon.word_sets import PERSONS
-from g3.language.similarity.resources import wordnet
-from g3.language.similarity.wordnet import share_of_senses
 from g3.scene_drawing import scene_svg
 from g3.short_repr import short_repr
 
@@ -139,6 +135,11 @@ def names_person(labels: tuple[str, ...]) -> bool:
     >>> names_person(("operator",)), names_person(("tire", "pallet"))
     (True, False)
     """
+    # Only planning asks: states, logs and pictures need no words.
+    from g3.language.lexicon.word_sets import PERSONS  # noqa: PLC0415
+    from g3.language.similarity.resources import wordnet  # noqa: PLC0415
+    from g3.language.similarity.wordnet import share_of_senses  # noqa: PLC0415
+
     words = [word for label in labels for word in label.lower().split()]
     if not words or PERSONS.intersection(words):
         return bool(words)

@@ -8,25 +8,43 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from g3.geometry.plane import area, centroid, convex_hull, cross, hull_centre, rotate, wrap
+from g3.geometry.plane import (
+    METRES_PER_RADIAN,
+    SAMPLES,
+    IntArray,
+    area,
+    centroid,
+    convex_hull,
+    cross,
+    hull_centre,
+    moved_corners,
+    padded,
+    rotate,
+    wrap,
+)
 from g3.groundings import FloatArray, Grounding, Path, PhysicalObject, Place, Trajectory
 from g3.short_repr import short_repr
 
-IntArray = npt.NDArray[np.intp]
 Singles = npt.NDArray[np.float32]
 
-SAMPLES = 25
-"""Poses that every trajectory is resampled to, evenly along its length."""
+__all__ = [
+    "MAX_CORNERS",
+    "MAX_MEMBERS",
+    "METRES_PER_RADIAN",
+    "SAMPLES",
+    "Bodies",
+    "IntArray",
+    "moved_corners",
+    "pack",
+    "padded",
+    "positions_at",
+]
 
 MAX_CORNERS = 8
 """Footprints with more corners lose those that matter least to their area."""
 
 MAX_MEMBERS = 8
 """Things of a plural that "between" looks at."""
-
-METRES_PER_RADIAN = 1.0
-"""Length that a turn on the spot counts for when poses are spread along a trajectory."""
-
 
 CLOCK_RESOLUTION_S = 1e-3
 """Times that differ by less are the same; sums of time stamps are no more exact."""
@@ -135,20 +153,6 @@ def pack(groups: Sequence[tuple[Grounding, ...]]) -> Bodies:
         raw_yaw=raw_yaw,
         offsets=offsets,
     )
-
-
-def moved_corners(corners: FloatArray, start: FloatArray, pose: FloatArray) -> FloatArray:
-    """Footprints (n, k, 2) carried rigidly from one pose to another.
-
-    Parameters
-    ----------
-    corners
-        Footprints at the start pose.
-    start, pose
-        Poses x, y, yaw, shape (n, 3).
-    """
-    turn = (pose[:, 2] - start[:, 2])[:, None]
-    return rotate(corners - start[:, None, :2], turn) + pose[:, None, :2]
 
 
 def positions_at(bodies: Bodies, index: IntArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -266,13 +270,3 @@ def _members(things: Sequence[Sequence[FloatArray]]) -> FloatArray:
         row, member = np.array(place).T
         centres[row, member] = centroid(padded([things[i][j] for i, j in place]))
     return centres
-
-
-def padded(hulls: Sequence[FloatArray]) -> FloatArray:
-    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
-    size = max((len(hull) for hull in hulls), default=3)
-    corners = np.empty((len(hulls), size, 2))
-    for row, hull in zip(corners, hulls, strict=True):
-        row[: len(hull)] = hull
-        row[len(hull) :] = hull[-1]
-    return corners

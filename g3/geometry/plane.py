@@ -1,4 +1,4 @@
-"""Plane geometry of footprints, vectorised over a leading batch axis.
+"""Plane geometry of footprints and trajectories, vectorised over a leading batch axis.
 
 Footprints are convex polygons with their corners counter-clockwise, shape (n, k, 2);
 polygons with fewer corners than k repeat their last one. Every function works on the
@@ -7,7 +7,7 @@ whole batch at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache, reduce
 from typing import Any, TypeVar
 
@@ -24,6 +24,12 @@ _BLOCK = 4096
 
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
+
+SAMPLES = 25
+"""Poses that every trajectory is resampled to, evenly along its length."""
+
+METRES_PER_RADIAN = 1.0
+"""Length that a turn on the spot counts for when poses are spread along a trajectory."""
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -298,3 +304,27 @@ def _hull(points: bytes) -> FloatArray:
         return hull[:-1]
 
     return _fixed(np.array(chain(order) + chain(reversed(order))))
+
+
+def moved_corners(corners: FloatArray, start: FloatArray, pose: FloatArray) -> FloatArray:
+    """Footprints (n, k, 2) carried rigidly from one pose to another.
+
+    Parameters
+    ----------
+    corners
+        Footprints at the start pose.
+    start, pose
+        Poses x, y, yaw, shape (n, 3).
+    """
+    turn = (pose[:, 2] - start[:, 2])[:, None]
+    return rotate(corners - start[:, None, :2], turn) + pose[:, None, :2]
+
+
+def padded(hulls: Sequence[FloatArray]) -> FloatArray:
+    """Footprints as one array (n, k, 2); those with fewer corners repeat their last one."""
+    size = max((len(hull) for hull in hulls), default=3)
+    corners = np.empty((len(hulls), size, 2))
+    for row, hull in zip(corners, hulls, strict=True):
+        row[: len(hull)] = hull
+        row[len(hull) :] = hull[-1]
+    return corners
