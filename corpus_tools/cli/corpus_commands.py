@@ -58,8 +58,8 @@ def stats(path: Path, form: str) -> None:
       ct corpus stats aaai11
       ct corpus stats aaai11 --json
     """
+    from corpus_tools.corpus.corpus_statistics import statistics_of_files
     from corpus_tools.corpus.display import statistics_table
-    from corpus_tools.corpus.streamed_statistics import statistics_of_files
     from corpus_tools.importers.authored.bundled import resolve
 
     counted = statistics_of_files(resolve(str(path)))

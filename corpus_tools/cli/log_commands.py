@@ -30,8 +30,7 @@ def show(path: Path, form: str) -> None:
       ct log show out/pick_up_tires.mcap
       ct log show out/pick_up_tires.mcap --json
     """
-    from corpus_tools.logs.log_reading import read_log
-    from corpus_tools.logs.summary import as_table, summary
+    from corpus_tools.logs.log_reading import as_table, read_log, summary
 
     held = summary(read_log(path))
     tell(form, held, as_table(held))

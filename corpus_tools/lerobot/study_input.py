@@ -14,20 +14,38 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import groupby
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.lerobot.dataset_files import check_is_file, first_of
-from corpus_tools.lerobot.episode_frames import FramedEpisode, OnError, checked_episodes
+from corpus_tools.lerobot.dataset_files import (
+    check_is_file,
+    damaged,
+    file_inside,
+    first_of,
+    parquet_file,
+    whole_numbers_of,
+)
+from corpus_tools.lerobot.episode_frames import (
+    EPISODE_INDEX,
+    FramedEpisode,
+    OnError,
+    checked_episodes,
+)
 from corpus_tools.lerobot.episode_reading import INFO, Dataset
 from corpus_tools.lerobot.language_rows import SUBTASK, Row, persistent_rows_of
-from corpus_tools.lerobot.picture_films import write_films
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError, ManyError
+
+if TYPE_CHECKING:
+    from corpus_tools.video.drawing.canvas import Image
+
 
 EPISODES, TASKS, SUBTASKS = "episodes.csv", "tasks.csv", "subtasks.csv"
 FILMS = "films"
@@ -350,3 +368,145 @@ def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
     writer.writerow(header)
     writer.writerows(rows)
     return text.getvalue().encode()
+
+
+FILES = (
+    "images/{key}/episode_{episode:06d}/frame_{frame:06d}.png",
+    "images/{key}/episode-{episode:06d}/frame-{frame:06d}.png",
+)
+"""The files of pictures, as LeRobot has them in version 2 and in version 3."""
+ROWS_AT_ONCE = 16
+MOST_PIXELS = 64_000_000
+LARGEST_FILE = 256 << 20
+_CODECS = {b"\x89PNG": "png", b"\xff\xd8\xff": "mjpeg"}
+"""The decoders of FFmpeg, by the first bytes of a picture."""
+
+
+def write_films(
+    dataset: Dataset,
+    episodes: Sequence[FramedEpisode],
+    camera: str,
+    folder: Path,
+    *,
+    on_progress: OnProgress,
+) -> dict[int, Path]:
+    """Write a video of each episode into a folder, by the numbers of the episodes.
+
+    Raises
+    ------
+    FormatError
+        If a picture is missing, can't be read, or hasn't the size of the first of its episode.
+    """
+    wanted = {one.episode.index: one for one in episodes}
+    films: dict[int, Path] = {}
+    for file in dict.fromkeys(one.episode.data for one in episodes):
+        for index, cells in groupby(_cells(file, camera), key=lambda cell: cell.episode):
+            one = wanted.get(index)
+            if one is None:
+                continue
+            if index in films:
+                raise one.episode.error(f"its frames in {file.name} are not all together")
+            films[index] = folder / f"episode-{index:06d}.mp4"
+            pictures = _pictures(dataset, camera, cells)
+            _write_film(pictures, films[index], dataset.info.fps, str(file))
+            on_progress("making videos of pictures", len(films), len(wanted))
+    return films
+
+
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    """The picture of a frame, as the data have it."""
+
+    episode: int
+    frame: int
+    """Counted from 0 in the episode."""
+    value: Any
+    where: str
+
+
+def _cells(file: Path, camera: str) -> Iterator[_Cell]:
+    row, last, frame = 0, -1, 0
+    with parquet_file(file) as parquet:
+        has_cells = camera in parquet.schema_arrow.names
+        columns = [EPISODE_INDEX, *([camera] if has_cells else [])]
+        for batch in parquet.iter_batches(ROWS_AT_ONCE, columns=columns):
+            episodes = whole_numbers_of(batch, EPISODE_INDEX, file, row).tolist()
+            cells = batch.column(camera).to_pylist() if has_cells else [None] * len(episodes)
+            for index, cell in zip(episodes, cells, strict=True):
+                frame = frame + 1 if index == last else 0
+                last = index
+                where = f"{file}, column {camera}, episode {index}, frame {frame}"
+                yield _Cell(index, frame, cell, where)
+            row += len(episodes)
+
+
+def _pictures(dataset: Dataset, camera: str, cells: Iterable[_Cell]) -> Iterator[Image]:
+    shape: tuple[int, ...] = ()
+    for cell in cells:
+        picture = _picture(_content(dataset, camera, cell), cell.where)
+        shape = shape or picture.shape
+        if picture.shape != shape:
+            what = f"the picture has {_size(picture.shape)}, others {_size(shape)}"
+            raise damaged(cell.where, what)
+        yield picture[: shape[0] // 2 * 2, : shape[1] // 2 * 2]
+
+
+def _size(shape: Sequence[int]) -> str:
+    return f"{shape[1]} by {shape[0]} pixels"
+
+
+def _content(dataset: Dataset, camera: str, cell: _Cell) -> bytes:
+    """Return the bytes of a picture: from the cell, else from the named or usual file."""
+    is_row = isinstance(cell.value, Mapping)
+    content = cell.value.get("bytes") if is_row else cell.value
+    if isinstance(content, bytes) and content:
+        return content
+    named = cell.value.get("path") if is_row else cell.value
+    names = [p.format(key=camera, episode=cell.episode, frame=cell.frame) for p in FILES]
+    if isinstance(named, str) and named:
+        names.insert(0, named)
+    for name in names:
+        file = file_inside(dataset.folder, name, where=cell.where)
+        if file.exists():
+            check_is_file(file)
+            if file.stat().st_size > LARGEST_FILE:
+                raise damaged(file, "the picture is too large")
+            return file.read_bytes()
+    raise damaged(cell.where, f"there is no picture, and no file {names[0]}")
+
+
+def _picture(content: bytes, where: str) -> Image:
+    """Decode a picture to red, green and blue, shape (height, width, 3)."""
+    import av  # noqa: PLC0415 - large, and not always installed
+
+    codec = next((name for head, name in _CODECS.items() if content.startswith(head)), None)
+    if codec is None:
+        raise damaged(where, "the picture is no PNG or JPEG")
+    context: Any = av.CodecContext.create(codec, "r")
+    context.options = {"max_pixels": str(MOST_PIXELS)}
+    context.thread_count = 1
+    try:
+        frames = [*context.decode(av.Packet(content)), *context.decode(None)]
+        if not frames or min(frames[0].width, frames[0].height) < 2:
+            raise ValueError("it has no pixels")
+        picture: Image = np.ascontiguousarray(frames[0].to_ndarray(format="rgb24"))
+    except (av.FFmpegError, ValueError, MemoryError) as error:
+        raise damaged(where, f"the picture can't be read: {error}") from error
+    return picture
+
+
+def _write_film(pictures: Iterator[Image], target: Path, fps: float, where: str) -> None:
+    from corpus_tools.video.encode import encode  # noqa: PLC0415 - needs PyAV
+
+    first = next(pictures, None)
+    if first is None:
+        raise FormatError("there are no pictures", where=where)
+    height, width = first.shape[:2]
+
+    def frames() -> Iterator[Image]:
+        yield first
+        yield from pictures
+
+    target.parent.mkdir(parents=True, exist_ok=True)
+    rate = Fraction(fps).limit_denominator(1001)
+    encode(frames(), target, size=(width, height), fps=rate, quality="standard")

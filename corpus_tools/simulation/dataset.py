@@ -16,9 +16,8 @@ from corpus_tools.importers.report import Journal
 from corpus_tools.runtime.parallel import WorkerDiedError, Workers, work
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.runtime.shipped import DATASET
-from corpus_tools.simulation.grammar import Told, tell
+from corpus_tools.simulation.grammar import Told, Worker, draw_workers, tell
 from corpus_tools.simulation.seen_scenes import see
-from corpus_tools.simulation.wording import Worker, draw_workers
 from corpus_tools.world.scenarios.execution import log_scenario
 from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random.generation import generate

@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from corpus_tools.video.container_structure import MP4, WEBM
 from corpus_tools.video.frame_reading import open_video, picture, reason, upright
-from corpus_tools.video.probe import VideoInfo
+from corpus_tools.video.probe import MP4, WEBM, VideoInfo
 from g3.errors import FormatError
 
 if TYPE_CHECKING:

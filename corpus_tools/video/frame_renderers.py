@@ -12,9 +12,8 @@ import numpy.typing as npt
 
 from corpus_tools.video.drawing.camera import CAMERAS, Camera
 from corpus_tools.video.drawing.canvas import Canvas, Image, sun_of
-from corpus_tools.video.drawing.composite import FINER, Composite
+from corpus_tools.video.drawing.composite import FINER, Composite, Pasted
 from corpus_tools.video.drawing.drawn_moments import moving_objects
-from corpus_tools.video.drawing.pasted import Pasted
 from corpus_tools.video.drawing.shaded import Shaded
 from corpus_tools.video.drawing.shadows import LARGEST_MAP
 from corpus_tools.video.encode import Quality

@@ -110,8 +110,7 @@ def sdc(
     bundled parser. --perturb adds the same commands as other people may type them.
     """
     from eval.language_model.chat_endpoint import in_words
-    from eval.parsing.sdc_report import render
-    from eval.parsing.sdc_scores import SDCChoices, run
+    from eval.parsing.sdc_scores import SDCChoices, render, run
 
     another = parser_of(parser, endpoint) if parser else None
     choices = SDCChoices(corpus, train, test, model, another, l2, perturb, seed, cv or "scenario")

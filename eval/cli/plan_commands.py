@@ -135,7 +135,7 @@ def end_to_end(
     choose_back_end()
     from eval.plan_study import rating_set, whole_study
     from eval.plan_study.study_plans import settings_for
-    from eval.plan_study.study_rating import offer
+    from eval.plan_study.whole_study import offer
 
     settings = settings_for(train, test, most=most, l2=l2 or 1.0, seed=seed, plans=plans)
     terminal = is_terminal(out)

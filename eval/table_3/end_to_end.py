@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
+from corpus_tools.corpus.annotated_trees import with_perturbed_commands
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.load_choices import load_choices_of
-from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Workers
 from corpus_tools.runtime.progress import OnProgress, no_progress

@@ -8,7 +8,7 @@ among loads alike. It learns from what was done, so that no clauses are needed.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 from scipy.special import expit, softmax
+from threadpoolctl import threadpool_limits
 
 from g3.groundings import FloatArray
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.word_sets import ARTICLES, CONCEPT_WORDS, PLACE_PREPOSITIONS
 from g3.language.similarity.learned_lexicon import Lexicon, Naming, Term, terms
-from g3.lbfgs import lbfgs
 from g3.short_repr import short_repr
 
 ROLES = ("first word", "each later word", "word after a preposition")
@@ -382,3 +382,24 @@ def _rank(order: FloatArray, alike: npt.NDArray[np.bool_]) -> FloatArray:
     beats = np.sign(order[:, None] - order[None, :]) * alike
     result: FloatArray = beats.sum(axis=1) / np.maximum(alike.sum(axis=1) - 1, 1)
     return result
+
+
+def lbfgs(
+    objective: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray, **options: Any
+) -> FloatArray:
+    """Minimise a function; shape (parameters,).
+
+    Parameters
+    ----------
+    objective
+        The function's value and gradient at a point, shape (parameters,).
+    **options
+        SciPy's options, such as ``maxiter`` (:func:`scipy.optimize.minimize`).
+    """
+    from scipy import optimize  # noqa: PLC0415 - a fifth of a second, which only training waits for
+
+    how: Any = options  # SciPy's stubs want every name written out
+    # The vectors are short: BLAS threads cost more than they bring, twentyfold on a busy machine.
+    with threadpool_limits(limits=1, user_api="blas"):
+        found = optimize.minimize(objective, start, jac=True, method="L-BFGS-B", options=how)
+    return found.x

@@ -14,10 +14,12 @@ from corpus_tools.importers.authored.authored_clauses import (
     Groundings,
     check_clauses,
     check_log,
+    generator,
+    random_groundings,
     read_clauses,
+    relabel,
 )
 from corpus_tools.importers.authored.authored_files import World, read_world
-from corpus_tools.importers.authored.authored_negatives import generator, random_groundings, relabel
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.scenarios.documents import Document, read_document

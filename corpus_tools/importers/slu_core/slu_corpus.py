@@ -12,7 +12,7 @@ from typing import Any
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.importers.slu_core import slu_files
-from corpus_tools.importers.slu_core.slu_tables import read_assignments, read_judgments
+from corpus_tools.importers.slu_core.slu_files import read_assignments, read_judgments
 from corpus_tools.importers.slu_core.slu_trees import read_groundings, read_labels, read_trees
 from corpus_tools.importers.slu_core.slu_worlds import Instances
 from corpus_tools.runtime.collector_pause import collector_paused

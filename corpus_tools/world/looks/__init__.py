@@ -11,11 +11,9 @@ describe what they see shouldn't distinguish things by them.
 Other distributions name modules that register looks in the entry point group ``ct.looks``.
 """
 
-from corpus_tools.world.looks import cargo, furniture, landmarks, pallets, vehicles
-from corpus_tools.world.looks import forklift_look as forklift
-from corpus_tools.world.looks import persons as people
+from corpus_tools.world.looks import furniture, pallets, vehicles
 from corpus_tools.world.looks.look_registry import LOOKS
 
-__all__ = ["cargo", "forklift", "furniture", "landmarks", "pallets", "people", "vehicles"]
+__all__ = ["furniture", "pallets", "vehicles"]
 
 LOOKS.load_others()

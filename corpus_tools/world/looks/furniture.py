@@ -1,15 +1,16 @@
-"""Furniture of yards: shelves, barrels, cones, and things without a look of their own."""
+"""Furniture of yards, people in them, and large things that stay: containers, signs, berms."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from corpus_tools.world.looks.atlas import board, colour, patch
+from corpus_tools.world.looks.atlas import Finish, board, colour, patch
 from corpus_tools.world.looks.look_registry import drawn
 from corpus_tools.world.looks.pallets import cartons
-from corpus_tools.world.looks.parts import Part, box, disc, inside, rod, turned
+from corpus_tools.world.looks.parts import Part, ball, box, disc, inside, join, quads, rod, turned
 from corpus_tools.world.state.shapes import Shape
 from g3.groundings import FloatArray
 
@@ -110,4 +111,116 @@ def other(shape: Shape, rng: np.random.Generator) -> list[Part]:
         box(low, (*high[:2], low[2] + rim[2]), colour("dark")),
         box(low + rim, high - rim, patch("plate"), without="-z +z"),
         box((*low[:2], high[2] - rim[2]), high, colour("dark", 0.8, 1.0), tops=patch("plate")),
+    ]
+
+
+_PANEL_M = 1.2
+"""Length of a piece of a container's wall."""
+_CELLS = 12, 8
+"""Cells of a heap's surface, along and across."""
+
+
+@drawn("container")
+def container(shape: Shape, rng: np.random.Generator) -> list[Part]:
+    """Build a container for ships: corrugated steel, with doors at its ends."""
+    part, size = inside(shape.low, shape.high), shape.size
+    rust, wall = colour("brown", 0.6, 0.9), patch("corrugated")
+    post_x, post_y = 0.12 / max(1.2, size[0]), 0.12 / max(1.2, size[1])
+    panels = np.linspace(post_x, 1 - post_x, max(2, round(float(size[0]) / _PANEL_M)) + 1)
+    parts = [
+        part((a, b), (0.01, 0.99), (0.0, 0.99), wall, tops=wall, without="-x +x -z")
+        for a, b in pairwise(panels)
+    ]
+    doors, ends = patch("doors"), (post_y, 1 - post_y)
+    parts.append(part((0.004, 0.996), ends, (0.0, 0.99), doors, without="-y +y -z +z"))
+    for y in ((0.0, post_y), (1 - post_y, 1.0)):
+        parts += [part(x, y, (0.0, 1.0), rust) for x in ((0.0, post_x), (1 - post_x, 1.0))]
+        parts += [part((0.0, 1.0), y, z, rust) for z in ((0.0, 0.05), (0.96, 1.0))]
+    return parts
+
+
+@drawn("sign")
+def sign(shape: Shape, rng: np.random.Generator) -> list[Part]:
+    """Build a board with an arrow and lines of writing on a steel post with a foot."""
+    part, size = inside(shape.low, shape.high), shape.size
+    post = [min(0.5, 0.04 / length) for length in size[:2].tolist()]
+    upright = [(0.5 - half, 0.5 + half) for half in post]
+    board = min(0.55, float(size[:2].max() / size[2]))
+    thick = min(0.2, 0.03 / float(size[0])), min(0.2, 0.03 / float(size[1]))
+    x, y, sides = (0.0, 1.0), (0.5 - thick[1], 0.5 + thick[1]), "-x +x"
+    if size[1] >= size[0]:
+        x, y, sides = (0.5 - thick[0], 0.5 + thick[0]), (0.0, 1.0), "-y +y"
+    return [
+        part((0.0, 1.0), (0.0, 1.0), (0.0, 0.04), colour("concrete")),
+        part(*upright, (0.0, 1 - board), colour("steel", 0.7, 1.0)),
+        part(x, y, (1 - board, 1.0), colour("steel")),
+        part(_wider(x), _wider(y), (1 - board, 1.0), patch("sign"), without=f"{sides} -z +z"),
+    ]
+
+
+def _wider(span: tuple[float, float]) -> tuple[float, float]:
+    """Return a span that lies just outside of another, unless that is all there is."""
+    return max(0.0, span[0] - 0.01), min(1.0, span[1] + 0.01)
+
+
+@drawn("berm")
+def berm(shape: Shape, rng: np.random.Generator) -> list[Part]:
+    """Build a long heap of earth."""
+    u, v = (np.linspace(0, 1, n + 1) for n in _CELLS)
+    u, v = np.meshgrid(u, v, indexing="ij")
+    height = np.minimum(1, 3 * np.minimum(u, 1 - u)) * np.sin(np.pi * v) ** 0.8
+    height *= 1 - 0.16 * rng.random(u.shape)
+    height /= height.max()
+    at = shape.low + shape.size * np.stack((u, v, height), axis=2)
+    cells = np.stack((at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]), axis=2)
+    return [quads(cells.reshape(-1, 4, 3), patch("earth"))]
+
+
+_SIZE = np.array([0.5, 0.5, 1.75])
+"""Size of the person as drawn, before being fitted into a box."""
+
+
+@drawn("person")
+def person(shape: Shape, rng: np.random.Generator) -> list[Part]:
+    """Build a worker with a warning vest and a hard hat, who looks ahead."""
+    scale = shape.size / _SIZE
+    figure = _figure()
+    lengths = np.linalg.norm(figure.normal / scale, axis=1, keepdims=True)
+    bottom = np.array([*shape.middle[:2], shape.low[2]])
+    at, normal = figure.at * scale + bottom, figure.normal / scale / lengths
+    return [replace(figure, at=at, normal=normal)]
+
+
+def _figure() -> Part:
+    denim, sleeve, skin = colour("denim", 0.7, 1.0), colour("navy", 0.85, 1.1), colour("skin")
+    parts: list[Part] = []
+    for side in (-1, 1):
+        parts += [
+            box((-0.09, side * 0.10 - 0.05, 0), (0.19, side * 0.10 + 0.05, 0.09), colour("brown")),
+            rod((0, side * 0.10, 0.07), (0, side * 0.10, 0.5), (0.058, 0.066), denim, segments=8),
+            rod((0, side * 0.10, 0.5), (0, side * 0.088, 0.92), (0.066, 0.088), denim, segments=8),
+            ball((-0.01, side * 0.178, 1.395), (0.06, 0.066, 0.06), sleeve, segments=8),
+            rod((-0.01, side * 0.195, 1.41), (-0.02, side * 0.215, 1.14), (0.052, 0.043), sleeve),
+            rod((-0.02, side * 0.215, 1.14), (0.07, side * 0.205, 0.9), (0.043, 0.034), sleeve),
+            ball((0.085, side * 0.203, 0.865), (0.04, 0.03, 0.055), skin, segments=6),
+        ]
+    torso = [(0.112, 0.82), (0.116, 1.0), (0.128, 1.25), (0.125, 1.38), (0.098, 1.45), (0.05, 1.48)]
+    parts += [
+        turned(torso, patch("vest"), segments=12, smooth=True, squash=1.5),
+        rod((0.0, 0.0, 1.45), (0.01, 0.0, 1.54), 0.05, skin),
+        ball((0.015, 0.0, 1.6), (0.092, 0.078, 0.115), skin, segments=10),
+        *_hat(colour("yellow", 0.85, 1.05)),
+    ]
+    for side in (-1, 1):
+        y = side * 0.034
+        parts.append(box((0.086, y - 0.012, 1.597), (0.104, y + 0.012, 1.615), colour("black")))
+    return join(parts)
+
+
+def _hat(finish: Finish) -> list[Part]:
+    dome = [(0.108, 0.0), (0.108, 0.03), (0.094, 0.075), (0.06, 0.105), (0.0, 0.115)]
+    brim = [(0.0, -0.008), (0.122, -0.008), (0.122, 0.008), (0.0, 0.008)]
+    return [
+        turned(dome, finish, centre=(0.01, 0.0, 1.635), segments=12, smooth=True, squash=0.9),
+        turned(brim, finish, centre=(0.035, 0.0, 1.64), segments=12, squash=0.86),
     ]

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import Chebyshev, Polynomial
 
-from g3.features.avs.attention_constants import (
+from g3.features.avs.attention_arrays import (
     ATTENTION_WIDTH,
     CORNER_INSET,
     INTERCEPT,

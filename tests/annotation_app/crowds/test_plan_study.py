@@ -12,7 +12,7 @@ from annotation_app.serving.factory import create_app
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.tasks.rate import RATE
 from eval.plan_study.study_plans import INSTANCE, Pair, write_study
-from eval.plan_study.study_rating import offer, received
+from eval.plan_study.whole_study import offer, received
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, engine_of
 from tests.annotation_app.crowds.crowd_worker import LAB

@@ -7,8 +7,7 @@ from click.testing import CliRunner
 
 from corpus_tools.cli.corpus_commands import corpus as corpus_commands
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_statistics import statistics
-from corpus_tools.corpus.streamed_statistics import statistics_of_files
+from corpus_tools.corpus.corpus_statistics import statistics, statistics_of_files
 from corpus_tools.importers.authored.bundled import resolve
 from g3.errors import CorpusError, FormatError
 

@@ -18,8 +18,7 @@ from mcap.reader import make_reader
 from corpus_tools.logs import foxglove
 from corpus_tools.logs.channels import CHANNELS
 from corpus_tools.logs.foxglove import Time
-from corpus_tools.logs.log_writing import to_bytes
-from corpus_tools.logs.scene_messages import entities
+from corpus_tools.logs.log_writing import entities, to_bytes
 from corpus_tools.world.state.paints import PAINTS
 from tests.corpus_tools.video import recordings
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from corpus_tools.corpus.labelled_corpus import Options, labelled_examples
-from corpus_tools.shards.scratch_shards import read_scratch_shard, write_scratch_shards
 from corpus_tools.shards.shard_making import to_shard
+from corpus_tools.shards.shard_training import read_scratch_shard, write_scratch_shards
 from g3.errors import FormatError
 from g3.learning import factor_matrix
 from tests.tiny_corpus import tiny_corpus

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from corpus_tools.tables.csv_rows import csv_rows
+from corpus_tools.tables.table_reading import csv_rows
 from g3.errors import FormatError
 
 # Neither a NUL, which decoding refuses, nor half a surrogate pair, which no file has.

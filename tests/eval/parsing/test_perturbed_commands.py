@@ -8,11 +8,10 @@ import pytest
 
 pytest.importorskip("spacy")
 
-from corpus_tools.corpus.perturbed_commands import with_perturbed_commands
+from corpus_tools.corpus.annotated_trees import with_perturbed_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
-from eval.parsing.sdc_report import render
-from eval.parsing.sdc_scores import SDCChoices, run
+from eval.parsing.sdc_scores import SDCChoices, render, run
 from g3.language.parsing.perturbation import PERTURBATIONS
 from g3.sdc.clauses import breadth_first
 

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import msgspec
 import numpy as np
 
-from corpus_tools.world.scenarios.random.random_drafts import Draft, NoRoomError
-from corpus_tools.world.scenarios.random.random_tasks import TASKS, add_task
-from corpus_tools.world.scenarios.scenario import Layout, Scenario
+from corpus_tools.world.scenarios.boxes import Box, overlapping, put_box, solid, thing_box
+from corpus_tools.world.scenarios.random.random_drafts import (
+    LANE_M,
+    RUN_UP_M,
+    TURNING_M,
+    Draft,
+    NoRoomError,
+    deck_of,
+    rounded,
+)
+from corpus_tools.world.scenarios.scenario import Layout, Point, Region, Scenario, Thing
 from corpus_tools.world.scenarios.scenario_validation import scenario_problems
+from corpus_tools.world.state import robot_script
+from corpus_tools.world.state.thing_kinds import KINDS
 from g3.errors import FormatError
+from g3.geometry.plane import rotate
 from g3.groundings import Colour
 
 ATTEMPTS = 200
@@ -97,3 +110,304 @@ def _add_bystanders(draft: Draft) -> None:
             continue
         if not draft.passable():
             del draft.objects[name]
+
+
+Steps: TypeAlias = tuple[robot_script.ScriptStep, ...]
+Spot: TypeAlias = tuple[Point, float]
+"""A position and a heading in degrees."""
+
+LOADS = {"tire-pallet": "a pallet of tires", "box-pallet": "a pallet of boxes", "crate": "a crate"}
+CARRIERS = {"truck": "a truck", "trailer": "a trailer"}
+LANDMARKS = {"person": "a person", "barrel": "a barrel", "shelf": "a shelf", "truck": "a truck"}
+
+SLOT_M = 1.5
+"""From the middle of one load on a deck to that of the next."""
+DECK_EDGE_M = 0.02
+"""Loads on decks stand this far from the edge over which they come."""
+DECK_PLACE_M = (1.4, 1.4)
+ROW_M = (2.4, 3.2)
+"""From one load of a row to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A kind of scenario."""
+
+    name: str
+    """Name in the generator's listing."""
+    source: str
+    """Source of the load: the forks, the ground, a truck or a trailer; or none."""
+    goal: str
+    """Goal of the task."""
+
+
+TASKS = (
+    Task("go to an area", "none", "drive"),
+    Task("pick up", "ground", "lift"),
+    Task("put on a trailer", "ground", "trailer"),
+    Task("go to an area loaded", "forks", "drive"),
+    Task("put down", "forks", "area"),
+    Task("put on a truck", "ground", "truck"),
+    Task("move a pallet to another one", "ground", "beside"),
+    Task("move from truck to truck", "truck", "truck"),
+    Task("put into storage", "ground", "storage"),
+    Task("drive past something", "none", "past"),
+    Task("put on a loaded truck", "ground", "loaded truck"),
+    Task("unload a trailer", "trailer", "area"),
+    Task("drive up to something", "none", "approach"),
+    Task("pick up from a truck", "truck", "lift"),
+    Task("put down on a trailer", "forks", "trailer"),
+    Task("drive past something loaded", "forks", "past"),
+)
+
+
+def add_task(draft: Draft, task: Task) -> tuple[str, tuple[robot_script.ScriptStep, ...]]:
+    """Put a task's things and the robot into a draft, and return its title and its script.
+
+    NoRoomError if there is no room for something.
+    """
+    kind = _one_of(draft, LOADS)
+    source = ""
+    picks: Steps = ()
+    if task.source not in ("none", "forks"):
+        load, source = _SOURCES[task.source](draft, kind)
+        picks = (robot_script.ScriptStep(robot_script.PICK_UP.name, load),)
+    goal, steps = _GOALS[task.goal](draft, kind)
+    draft.place_robot(kind if task.source == "forks" else None)
+    title = f"The forklift {goal}."
+    if task.source == "forks":
+        title = f"The forklift, which carries {LOADS[kind]}, {goal}."
+    load = "it" if task.source == "forks" else LOADS[kind]
+    return title.format(load=f"{load} {source}".strip()), (*picks, *steps)
+
+
+def _one_of(draft: Draft, names: dict[str, str]) -> str:
+    return list(names)[int(draft.rng.integers(len(names)))]
+
+
+def _load_on_ground(draft: Draft, kind: str) -> tuple[str, str]:
+    """Add a load that the robot can enter along its heading, perhaps in a row of others."""
+    for at, yaw in draft.somewhere(2.0):
+        box = solid(KINDS[kind], at, yaw, 0.0)
+        try:
+            draft.lane(box, float(box.pose[2]), 0.8)
+        except NoRoomError:
+            continue
+        name = draft.id_for(kind)
+        draft.objects[name] = Thing(kind, at, yaw)
+        if draft.rng.random() < 0.5:
+            _add_row(draft, box, yaw)
+        return name, ""
+    raise NoRoomError(kind)
+
+
+def _add_row(draft: Draft, box: Box, yaw: float) -> None:
+    """Add loads beside a load, to the left and the right, as far as there is room."""
+    spacing = float(draft.rng.uniform(*ROW_M))
+    for i in draft.rng.permutation([-2, -1, 1, 2])[: int(draft.rng.integers(1, 5))]:
+        offset = rotate(np.array([0.0, spacing * int(i)]), box.pose[2])
+        draft.try_thing(Thing(_one_of(draft, LOADS), rounded(box.middle + offset), yaw), 0.5)
+
+
+def _load_on_deck(draft: Draft, carrier_kind: str, kind: str) -> tuple[str, str]:
+    carrier, side = _carrier(draft, carrier_kind)
+    at, yaw = _slot(draft, carrier, side, kind)
+    name = draft.id_for(kind)
+    draft.objects[name] = Thing(kind, at, yaw, carrier)
+    return name, f"from {CARRIERS[carrier_kind]}"
+
+
+def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
+    """Choose a truck or a trailer, of the layout or new, and a side that can be reached."""
+    used = {*(t.deck for t in draft.objects.values()), *(r.deck for r in draft.places.values())}
+    own = [n for n, t in draft.layout.objects.items() if t.kind == kind and n not in used]
+    if own and draft.rng.random() < 0.5:
+        name = own[int(draft.rng.integers(len(own)))]
+        return name, _free_side(draft, name)
+    for at, yaw in draft.somewhere(2.5):
+        name = draft.try_thing(Thing(kind, at, yaw), 1.5) or ""
+        if name:
+            try:
+                return name, _free_side(draft, name)
+            except NoRoomError:
+                del draft.objects[name]
+    raise NoRoomError(kind)
+
+
+def _free_side(draft: Draft, carrier: str) -> int:
+    """Return 1 for the left side of a carrier, -1 for the right one."""
+    thing = draft.all_objects[carrier]
+    low, high = deck_of(thing)
+    box = thing_box(thing, draft.all_objects, draft.robot)
+    for side in draft.rng.permutation([-1, 1]).tolist():
+        out = rotate(
+            np.array([(low + high) / 2, side * (box.size[1] / 2 + RUN_UP_M / 2)]), box.pose[2]
+        )
+        pose = np.array([*(box.pose[:2] + out), box.pose[2]])
+        room = Box(pose, (high - low, RUN_UP_M), 0.0, 3.0)
+        others = [item for item in draft.boxes().items() if item[0] != carrier]
+        if draft.inside(room) and not overlapping(room, others):
+            return int(side)
+    raise NoRoomError(carrier)
+
+
+def _slot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
+    """Find a free position for a load on a deck, near the side it comes over, and its heading."""
+    thing = draft.all_objects[carrier]
+    low, high = deck_of(thing)
+    box = thing_box(thing, draft.all_objects, draft.robot)
+    depth, width = KINDS[kind].size
+    count = int((high - low - width) // SLOT_M) + 1
+    first = (low + high - (count - 1) * SLOT_M) / 2
+    across = side * (box.size[1] / 2 - depth / 2 - DECK_EDGE_M)
+    yaw = thing.yaw_deg - 90.0 * side
+    loads = [(n, b) for n, b in draft.boxes().items() if draft.all_objects[n].deck == carrier]
+    for i in draft.rng.permutation(count).tolist():
+        offset = rotate(np.array([first + i * SLOT_M, across]), box.pose[2])
+        at = box.pose[:2] + offset
+        x, y = round(float(at[0]), 2) + 0.0, round(float(at[1]), 2) + 0.0
+        load = solid(KINDS[kind], (x, y), yaw, box.z_max)
+        if overlapping(load.grown(0.05), loads):
+            continue
+        try:
+            draft.lane(load, float(load.pose[2]), but=(carrier, *(n for n, _ in loads)))
+        except NoRoomError:
+            continue
+        return (x, y), (yaw + 180.0) % 360.0 - 180.0
+    raise NoRoomError(carrier)
+
+
+def _drive(draft: Draft, kind: str) -> tuple[str, Steps]:
+    name, title = _area(draft, "")
+    middle = draft.region_box(name).middle
+    pose = np.array([*middle, 0.0])
+    draft.keep(Box(pose, (2 * TURNING_M, 2 * TURNING_M), 0.0, 3.0))
+    draft.stop(middle)
+    return f"drives to {title}", (robot_script.ScriptStep(robot_script.DRIVE_TO.name, name),)
+
+
+def _put_in(draft: Draft, kind: str, stem: str) -> tuple[str, Steps]:
+    """Put down in an area, coming from its open side."""
+    name, title = _area(draft, stem)
+    region = draft.region_box(name)
+    load = put_box(solid(KINDS[kind], (0.0, 0.0), 0.0, 0.0), region)
+    for quarter in draft.rng.permutation(4).tolist():
+        try:
+            draft.lane(load, float(region.pose[2]) + quarter * np.pi / 2, 0.6)
+        except NoRoomError:
+            continue
+        return f"brings {{load}} to {title}", (
+            robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),
+        )
+    raise NoRoomError(name)
+
+
+def _area(draft: Draft, stem: str) -> tuple[str, str]:
+    """Choose an area of the layout or a new one; return its id and its name."""
+    known = [name for name in draft.layout.places if name.startswith(stem)]
+    if known:
+        name = known[int(draft.rng.integers(len(known)))]
+        return name, draft.layout.places[name].name or "a place"
+    for at, _ in draft.somewhere(4.0):
+        region = Region(at, (4.0, 4.0), name=stem or "receiving")
+        middle = Box(np.array([*at, 0.0]), region.size, 0.0, 3.0)
+        if draft.fits(middle, 0.0):
+            name = draft.new_id(stem or "receiving")
+            draft.places[name] = region
+            return name, region.name
+    raise NoRoomError(stem)
+
+
+def _put_on(draft: Draft, kind: str, carrier_kind: str, loaded: bool) -> tuple[str, Steps]:
+    carrier, side = _carrier(draft, carrier_kind)
+    if loaded:
+        for _ in range(int(draft.rng.integers(1, 3))):
+            other = _one_of(draft, LOADS)
+            at, yaw = _deck_spot(draft, carrier, side, other)
+            draft.objects[draft.id_for(other)] = Thing(other, at, yaw, carrier)
+    at, yaw = _slot(draft, carrier, side, kind)
+    name = f"on-{carrier}"
+    draft.places[name] = Region(at, DECK_PLACE_M, yaw, carrier)
+    title = ("a loaded " if loaded else "a ") + carrier_kind
+    return f"puts {{load}} on {title}", (robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),)
+
+
+def _deck_spot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
+    """Find a slot that needs no lane."""
+    free, stops = list(draft.free), list(draft.stops)
+    found = _slot(draft, carrier, side, kind)
+    draft.free[:], draft.stops[:] = free, stops
+    return found
+
+
+def _put_beside(draft: Draft, kind: str) -> tuple[str, Steps]:
+    """Put down to the left or the right of another load."""
+    other = _one_of(draft, LOADS)
+    gap = float(draft.rng.uniform(*ROW_M))
+    for at, yaw in draft.somewhere(3.0):
+        neighbour = solid(KINDS[other], at, yaw, 0.0)
+        side = 1 if draft.rng.random() < 0.5 else -1
+        offset = rotate(np.array([0.0, side * gap]), neighbour.pose[2])
+        spot = rounded(neighbour.middle + offset)
+        load = solid(KINDS[kind], spot, yaw, 0.0)
+        if not draft.fits(neighbour, 0.8):
+            continue
+        try:
+            draft.lane(load, float(load.pose[2]), 0.4)
+            draft.keep(neighbour)
+        except NoRoomError:
+            continue
+        beside = draft.id_for(other)
+        draft.objects[beside] = Thing(other, at, yaw)
+        name = f"beside-{beside}"
+        draft.places[name] = Region(spot, yaw_deg=yaw)
+        title = f"moves {{load}} beside {LOADS[other]}"
+        return title, (robot_script.ScriptStep(robot_script.PUT_DOWN.name, name),)
+    raise NoRoomError(kind)
+
+
+def _past(draft: Draft, kind: str) -> tuple[str, Steps]:
+    """Drive past something that has room all around."""
+    name, what = _landmark(draft, LANE_M + 3.0)
+    return f"drives past {what}", (robot_script.ScriptStep(robot_script.DRIVE_PAST.name, name),)
+
+
+def _approach(draft: Draft, kind: str) -> tuple[str, Steps]:
+    name, what = _landmark(draft, LANE_M)
+    return f"drives up to {what}", (robot_script.ScriptStep(robot_script.APPROACH.name, name),)
+
+
+def _landmark(draft: Draft, room_m: float) -> tuple[str, str]:
+    """Choose a thing with room all around; the robot can get to each side of it."""
+    kind = _one_of(draft, LANDMARKS)
+    for at, yaw in draft.somewhere(room_m + 1.0):
+        box = solid(KINDS[kind], at, yaw, 0.0)
+        around = box.grown(room_m)
+        if not draft.fits(around, 0.0):
+            continue
+        draft.free.append(Box(around.pose, around.size, 0.0, 3.0))
+        name = draft.id_for(kind)
+        draft.objects[name] = Thing(kind, at, yaw)
+        draft.stops.extend(box.grown(TURNING_M + 0.4).footprint)
+        return name, LANDMARKS[kind]
+    raise NoRoomError(kind)
+
+
+_SOURCES: dict[str, Callable[[Draft, str], tuple[str, str]]] = {
+    "ground": _load_on_ground,
+    "truck": lambda draft, kind: _load_on_deck(draft, "truck", kind),
+    "trailer": lambda draft, kind: _load_on_deck(draft, "trailer", kind),
+}
+
+_GOALS: dict[str, Callable[[Draft, str], tuple[str, Steps]]] = {
+    "lift": lambda _draft, _kind: ("picks up {load}", ()),
+    "drive": _drive,
+    "area": lambda draft, kind: _put_in(draft, kind, ""),
+    "storage": lambda draft, kind: _put_in(draft, kind, "storage"),
+    "trailer": lambda draft, kind: _put_on(draft, kind, "trailer", loaded=False),
+    "truck": lambda draft, kind: _put_on(draft, kind, "truck", loaded=False),
+    "loaded truck": lambda draft, kind: _put_on(draft, kind, "truck", loaded=True),
+    "beside": _put_beside,
+    "past": _past,
+    "approach": _approach,
+}
