@@ -76,7 +76,7 @@ def _first_seconds(recording: Recording, duration_s: float) -> Recording:
 
 def _ours(recording, path: Path, camera: str, quality: str) -> None:  # type: ignore[no-untyped-def]
     from corpus_tools.video.encode import encode  # noqa: PLC0415
-    from corpus_tools.video.frame_renderers import open_frames  # noqa: PLC0415
+    from corpus_tools.video.films import open_frames  # noqa: PLC0415
     from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
 
     world = build_world(recording.start)

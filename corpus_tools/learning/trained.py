@@ -16,10 +16,10 @@ from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.runtime.parallel import Workers
 from corpus_tools.runtime.progress import progress_bar
 from g3.features.feature_registry import select
+from g3.learning.crf import Optimizer
 from g3.learning.examples import Example
 from g3.learning.grounding_model import GroundingModel
 from g3.learning.load_choice import LoadChooser
-from g3.learning.optimum import Optimizer
 
 if TYPE_CHECKING:
     from corpus_tools.shards.shard_files import Manifest

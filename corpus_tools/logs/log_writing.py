@@ -37,7 +37,6 @@ from corpus_tools.logs.foxglove import (
     time_of,
 )
 from corpus_tools.logs.log_records import RobotRecord, context_record, steps_record
-from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.dimensions import (
     FORK_LENGTH,
     FORK_THICKNESS,
@@ -47,6 +46,7 @@ from corpus_tools.world.state.dimensions import (
 )
 from corpus_tools.world.state.paints import PAINTS
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, heading
+from corpus_tools.world.state.replay import NOTHING, carried
 from corpus_tools.world.state.shapes import shape_of
 from corpus_tools.world.state.thing_kinds import kind_of
 from g3.geometry.plane import BoolArray, rotate

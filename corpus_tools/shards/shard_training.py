@@ -31,9 +31,9 @@ from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale, renumbered
 from g3.groundings import FloatArray
 from g3.learning import crf
+from g3.learning.crf import MAX_ITERATIONS, Local, Problem, minimise
 from g3.learning.examples import Example
 from g3.learning.grounding_model import GroundingModel
-from g3.learning.optimum import MAX_ITERATIONS, Local, Problem, minimise
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.system_errors import about
 

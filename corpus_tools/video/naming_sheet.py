@@ -22,7 +22,7 @@ from corpus_tools.exporters.csv_tables import write_rows
 from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.video.drawing.canvas import Image
 from corpus_tools.video.encode import encode
-from corpus_tools.video.frame_renderers import open_frames
+from corpus_tools.video.films import open_frames
 from corpus_tools.world.physics.build import build_world
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import ROBOT, Bounds, Layout, Robot, Scenario, Thing

@@ -1,7 +1,7 @@
 """Trajectories of many candidate actions at once.
 
 Features see where an action goes and what it does to its load. They don't see how it gets around
-what stands in between. So candidates follow the curves of :mod:`g3.actions.driving_kinds` past all
+what stands in between. So candidates follow the curves of :mod:`g3.actions.courses` past all
 obstacles, a batch in one go; the chosen plan is what physics carries out.
 """
 

@@ -130,7 +130,7 @@ def fit_curve(seen: FloatArray, correct: BoolArray, counts: FloatArray | None = 
     counts
         Weight of each, shape (n,); one if left out.
     """
-    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.optimum
+    from scipy.optimize import minimize  # noqa: PLC0415 - as in g3.learning.crf
 
     sign = np.where(correct, 1.0, -1.0)
     times = np.ones(len(sign)) if counts is None else counts

@@ -19,11 +19,11 @@ from g3.features.feature_registry import FeatureSet, select
 from g3.features.matrix import FeatureSpace, columns_in, prior_scale, transform
 from g3.groundings import FloatArray
 from g3.learning import crf
+from g3.learning.crf import Optimizer
 from g3.learning.examples import Example, to_batch
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.load_choice import LoadChoice, LoadChooser
 from g3.learning.model_file import TrainingCard, chooser_of, read_model, write_model
-from g3.learning.optimum import Optimizer
 from g3.short_repr import short_repr
 
 DEFAULT_L2 = 1.0

@@ -9,9 +9,7 @@ import numpy as np
 
 from corpus_tools.world.physics import (
     controller,
-    driving_actions,  # noqa: F401 - they register
-    handling_actions,  # noqa: F401
-    pose_actions,  # noqa: F401
+    forklift_behaviours,  # noqa: F401 - they register
 )
 from corpus_tools.world.physics.behaviours import (
     ActionError,

@@ -13,9 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from corpus_tools.world.physics import (  # noqa: F401 - they register
-    driving_actions,
-    handling_actions,
-    pose_actions,
+    forklift_behaviours,
 )
 from corpus_tools.world.physics.behaviours import (
     ActionError,

@@ -1,7 +1,8 @@
 """Kinematic replay of a context's log.
 
 The logs of the AAAI-11 corpus have a pose about every second while something moves, and
-nothing while it stands. Replays have one at every moment of a regular clock, and forks.
+nothing while it stands. Replays have one at every moment of a regular clock, and forks. The load on
+them is derived from the poses of things.
 """
 
 from __future__ import annotations
@@ -9,13 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
-from corpus_tools.world.state.carrying import from_robot, within_reach
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, LOW
-from corpus_tools.world.state.recording import NS_PER_S, Recording, upright
+from corpus_tools.world.state.recording import NS_PER_S, Recording, heading, upright
 from corpus_tools.world.state.shapes import Shape, shape_of
-from g3.actions.logged_actions import at_rest, loaded
+from corpus_tools.world.state.thing_kinds import kind_of
+from g3.actions.logged_actions import REACH_M, at_rest, loaded
 from g3.geometry.plane import BoolArray, rotate, wrap
 from g3.groundings import Context, FloatArray, PhysicalObject, Trajectory
 
@@ -218,3 +220,54 @@ def _ask(forks: _Forks, load: _Poses, robot: _Poses, shape: Shape, on_forks: Boo
     run = np.cumsum(~close)
     forks.enter(close & np.isin(run, run[on_forks]), bottom)
     forks.carry(on_forks, bottom)
+
+
+NEAR_M = (0.5, REACH_M + 0.3)
+"""Distance ahead of the robot of the middle of a load on the forks, from and to, in metres."""
+ASIDE_M = 0.4
+TOUCH_M = 0.01
+"""Forks this near to the underside of a pallet's deck are taken to touch it."""
+
+NOTHING = -1
+
+
+def carried(recording: Recording) -> npt.NDArray[np.int64]:
+    """Return the object on the forks at every moment: its index into ``start.objects``, (n,).
+
+    One that can be carried, is straight ahead within reach, and touches the forks; :data:`NOTHING`
+    where they are empty.
+    """
+    start = recording.start
+    robot = [item.id for item in start.objects].index(start.agent_id)
+    yaw = heading(recording.orientation)
+    pose = recording.position[:, robot], yaw[:, robot]
+    forks = recording.position[:, robot, 2] + recording.fork_height_m
+    load = np.full(len(recording.t_ns), NOTHING, dtype=np.int64)
+    for i, item in enumerate(start.objects):
+        if i == robot or not kind_of(item.labels).carriable:
+            continue
+        shape = shape_of(item)
+        opening = recording.position[:, i, 2] + shape.low[2] + ENTRY_HEIGHT
+        near = within_reach(from_robot(recording.position[:, i], yaw[:, i], shape, *pose))
+        load[near & (np.abs(opening - forks) < TOUCH_M)] = i
+    return load
+
+
+def from_robot(
+    xyz: FloatArray, yaw: FloatArray, shape: Shape, robot_xyz: FloatArray, robot_yaw: FloatArray
+) -> FloatArray:
+    """Return the middles of an object's footprint in the robot's frame, shape (n, 2).
+
+    `xyz` and `yaw` are the object's poses, shapes (n, 3) and (n,), `shape` its box in its own
+    frame, `robot_xyz` and `robot_yaw` the robot's poses at the same times.
+    """
+    middle = xyz[:, :2] + rotate(np.broadcast_to(shape.middle[:2], (len(yaw), 2)), yaw)
+    return rotate(middle - robot_xyz[:, :2], -robot_yaw)
+
+
+def within_reach(middle: FloatArray) -> BoolArray:
+    """Mark the things with middles (n, 2) in the robot's frame that can be on the forks."""
+    near: BoolArray = (
+        (middle[:, 0] > NEAR_M[0]) & (middle[:, 0] < NEAR_M[1]) & (np.abs(middle[:, 1]) < ASIDE_M)
+    )
+    return near

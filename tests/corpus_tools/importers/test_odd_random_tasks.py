@@ -15,8 +15,12 @@ from corpus_tools.corpus.corpus_tables import encode
 from corpus_tools.corpus.decoding import World
 from corpus_tools.corpus.decoding import outcome as decode_outcome
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
-from corpus_tools.importers.slu_core.automatic_corpus import outcomes_of_log, read_log
-from corpus_tools.importers.slu_core.automatic_worlds import place_robot, read_things
+from corpus_tools.importers.slu_core.automatic_corpus import (
+    outcomes_of_log,
+    place_robot,
+    read_log,
+    read_things,
+)
 from corpus_tools.importers.slu_core.slu_parts import import_parts
 from g3.errors import FormatError
 from tests.corpus_tools.importers import random_tasks as made

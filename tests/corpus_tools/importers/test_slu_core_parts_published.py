@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.importers.slu_core.automatic_worlds import read_things
+from corpus_tools.importers.slu_core.automatic_corpus import read_things
 from corpus_tools.importers.slu_core.slu_files import SCENARIOS
 from corpus_tools.importers.slu_core.slu_parts import find_automatic, find_relations, import_parts
 

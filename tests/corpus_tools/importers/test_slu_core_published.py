@@ -12,8 +12,7 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import statistics
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.world.physics.execute import execute
-from corpus_tools.world.state.carrying import NOTHING, carried
-from corpus_tools.world.state.replay import replay
+from corpus_tools.world.state.replay import NOTHING, carried, replay
 from corpus_tools.world.state.robot_script import ScriptStep
 from g3.groundings import PhysicalObject
 from g3.sdc.clauses import SDC, breadth_first

@@ -18,7 +18,7 @@ from corpus_tools.shards.shard_training import fit_on_shards
 from g3.errors import FormatError
 from g3.features.feature_registry import select
 from g3.features.matrix import fit_space, prior_scale
-from g3.learning import crf, optimum
+from g3.learning import crf
 from g3.learning.examples import labels, to_batch
 from g3.learning.grounding_model import GroundingModel
 from tests.damage import damaged
@@ -77,7 +77,7 @@ def shards(corpora, tmp_path_factory):
     return folder, manifest
 
 
-@pytest.mark.parametrize("optimizer", optimum.METHODS)
+@pytest.mark.parametrize("optimizer", crf.METHODS)
 def test_the_optimum_is_that_in_memory(shards, items, optimizer):
     folder, manifest = shards
     assert len(manifest.shards) == 5

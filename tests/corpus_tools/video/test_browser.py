@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import sync_playwright
 
 from corpus_tools.video.encode import encode
-from corpus_tools.video.frame_renderers import open_frames
+from corpus_tools.video.films import open_frames
 from corpus_tools.world.physics.build import build_world
 from tests.chromium import CHROMIUM
 from tests.corpus_tools.video.recordings import drive

@@ -8,7 +8,7 @@ import pytest
 
 from corpus_tools.video.drawing.camera import CAMERAS
 from corpus_tools.video.drawing.segmentation import describe, label_image
-from corpus_tools.video.frame_renderers import open_frames
+from corpus_tools.video.films import open_frames
 from corpus_tools.world.physics.build import build_world
 from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, TRUCK, drive
 

@@ -9,19 +9,20 @@ from hypothesis import strategies as st
 
 from g3.actions.action_kinds import Action, Focus, move, possible_actions, result
 from g3.actions.forklift_actions import (
+    BESIDE_M,
     DRIVE_AWAY,
     FACE,
+    HIGHEST_M,
     LINE_UP,
     LOWER_FORKS,
     PARK,
     PICK_UP,
     RAISE_FORKS,
+    RAISE_M,
     TURN_AWAY,
 )
 from g3.actions.grounding_candidates import footprint_of
-from g3.actions.handling_kinds import HIGHEST_M, RAISE_M
 from g3.actions.motions import LIFT_M
-from g3.actions.pose_kinds import BESIDE_M
 from g3.actions.robot_state import State, start_state
 from g3.geometry.plane import point_gap, wrap
 from g3.groundings import FloatArray

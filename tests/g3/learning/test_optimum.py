@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from g3.learning import crf, optimum
+from g3.learning import crf
 
 
 def problem(n=400, k=12):
@@ -40,7 +40,7 @@ def test_few_rows_have_the_curvature_of_all_on_average():
 def test_the_optimum_does_not_depend_on_how_many_rows_are_kept(monkeypatch):
     matrix, correct = problem()
     expected = crf.train(matrix, correct, tolerance=1e-8)
-    monkeypatch.setattr(optimum, "KEPT", 60)
+    monkeypatch.setattr(crf, "KEPT", 60)
     assert crf.train(matrix, correct, tolerance=1e-8) == pytest.approx(expected, abs=1e-7)
 
 
@@ -56,6 +56,6 @@ def test_lbfgs_finds_the_same_optimum():
     l2 = np.linspace(0.5, 3, matrix.shape[1])
     weights = [
         crf.train(matrix, correct, l2=l2, tolerance=1e-9, optimizer=optimizer)
-        for optimizer in optimum.METHODS
+        for optimizer in crf.METHODS
     ]
     assert weights[0] == pytest.approx(weights[1], abs=1e-7)

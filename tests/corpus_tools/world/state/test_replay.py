@@ -8,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.world.state.carrying import NOTHING, carried
 from corpus_tools.world.state.dimensions import ENTRY_HEIGHT, LOW
 from corpus_tools.world.state.recording import NS_PER_S, heading
-from corpus_tools.world.state.replay import FORK_SPEED_M_S, replay
+from corpus_tools.world.state.replay import FORK_SPEED_M_S, NOTHING, carried, replay
 from g3.groundings import Context
 from tests import worlds
 from tests.corpus_tools.world.state.replayed import deviations
