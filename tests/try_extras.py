@@ -70,13 +70,11 @@ TRIALS = (
     Trial((), "ct scenarios check made"),
     Trial((), "ct simulate-workers rate --corpus tiny --out rated-too"),
     Trial((), "ct train g3 --corpus tiny --out tiny.npz"),
-    Trial((), "ct eval --table 1 --corpus tiny --cv scenario --json"),
-    Trial((), "ct eval --table 2 --corpus rated"),
-    Trial(
-        ("plot",), "ct eval --learning-curve --corpus tiny --cv scenario --repeats 1 --out c.svg"
-    ),
-    Trial(("study",), "ct eval --table 2 --corpus rated --models"),
-    Trial(("study",), "ct eval --report report --corpus tiny --repeats 0", tells=False),
+    Trial((), "ct eval table1 --corpus tiny --cv scenario --json"),
+    Trial((), "ct eval table2 --corpus rated"),
+    Trial(("plot",), "ct eval learning-curve --corpus tiny --cv scenario --repeats 1 --out c.svg"),
+    Trial(("study",), "ct eval table2 --corpus rated --models"),
+    Trial(("study",), "ct eval report report --corpus tiny --repeats 0", tells=False),
     Trial(("language",), "ct parse 'Go to the truck'"),
     Trial(("language",), "ct doctor parsing"),
     Trial(("language",), "ct parse 'Lift it' --format conllu"),

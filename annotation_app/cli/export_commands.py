@@ -69,7 +69,7 @@ def export(
     \b
     Examples:
       ct annotate export my-corpus
-      ct eval --table 1 --corpus my-corpus
+      ct eval table1 --corpus my-corpus
       ct annotate export answers.csv --format csv
       ct annotate export for-slu-core --format slu-core
       ct annotate export my-dataset-with-language --format lerobot

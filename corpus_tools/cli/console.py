@@ -102,10 +102,10 @@ def _broken_command(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="\b\nExamples:\n"
     "  ct import slu-core slu_core/data --out aaai11\n"
-    "  ct eval --table 1 --corpus aaai11 --cv scenario\n"
-    "  ct COMMAND --help",
+    "  ct eval table1 --corpus aaai11 --cv scenario\n"
+    "  ct help eval table1",
 )
-@click.version_option(__version__, prog_name="ct")
+@click.version_option(__version__, "--version", "-V", prog_name="ct")
 @click.option("--verbose", is_flag=True, help="Log what is done; show tracebacks of errors.")
 @click.pass_context
 def cli(ctx: click.Context, verbose: bool) -> None:
@@ -117,6 +117,14 @@ def cli(ctx: click.Context, verbose: bool) -> None:
     if os.environ.get("NO_COLOR"):
         ctx.color = False  # click colours what goes to a terminal, whatever this says
     _set_up_logging(verbose)
+
+
+@cli.command("help", epilog="\b\nExamples:\n  ct help\n  ct help eval table1")
+@click.argument("words", metavar="[COMMAND]...", nargs=-1)
+@click.pass_obj
+def help_(options: dict[str, Any], *, words: tuple[str, ...]) -> None:
+    """Show the help of a command."""
+    cli.main([*words, "--help"], prog_name="ct", standalone_mode=False, obj=options)
 
 
 def _set_up_logging(verbose: bool) -> None:
@@ -202,7 +210,10 @@ def _report(error: Exception, targets: Sequence[Path]) -> int:
     if isinstance(error, (OSError, MemoryError)):
         error = _machine_error(error, targets) or error
     status = EXIT_BAD_INPUT
-    if isinstance(error, click.ClickException):
+    if isinstance(error, click.NoSuchOption) and _belongs_before(error):
+        name = error.option_name
+        _complain(f"error: {name} goes before the command: ct {name} ...")
+    elif isinstance(error, click.ClickException):
         shown = io.StringIO()
         error.show(file=shown)
         note(_shortened(shown.getvalue().rstrip("\n")))
@@ -225,6 +236,11 @@ def _report(error: Exception, targets: Sequence[Path]) -> int:
             "(run with --verbose for the traceback, please report)"
         )
     return status
+
+
+def _belongs_before(error: click.NoSuchOption) -> bool:
+    """Check that an option that a command hasn't is one of ``ct`` itself."""
+    return any(error.option_name in parameter.opts for parameter in cli.params)
 
 
 def _complain(message: str) -> None:

@@ -17,6 +17,7 @@ from corpus_tools.options.format_option import (
     tell,
     with_default,
 )
+from corpus_tools.options.text_argument import text_argument
 from corpus_tools.runtime.terminal import note, say, visible
 from g3.errors import CorpusError
 
@@ -63,7 +64,7 @@ class Shown:
     '  ct follow "Lift the tires" --context aaai11:move_tire_pallet --plan-only --json\n'
     "  ct follow --scenario dock_pick_up_tires --interactive"
 )
-@click.argument("text", required=False)
+@text_argument("text")
 @click.option("--scenario", metavar="NAME|FILE", help="A scenario to follow the command in.")
 @click.option(
     "--context",

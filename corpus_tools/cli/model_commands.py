@@ -20,6 +20,7 @@ from corpus_tools.options.format_option import (
 )
 from corpus_tools.options.model_options import L2, NEGATIVES_SEED, training_options
 from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.options.text_argument import text_argument
 from corpus_tools.runtime.terminal import note, say
 from g3.errors import SDCError
 
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     "  ct graph - --format dot < put.sdc | dot -Tpdf > put.pdf\n"
     '  ct graph "OBJ(f = the truck)" --json'
 )
-@click.argument("notation", required=False)
+@text_argument("notation")
 @click.option("--file", "source", type=PATH, help="Read the notation from a file instead.")
 @click.option("--command", "text", help="The command's text, to check the words against it.")
 @format_option("dot", "svg", about="A line per factor, JSON, Graphviz, or a picture.")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from corpus_tools.options.format_option import OUT, PATH, format_option, with_default
+from corpus_tools.options.text_argument import text_argument
 from corpus_tools.runtime.terminal import note, say
 from g3.errors import FormatError
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     "  ct parse --file commands.txt --json\n"
     '  echo "lift the pallet" | ct parse - | ct graph -'
 )
-@click.argument("text", required=False)
+@text_argument("text")
 @click.option("--file", "source", type=PATH, help="Read commands from a file instead, one a line.")
 @format_option(
     "svg",

@@ -33,7 +33,7 @@ def similarity() -> None:
     epilog="\b\nExamples:\n"
     "  ct similarity build tags.txt --out tags.npz\n"
     "  ct similarity build tags.tsv.bz2 --tags 2000 --out tags.npz\n"
-    "  CT_TAGS=tags.npz ct eval --table 1 --corpus aaai11 --cv scenario"
+    "  CT_TAGS=tags.npz ct eval table1 --corpus aaai11 --cv scenario"
 )
 @click.argument("source", metavar="TAGS", type=PATH)
 @out_file("The table, an .npz file.")

@@ -63,7 +63,7 @@ def describe(
     Examples:
       ct simulate-workers describe --out simulated
       ct simulate-workers describe --scenarios 1000 --commands 40 --seed 7 --out simulated --jobs 4
-      ct eval --table 1 --corpus simulated --cv scenario
+      ct eval table1 --corpus simulated --cv scenario
     """
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.video.drawing.gl import check_packages
@@ -112,7 +112,7 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form
     \b
     Examples:
       ct simulate-workers rate --corpus warehouse --out rated
-      ct eval --table 2 --corpus rated
+      ct eval table2 --corpus rated
     """
     from dataclasses import replace
 

@@ -1,6 +1,6 @@
 """Records of plans and predictions that other programs have made, one a line.
 
-``ct eval --table 3 --plans`` reads plans, ``--table 1 --predictions`` reads predictions, and
+``ct eval table3 --plans`` reads plans, ``ct eval table1 --predictions`` reads predictions, and
 ``--write-tasks`` writes the same records with what is asked and without answers. They are read with
 the numbers of their lines.
 """

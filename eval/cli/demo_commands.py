@@ -96,7 +96,7 @@ def steps(out: Path) -> list[Step]:
             "Training on two thirds of the scenarios; Table 1 on the others",
             evaluate,
             out / "table-1.txt",
-            f"eval --table 1 --split scenario --corpus {CORPUS} --out",
+            f"eval table1 --split scenario --corpus {CORPUS} --out",
             out / "table-1.txt",
         ),
         _command(
@@ -123,7 +123,7 @@ def steps(out: Path) -> list[Step]:
             "Plans for them, each scenario held out, and the automatic judge: Table 3",
             evaluate,
             plans,
-            "eval --table 3 --judge automatic --format json --train",
+            "eval table3 --format json --train",
             few,
             *("--test", tested, "--out", plans),
         ),
@@ -131,9 +131,9 @@ def steps(out: Path) -> list[Step]:
             "A report of it all",
             evaluate,
             report / "report.html",
-            f"eval --repeats 0 --corpus {CORPUS} --report",
+            "eval report",
             report,
-            *("--plans", plans, "--videos", videos),
+            *("--corpus", CORPUS, "--repeats", "0", "--plans", plans, "--videos", videos),
         ),
     ]
 

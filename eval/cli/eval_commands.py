@@ -12,6 +12,7 @@ from eval.cli.table_3_commands import table_3
 
 evaluate = Modes(
     "eval",
+    options={"table1": "--table 1", "table2": "--table 2", "table3": "--table 3"},
     commands=[
         table_1,
         table_2,
@@ -26,13 +27,13 @@ evaluate = Modes(
     ],
     help="""Measure models and plans: the paper's tables, and more.
 
-    Choose one mode. Each has its own options: see `ct eval --table 1 --help`.
+    Each command has options of its own: see `ct eval table1 --help`. A command may be written as an
+    option too, such as `ct eval table1` or `ct eval report FOLDER`.
     """,
     options_metavar="",
-    subcommand_metavar="MODE [OPTIONS]...",
     epilog="\b\nExamples:\n"
-    "  ct eval --table 1 --corpus aaai11 --cv scenario\n"
-    "  ct eval --table 2 --corpus aaai11\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11\n"
-    "  ct eval --table 3 --help",
+    "  ct eval table1 --corpus aaai11 --cv scenario\n"
+    "  ct eval table2\n"
+    "  ct eval table3 --test aaai11\n"
+    "  ct eval table3 --help",
 )

@@ -1,4 +1,4 @@
-"""``ct eval --sdc``: scores of extracted SDC trees."""
+"""``ct eval sdc``: scores of extracted SDC trees."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from corpus_tools.options.corpus_name import corpus_option
 from corpus_tools.options.format_option import FORMAT, OUT
 from corpus_tools.options.model_options import L2
 from corpus_tools.runtime.progress import progress_bar
@@ -31,18 +32,18 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    "--sdc",
+    "sdc",
     short_help="Score the extraction of SDC trees from text.",
     epilog="\b\nExamples:\n"
-    "  ct eval --sdc --corpus aaai11 --cv scenario\n"
-    "  ct eval --sdc --corpus aaai11 --cv scenario --train warehouse\n"
-    "  ct eval --sdc --corpus treebank --cv world\n"
-    "  ct eval --sdc --test warehouse --train aaai11 --json\n"
-    "  ct eval --sdc --test aaai11 --model sdc.npz\n"
-    "  ct eval --sdc --test aaai11 --parser verb-object\n"
-    "  ct eval --sdc --test aaai11 --parser llm --llm qwen2.5-7b "
+    "  ct eval sdc --corpus aaai11 --cv scenario\n"
+    "  ct eval sdc --corpus aaai11 --cv scenario --train warehouse\n"
+    "  ct eval sdc --corpus treebank --cv world\n"
+    "  ct eval sdc --test warehouse --train aaai11 --json\n"
+    "  ct eval sdc --test aaai11 --model sdc.npz\n"
+    "  ct eval sdc --test aaai11 --parser verb-object\n"
+    "  ct eval sdc --test aaai11 --parser llm --llm qwen2.5-7b "
     "--endpoint http://localhost:8000/v1\n"
-    "  ct eval --sdc --test warehouse --train aaai11 --perturb articles --perturb typos",
+    "  ct eval sdc --test warehouse --train aaai11 --perturb articles --perturb typos",
 )
 @takes_one_of(
     OptionSet(("--corpus", "--cv"), ("--l2",)),
@@ -58,9 +59,8 @@ if TYPE_CHECKING:
     type=click.Choice(["scenario", "person", "world"]),
     help="Leave out each scenario of --corpus in turn, or the commands of each person or world.",
 )
-@click.option(
+@corpus_option(
     "--train",
-    metavar="CORPUS",
     default="",
     help="Train on all of a corpus; with --corpus, in addition to its other parts.",
 )

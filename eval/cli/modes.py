@@ -1,4 +1,4 @@
-"""Commands with modes, such as ``--table 1`` and ``--sdc``, and options that go together."""
+"""Commands that an option chooses too, such as ``--table 1``, and options that go together."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
 from click.core import ParameterSource
-from click.shell_completion import CompletionItem
 
+from corpus_tools.options.corpus_name import corpus_option
 from corpus_tools.options.format_option import TARGET_FILE
 from corpus_tools.runtime.terminal import say
 from g3.errors import nearest
@@ -29,88 +29,85 @@ T = TypeVar("T")
 
 
 class Modes(click.Group):
-    """A group with commands chosen by an option, at any place among the arguments.
+    """A group whose commands are also chosen by an option, at any place among the arguments.
 
-    The name of a command is the option that chooses it. It is a flag (``--errors``), an option with
-    a value (``--table 1``), or an option of the command (``--report``, which takes a folder).
+    ``eval table1`` may be written ``eval table1``, and ``eval report FOLDER`` may be written
+    ``eval report FOLDER``: the option of a command is its name after two dashes, but for those in
+    `options`.
     """
 
+    def __init__(self, *args: Any, options: Mapping[str, str] | None = None, **given: Any) -> None:
+        super().__init__(*args, **given)
+        named = {name: f"--{name}" for name in self.commands} | dict(options or {})
+        self.modes = {option: name for name, option in named.items()}
+        """Names of commands by the options that choose them, such as ``--table 1``."""
+
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """List the modes in the order in which they were added."""
+        """List the commands in the order in which they were added."""
         return list(self.commands)
 
-    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """Return the options that choose a mode, for shells to complete; the help lists modes."""
-        return [*self._choosing().values(), *super().get_params(ctx)]
-
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Find the mode and leave the other arguments to it."""
+        """Find the command and leave the other arguments to it."""
         helping = [word for word in args if word in ctx.help_option_names][:1]
         chosen, used, rest = self._sorted([word for word in args if word not in helping])
-        if not chosen and (helping or ctx.resilient_parsing):
-            return super().parse_args(ctx, helping)
-        if not chosen:
-            self._suggest_mode(ctx, used)
+        if not chosen and (ctx.resilient_parsing or not used):
+            return super().parse_args(ctx, helping or rest)
         if len(chosen) != 1:
+            if not chosen:
+                self._suggest(ctx, used)
             raise click.UsageError(f"Give one of {all_of(chosen or self.commands)}.", ctx)
         (name,) = chosen
-        if name in self.commands:
+        if name not in self.commands:
+            if not ctx.resilient_parsing:
+                option = name.partition(" ")[0]
+                known = any_of(one for one in self.modes if one.startswith(f"{option} "))
+                raise click.UsageError(f"There is no {name}; give {known}.", ctx)
+        else:
             self._check_options(ctx, name, used)
-        elif not ctx.resilient_parsing:
-            option = name.partition(" ")[0]
-            known = any_of(one for one in self.commands if one.startswith(f"{option} "))
-            raise click.UsageError(f"There is no {name}; give {known}.", ctx)
         # What comes after two dashes isn't read as the group's own options.
         return super().parse_args(ctx, ["--", name, *(helping or rest)])
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the modes, each with its option's argument."""
-        shown = {self._shown(name): mode for name, mode in self.commands.items()}
-        limit = formatter.width - 6 - max(map(len, shown))
-        with formatter.section("Modes"):
-            formatter.write_dl([(n, mode.get_short_help_str(limit)) for n, mode in shown.items()])
-
-    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Complete the options that choose a mode."""
-        return [
-            CompletionItem(name, help=option.help)
-            for name, option in self._choosing().items()
-            if name.startswith(incomplete)
-        ]
-
     def _sorted(self, args: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-        """Split arguments into the chosen modes, all options given, and a mode's arguments."""
+        """Split arguments into the chosen commands, all words that matter, and a command's own."""
         known = {n: option for mode in self.commands.values() for n, option in _options(mode)}
-        choosing = self._choosing()
+        with_value = {mode.partition(" ")[0] for mode in self.modes if " " in mode}
         chosen: list[str] = []
         used: list[str] = []
         rest: list[str] = []
         words = iter(args)
         for word in words:
             name, equals, value = word.partition("=")
-            option = choosing.get(name) or known.get(name)
-            given = [word]
-            if option and not option.is_flag and not equals:
-                given += islice(words, 1)
-                value = "".join(given[1:])
-            if name in choosing:
-                chosen.append(name if name in self.commands else f"{name} {value}".strip())
-            if name in known or name not in choosing:
+            if name in with_value:
+                value = value if equals else "".join(islice(words, 1))
+                mode = f"{name} {value}".strip()
+                chosen.append(self.modes.get(mode, mode))
+            elif name in self.modes:
+                chosen.append(self.modes[name])
+                rest += [value] if equals else []
+            elif word in self.commands and not chosen:
+                chosen.append(word)
+            else:
                 used.append(name)
-                rest += given
+                rest.append(word)
+                option = known.get(name)
+                if option and not option.is_flag and not equals:
+                    rest += islice(words, 1)
         return list(dict.fromkeys(chosen)), used, rest
 
-    def _suggest_mode(self, ctx: click.Context, used: Iterable[str]) -> None:
-        """Refuse an option that nearly chooses a mode, and say which it may stand for."""
+    def _suggest(self, ctx: click.Context, used: Sequence[str]) -> None:
+        """Refuse a word that nearly chooses a command, and say which it may stand for."""
         known = {option for mode in self.commands.values() for option, _ in _options(mode)}
-        for option in (word for word in used if word.startswith("-") and word not in known):
-            near = nearest(option, self._choosing())
-            error = click.NoSuchOption(option, possibilities=near, ctx=ctx)
-            if error.possibilities:
-                raise error
+        choosing = {mode.partition(" ")[0] for mode in self.modes}
+        for word in (word for word in used if word not in known):
+            if word.startswith("-"):
+                error = click.NoSuchOption(word, possibilities=nearest(word, choosing), ctx=ctx)
+                if error.possibilities:
+                    raise error
+            elif word == used[0]:
+                raise click.NoSuchCommand(word, possibilities=list(self.commands), ctx=ctx)
 
     def _check_options(self, ctx: click.Context, name: str, used: Iterable[str]) -> None:
-        """Refuse options that only other modes have, and say which do."""
+        """Refuse options that only other commands have, and say which do."""
         own = dict(_options(self.commands[name]))
         for option in used:
             having = [n for n, mode in self.commands.items() if option in dict(_options(mode))]
@@ -119,26 +116,6 @@ class Modes(click.Group):
                 raise click.UsageError(
                     f"{option} doesn't go with {name}; it is for {all_of(having)}.", where
                 )
-
-    def _choosing(self) -> dict[str, click.Option]:
-        """Return the options that choose a mode, by name."""
-        result: dict[str, click.Option] = {}
-        for name, mode in self.commands.items():
-            option, _, value = name.partition(" ")
-            own = dict(_options(mode)).get(option)
-            about = mode.get_short_help_str(100)
-            takes: click.ParamType[Any] | None = own.type if own else None
-            if value:
-                values = [n.partition(" ")[2] for n in self.commands if n.startswith(f"{option} ")]
-                about, takes = f"Choose {any_of(values)}.", click.Choice(values)
-            result[option] = click.Option(
-                [option], type=takes, is_flag=not takes, help=about, hidden=True, expose_value=False
-            )
-        return result
-
-    def _shown(self, name: str) -> str:
-        own = dict(_options(self.commands[name])).get(name)
-        return f"{name} {own.metavar}" if own else name
 
 
 def any_of(names: Iterable[str]) -> str:
@@ -216,15 +193,18 @@ def _is_given(ctx: click.Context, parameter: click.Parameter) -> bool:
 
 Command = Callable[..., Any]
 
-TRAIN = click.option(
-    "--train", metavar="CORPUS,...", required=True, help="Learn from these corpora."
+TRAIN = corpus_option(
+    "--train",
+    metavar="CORPUS,...",
+    default="",
+    help="Learn from these corpora [default: the other scenarios of --test].",
 )
-FOLLOWED = click.option("--test", metavar="CORPUS", required=True, help="Follow its commands.")
-DIVIDED = click.option("--corpus", metavar="CORPUS", default="", help="A corpus to divide.")
+FOLLOWED = corpus_option("--test", required=True, help="Follow its commands.")
+DIVIDED = corpus_option("--corpus", default="", help="A corpus to divide.")
 BY_SCENARIO = click.option(
     "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
 )
-TESTED = click.option("--test", metavar="CORPUS", default="", help="Test on all of a corpus.")
+TESTED = corpus_option("--test", default="", help="Test on all of a corpus.")
 SEED = click.option(
     "--seed",
     type=click.IntRange(min=0),
@@ -239,7 +219,7 @@ THRESHOLD = click.option(
     show_default=True,
     help="Probability from which a correspondence is predicted.",
 )
-RATED = click.option("--corpus", metavar="CORPUS", required=True, help="The corpus with ratings.")
+RATED = corpus_option("--corpus", required=True, help="The corpus with ratings.")
 STUDY = click.option(
     "--study", default="", help="Count these ratings [default: the largest study]."
 )

@@ -1,4 +1,4 @@
-"""``ct eval --end-to-end``: people rate videos of plans."""
+"""``ct eval end-to-end``: people rate videos of plans."""
 
 from __future__ import annotations
 
@@ -34,23 +34,16 @@ def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[s
 
 
 @click.command(
-    "--end-to-end",
+    "end-to-end",
     short_help="Have people rate videos of plans (section 4.3).",
     epilog="\b\nExamples:\n"
-    "  ct eval --end-to-end study --train aaai11,warehouse --test aaai11 --most 2\n"
-    "  ct eval --end-to-end set --train aaai11 --test aaai11 --plans wrong,right --most 200\n"
-    "  ct eval --end-to-end study --train aaai11 --test aaai11 --crowd mturk --sandbox "
+    "  ct eval end-to-end study --train aaai11,warehouse --test aaai11 --most 2\n"
+    "  ct eval end-to-end set --train aaai11 --test aaai11 --plans wrong,right --most 200\n"
+    "  ct eval end-to-end study --train aaai11 --test aaai11 --crowd mturk --sandbox "
     "--pay 0.05 --url https://lab.example.org",
 )
 @takes_one_of(OptionSet(), OptionSet(("--crowd", "--url"), ("--pay", "--items", "--sandbox")))
-@click.option(
-    "--end-to-end",
-    "folder",
-    type=TARGET_FOLDER,
-    metavar="FOLDER",
-    required=True,
-    help="Where the study is kept.",
-)
+@click.argument("folder", metavar="FOLDER", type=TARGET_FOLDER)
 @TRAIN
 @FOLLOWED
 @click.option(
@@ -122,7 +115,8 @@ def end_to_end(
 ) -> None:
     """Make videos of plans and a study for people to rate them, and show the ratings so far.
 
-    An interrupted study is resumed. --crowd offers the work at a platform.
+    The study is kept in FOLDER. An interrupted one is resumed. --crowd offers the work at a
+    platform.
 
     With --plans you get a rating set. It has plans of all commands, drawn evenly from scenarios and
     configurations, so that people's ratings show how far to believe the automatic judge. Before
@@ -137,7 +131,7 @@ def end_to_end(
     from eval.plan_study.study_plans import settings_for
     from eval.plan_study.whole_study import offer
 
-    settings = settings_for(train, test, most=most, l2=l2 or 1.0, seed=seed, plans=plans)
+    settings = settings_for(train or test, test, most=most, l2=l2 or 1.0, seed=seed, plans=plans)
     terminal = is_terminal(out)
     if plans:
         with progress_bar("reading corpora") as on_progress:

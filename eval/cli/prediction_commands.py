@@ -1,4 +1,4 @@
-"""``ct eval --table 1``, ``--learning-curve``, ``--errors``: predicted correspondences."""
+"""``ct eval table1``, ``learning-curve``, ``errors``: predicted correspondences."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from corpus_tools.options.corpus_name import corpus_option
 from corpus_tools.options.format_option import FORMAT, OUT, TARGET, format_option, tell
 from corpus_tools.options.model_options import training_options
 from corpus_tools.options.parallel_options import WORKERS
@@ -57,7 +58,7 @@ _SOURCES = (
         default="",
         help="Scenarios to hold out; a third drawn with --seed if left out.",
     ),
-    click.option("--train", metavar="CORPUS", default="", help="Train on all of a corpus."),
+    corpus_option("--train", default="", help="Train on all of a corpus."),
     TESTED,
 )
 _MODEL = click.option(
@@ -117,24 +118,24 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
             added = option(added)
         if TRAINED in sets:
             added = _MODEL(added)
-        for option in reversed(_SOURCES):
-            added = option(added)
+        for source in reversed(_SOURCES):
+            added = source(added)
         return added
 
     return decorate
 
 
 @click.command(
-    "--table 1",
+    "table1",
     short_help="Score predictions of the correspondence variable.",
     epilog="\b\nExamples:\n"
-    "  ct eval --table 1 --corpus aaai11 --cv scenario\n"
-    "  ct eval --table 1 --corpus aaai11 --split scenario --test-scenarios go_to_truck1,lift3\n"
-    "  ct eval --table 1 --train aaai11 --test warehouse --json\n"
-    "  ct eval --table 1 --model g3.npz --test warehouse --negatives hard\n"
-    "  ct eval --table 1 --corpus aaai11 --cv scenario --ablate labels --format latex\n"
-    "  ct eval --table 1 --corpus aaai11 --cv scenario --write-tasks form.jsonl\n"
-    "  ct eval --table 1 --corpus aaai11 --cv scenario --predictions mine.jsonl",
+    "  ct eval table1 --corpus aaai11 --cv scenario\n"
+    "  ct eval table1 --corpus aaai11 --split scenario --test-scenarios go_to_truck1,lift3\n"
+    "  ct eval table1 --train aaai11 --test warehouse --json\n"
+    "  ct eval table1 --model g3.npz --test warehouse --negatives hard\n"
+    "  ct eval table1 --corpus aaai11 --cv scenario --ablate labels --format latex\n"
+    "  ct eval table1 --corpus aaai11 --cv scenario --write-tasks form.jsonl\n"
+    "  ct eval table1 --corpus aaai11 --cv scenario --predictions mine.jsonl",
 )
 @_trained_and_tested(*OF_ONE_CORPUS, APART, TRAINED)
 @form_options(
@@ -177,7 +178,7 @@ def table_1(
     if rules:
         note(
             f"ct: Table 1 makes no plans, so it is the same without {', '.join(sorted(rules))}; "
-            "--table 3 shows what potentials are worth"
+            "`ct eval table3` shows what potentials are worth"
         )
     with Executor(workers) as executor:
         with progress_bar("extracting features") as on_progress:
@@ -195,11 +196,11 @@ def table_1(
 
 
 @click.command(
-    "--errors",
+    "errors",
     short_help="List phrases that score high and low, by type.",
     epilog="\b\nExamples:\n"
-    "  ct eval --errors --corpus aaai11 --cv scenario --top 5\n"
-    "  ct eval --errors --model g3.npz --test warehouse --json",
+    "  ct eval errors --corpus aaai11 --cv scenario --top 5\n"
+    "  ct eval errors --model g3.npz --test warehouse --json",
 )
 @_trained_and_tested(*OF_ONE_CORPUS, APART, TRAINED)
 @TOP
@@ -208,7 +209,7 @@ def table_1(
 def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Path | None) -> None:
     """List the examples that score high and low, by the type of their SDC.
 
-    Choose the training and test data as for --table 1.
+    Choose the training and test data as for table1.
     """
     from eval.table_1 import held_out_predictions
     from eval.table_1.error_lists import error_lists, render_lists
@@ -222,16 +223,16 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
 
 def _plot_file(_ctx: click.Context, _option: click.Parameter, out: Path) -> Path:
     if out.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise click.UsageError("--learning-curve needs --out FILE.png, FILE.svg or FILE.pdf.")
+        raise click.UsageError("The curve needs --out FILE.png, FILE.svg or FILE.pdf.")
     return out
 
 
 @click.command(
-    "--learning-curve",
+    "learning-curve",
     short_help="Plot the test error by the size of training.",
     epilog="\b\nExamples:\n"
-    "  ct eval --learning-curve --corpus aaai11 --out curve.png\n"
-    "  ct eval --learning-curve --train aaai11 --test warehouse --repeats 2 --out curve.svg",
+    "  ct eval learning-curve --corpus aaai11 --out curve.png\n"
+    "  ct eval learning-curve --train aaai11 --test warehouse --repeats 2 --out curve.svg",
 )
 @_trained_and_tested(*OF_ONE_CORPUS, APART)
 @click.option(
@@ -253,7 +254,7 @@ def _plot_file(_ctx: click.Context, _option: click.Parameter, out: Path) -> Path
 def learning_curve(*, choices: Choices, repeats: int, form: str, out: Path) -> None:
     """Plot how the test error falls as there is more to train on.
 
-    Choose the training and test data as for --table 1.
+    Choose the training and test data as for table1.
     """
     from eval.table_1 import held_out_predictions
     from eval.table_1.learning_curve import write_csv, write_plot

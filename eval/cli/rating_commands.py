@@ -1,4 +1,4 @@
-"""``ct eval --table 2``, ``--judge-validity`` and ``--power``: people's ratings of videos."""
+"""``ct eval table2``, ``judge-validity`` and ``power``: people's ratings of videos."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from corpus_tools.options.corpus_name import corpus_option
 from corpus_tools.options.format_option import FORMAT, OUT, format_option
 from corpus_tools.options.parallel_options import WORKERS
 from eval.cli.modes import (
@@ -30,11 +31,11 @@ FORMATS = format_option("csv", "latex", about="For people, for programs, or for 
 
 
 @click.command(
-    "--table 2",
+    "table2",
     short_help="Show how often people agree that a video fits.",
     epilog="\b\nExamples:\n"
-    "  ct eval --table 2 --corpus aaai11\n"
-    "  ct eval --table 2 --corpus aaai11 --models --json",
+    "  ct eval table2 --corpus aaai11\n"
+    "  ct eval table2 --corpus aaai11 --models --json",
 )
 @RATED
 @STUDY
@@ -80,12 +81,12 @@ def table_2(
 
 
 @click.command(
-    "--judge-validity",
+    "judge-validity",
     short_help="Compare the automatic judge with people.",
     epilog="\b\nExamples:\n"
-    "  ct eval --judge-validity --corpus aaai11\n"
-    "  ct eval --judge-validity --corpus aaai11 --json\n"
-    "  ct eval --judge-validity --corpus aaai11 --judge llm --llm qwen2.5-7b "
+    "  ct eval judge-validity --corpus aaai11\n"
+    "  ct eval judge-validity --corpus aaai11 --json\n"
+    "  ct eval judge-validity --corpus aaai11 --judge llm --llm qwen2.5-7b "
     "--endpoint http://localhost:8000/v1",
 )
 @RATED
@@ -145,11 +146,11 @@ def judge_validity(
 
 
 @click.command(
-    "--power",
+    "power",
     short_help="Say how many ratings a study needs.",
     epilog="\b\nExamples:\n"
-    "  ct eval --power --half-width 0.02\n"
-    "  ct eval --power --half-width 0.02 --corpus aaai11",
+    "  ct eval power --half-width 0.02\n"
+    "  ct eval power --half-width 0.02 --corpus aaai11",
 )
 @click.option(
     "--half-width",
@@ -158,9 +159,7 @@ def judge_validity(
     show_default=True,
     help="Half the width of the interval to plan for.",
 )
-@click.option(
-    "--corpus", metavar="CORPUS", default="", help="Expect ratings like those in this corpus."
-)
+@corpus_option("--corpus", default="", help="Expect ratings like those in this corpus.")
 @SEED
 @FORMATS
 @OUT

@@ -1,4 +1,4 @@
-"""``ct eval --report``: all measurements of a corpus, on one page."""
+"""``ct eval report``: all measurements of a corpus, on one page."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from corpus_tools.options.corpus_name import corpus_option
 from corpus_tools.options.format_option import FORMAT, TARGET_FOLDER, tell
 from corpus_tools.options.model_options import L2, NEGATIVES
 from corpus_tools.runtime.progress import progress_bar
@@ -14,28 +15,21 @@ from eval.cli.modes import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_option
 
 
 @click.command(
-    "--report",
+    "report",
     short_help="Write all results of a corpus on one page.",
     epilog="\b\nExamples:\n"
-    "  ct eval --report report --corpus aaai11\n"
-    "  ct eval --report report --corpus aaai11 --plans table-3.json --videos videos\n"
-    "  ct eval --report report --corpus aaai11 --plans new-worlds.json --plans table-3.json",
+    "  ct eval report report --corpus aaai11\n"
+    "  ct eval report report --corpus aaai11 --plans table-3.json --videos videos\n"
+    "  ct eval report report --corpus aaai11 --plans new-worlds.json --plans table-3.json",
 )
-@click.option(
-    "--report",
-    "folder",
-    type=TARGET_FOLDER,
-    metavar="FOLDER",
-    required=True,
-    help="Where the page goes, its plots as SVG and PDF, and its figures as JSON, CSV and LaTeX.",
-)
-@click.option("--corpus", metavar="CORPUS", required=True, help="The corpus to measure.")
+@click.argument("folder", metavar="FOLDER", type=TARGET_FOLDER)
+@corpus_option("--corpus", required=True, help="The corpus to measure.")
 @HELD_OUT
 @click.option(
     "--plans",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
     multiple=True,
-    help="The JSON of --table 3, or of --end-to-end without --plans, to show in the report "
+    help="The JSON of table3, or of end-to-end without --plans, to show in the report "
     "(repeatable; corpora that weren't learned from come first).",
 )
 @click.option(
@@ -61,7 +55,8 @@ from eval.cli.modes import HELD_OUT, SEED, STUDY, THRESHOLD, TOP, draws_option
 def report(*, folder: Path, form: str, **choices: Any) -> None:
     """Measure a corpus with each scenario held out in turn, and write all of it on one page.
 
-    A report that is there already is replaced.
+    The page, report.html, goes into FOLDER, with its plots as SVG and PDF, and its figures as JSON,
+    CSV and LaTeX. A report that is there already is replaced.
     """
     from eval.report.report_contents import ReportChoices, gather
     from eval.report.report_page import check_writable, write_report

@@ -1,4 +1,4 @@
-"""``ct eval --table 3``: the share of plans that are right."""
+"""``ct eval table3``: the share of plans that are right."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ if TYPE_CHECKING:
 
 
 @click.command(
-    "--table 3",
+    "table3",
     short_help="Score plans for commands of held-out scenarios.",
     epilog="\b\nExamples:\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11\n"
-    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test aaai11 --ablate last-goal\n"
-    "  ct eval --table 3 --judge automatic --train aaai11,warehouse --test automatic "
+    "  ct eval table3 --test aaai11\n"
+    "  ct eval table3 --train aaai11,warehouse --test aaai11 --json --jobs 2\n"
+    "  ct eval table3 --test aaai11 --ablate last-goal\n"
+    "  ct eval table3 --train aaai11,warehouse --test automatic "
     "--heading loads --heading loads+45 --heading loads-45\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --perturb articles\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --write-tasks form.jsonl"
+    "  ct eval table3 --train aaai11 --test warehouse --perturb articles\n"
+    "  ct eval table3 --train aaai11 --test warehouse --write-tasks form.jsonl"
     "\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --plans mine.jsonl\n"
-    "  ct eval --table 3 --judge automatic --train aaai11 --test warehouse --grounder llm "
+    "  ct eval table3 --train aaai11 --test warehouse --plans mine.jsonl\n"
+    "  ct eval table3 --train aaai11 --test warehouse --grounder llm "
     "--llm qwen2.5-7b --endpoint http://localhost:8000/v1",
 )
 @TRAIN
@@ -59,10 +59,11 @@ if TYPE_CHECKING:
 @click.option(
     "--judge",
     metavar="NAME",
-    required=True,
+    default="automatic",
+    show_default=True,
     help="Judge of plans: automatic, a program that compares them with the "
     "command's own log or outcome, and with its words; llm, a language model; or a judge of an "
-    "installed package. People's ratings are shown by --table 2.",
+    "installed package. People's ratings are shown by table2.",
 )
 @click.option(
     "--grounder",
@@ -150,6 +151,7 @@ def table_3(
     from eval.table_3.plan_report import with_judge
     from g3.features.feature_registry import CATALOGUE_VERSION
 
+    train = train or test
     if tasks:
         count = write_tasks(tasks, tasks_of(open_corpus(test), headings, most))
         tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")

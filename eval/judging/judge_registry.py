@@ -1,6 +1,6 @@
 """Judges of plans: verdicts on plans for commands.
 
-``ct eval --table 3 --judge NAME`` takes its first verdict from one. A judge is a function from an
+``ct eval table3 --judge NAME`` takes its first verdict from one. A judge is a function from an
 executed plan to a verdict; :func:`plan_judge` registers one under a name. Modules that other
 distributions name in the entry point group ``ct.judges`` register theirs when this one is imported.
 A judge that needs more than a function implements :class:`PlanJudge`.

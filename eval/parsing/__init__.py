@@ -1,1 +1,1 @@
-"""``ct eval --sdc``: accuracy of clauses extracted from text."""
+"""``ct eval sdc``: accuracy of clauses extracted from text."""

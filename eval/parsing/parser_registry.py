@@ -2,7 +2,7 @@
 
 A parser is a function from a text to its top-level clauses, or to a
 :class:`~g3.language.parsing.trees.Parse` with several trees. :func:`parser` registers one under
-a name, for ``ct eval --table 3 --parser NAME`` and ``--sdc --parser NAME``. Modules that other
+a name, for ``ct eval table3 --parser NAME`` and ``ct eval sdc --parser NAME``. Modules that other
 distributions name in the entry point group ``ct.parsers`` register theirs when this one is
 imported. A parser that needs more than a function implements :class:`TextParser`.
 """

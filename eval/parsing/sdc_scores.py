@@ -257,7 +257,7 @@ AS_TYPED = ""
 @short_repr
 @dataclass(frozen=True, slots=True)
 class SDCChoices:
-    """Options of ``ct eval --sdc``.
+    """Options of ``ct eval sdc``.
 
     Parameters
     ----------

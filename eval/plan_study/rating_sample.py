@@ -278,7 +278,7 @@ def tells_of_all(plans: Sequence[DistinctPlan], sample: Sample) -> bool:
 ASSUMED = {WRONG: 0.15, RIGHT: 0.85}
 """Share of the plans that most people call right, by the judge's verdict.
 
-Of the AAAI-11 corpus's pairs it is .04 and .89 (`ct eval --judge-validity`), but plans are nearer
+Of the AAAI-11 corpus's pairs it is .04 and .89 (`ct eval judge-validity`), but plans are nearer
 misses than videos of other scenarios.
 """
 CORRELATION = 0.1

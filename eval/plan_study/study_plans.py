@@ -280,9 +280,9 @@ ANSWERS = 5
 """Number of judgments of each pair, as in the paper."""
 
 HEAD = """\
-# A rating study of plans, as in section 4.3 of the paper. Written by ct eval --end-to-end.
+# A rating study of plans, as in section 4.3 of the paper. Written by ct eval end-to-end.
 # In this folder: ct annotate study.yaml --instance annotation
-# ct eval --end-to-end reads what people have rated there. Change what you like but for the pairs.
+# ct eval end-to-end reads what people have rated there. Change what you like but for the pairs.
 """
 
 

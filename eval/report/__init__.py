@@ -1,1 +1,1 @@
-"""``ct eval --report``: all measurements, on one page and in files beside it."""
+"""``ct eval report``: all measurements, on one page and in files beside it."""

@@ -68,7 +68,7 @@ def calibration_error(bins: Sequence[Bin]) -> Estimate:
 
 WHOLE = "all"
 """Name of the whole of the commands, in tables without parts."""
-MADE_BY = "make one with `ct eval --table 3 --json --out FILE`, or `--end-to-end` without --plans"
+MADE_BY = "make one with `ct eval table3 --json --out FILE`, or `end-to-end` without --plans"
 
 
 class PlanRow(msgspec.Struct, frozen=True):
@@ -132,7 +132,7 @@ class AutomaticRows(msgspec.Struct, frozen=True):
 
 
 class PlanFile(msgspec.Struct, frozen=True):
-    """The file of ``--table 3``, with rows, or of ``--end-to-end``, with rows by people and judge.
+    """The file of ``table3``, with rows, or of ``end-to-end``, with rows by people and judge.
 
     All other entries are provenance.
     """
@@ -226,7 +226,7 @@ def read_all_plans(paths: Sequence[Path], corpus_hash: str) -> list[Plans]:
 
 
 def read_plans(path: Path) -> Plans:
-    """Read the output of ``ct eval --table 3 --format json``.
+    """Read the output of ``ct eval table3 --format json``.
 
     A FormatError means that the file can't be read or holds something else, has no baselines, or is
     by another judge than the automatic one.

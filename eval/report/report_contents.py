@@ -179,7 +179,7 @@ class ReportChoices:
     corpus: str
     """The corpus, measured with each scenario held out in turn."""
     plans: Sequence[Path] = ()
-    """Files of ``ct eval --table 3 --format json``, one for each tested corpus."""
+    """Files of ``ct eval table3 --format json``, one for each tested corpus."""
     videos: Path | None = None
     """Folder of ``ct render-videos`` for the corpus; None to show none."""
     study: str = ""
@@ -278,19 +278,18 @@ def _commands(choices: ReportChoices, *, has_ratings: bool) -> list[str]:
     name, seed = choices.corpus, choices.seed
     common = f"--corpus {name} --seed {seed}"
     result = [
-        f"ct eval --table 1 {common} --cv scenario --negatives {choices.negatives}",
-        f"ct eval --errors {common} --cv scenario --top {choices.top}",
+        f"ct eval table1 {common} --cv scenario --negatives {choices.negatives}",
+        f"ct eval errors {common} --cv scenario --top {choices.top}",
     ]
     if choices.repeats:
         repeats = f"--repeats {choices.repeats}"
-        result.append(f"ct eval --learning-curve {common} --cv scenario {repeats} --out curve.svg")
+        result.append(f"ct eval learning-curve {common} --cv scenario {repeats} --out curve.svg")
     if has_ratings:
-        result += [f"ct eval --table 2 {common}", f"ct eval --judge-validity {common}"]
-    whole = [f"ct eval --report report --corpus {name} --seed {seed}"]
+        result += [f"ct eval table2 {common}", f"ct eval judge-validity {common}"]
+    whole = [f"ct eval report report --corpus {name} --seed {seed}"]
     for file in choices.plans:
         result.append(
-            "ct eval --table 3 --judge automatic --train CORPUS --test CORPUS "
-            f"--format json --out {file.name}"
+            f"ct eval table3 --train CORPUS --test CORPUS --format json --out {file.name}"
         )
         whole.append(f"--plans {file.name}")
     if choices.videos:

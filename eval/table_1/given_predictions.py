@@ -25,7 +25,7 @@ from g3.sdc.clauses import all_words
 
 OURS = "g3"
 """Name of the model beside others."""
-FIX = "`ct eval --table 1 --write-tasks FILE` writes the form to fill in"
+FIX = "`ct eval table1 --write-tasks FILE` writes the form to fill in"
 DIGITS = 2
 POSES = 20
 """Number of a trajectory's poses that are shown, evenly in time."""

@@ -1,4 +1,4 @@
-"""``ct eval --power``: numbers of pairs and judgments for an interval of a given width."""
+"""``ct eval power``: numbers of pairs and judgments for an interval of a given width."""
 
 from __future__ import annotations
 

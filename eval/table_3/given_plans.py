@@ -19,7 +19,7 @@ from corpus_tools.tables.table_reading import lines_named
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.errors import FormatError
 
-FIX = "`ct eval --table 3 --write-tasks FILE` writes the form to fill in"
+FIX = "`ct eval table3 --write-tasks FILE` writes the form to fill in"
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Grounders: makers of plans for commands. Each can be a row of Table 3.
 
 A grounder is a function from a task to actions. :func:`grounder` registers one under a name, for
-``ct eval --table 3 --grounder NAME``. Modules that other distributions name in the entry point
+``ct eval table3 --grounder NAME``. Modules that other distributions name in the entry point
 group ``ct.grounders`` register theirs when this one is imported. A grounder that needs more than a
 function implements :class:`PlanGrounder`.
 """

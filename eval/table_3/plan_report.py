@@ -69,7 +69,7 @@ JUDGED = (
 )
 JUDGED_OTHERWISE = (
     "precision is by a judge of your choice; by words and right load are by the automatic judge. "
-    "`ct eval --judge-validity --judge NAME` compares a judge with people.",
+    "`ct eval judge-validity --judge NAME` compares a judge with people.",
 )
 
 

@@ -20,11 +20,11 @@ from tests.docs.blocks import ROOT, Shown, shown
 SHOWN = shown()
 
 ELSEWHERE = {
-    r"ct eval --table 1 .*--(write-tasks|predictions)": (
+    r"ct eval table1 .*--(write-tasks|predictions)": (
         "tests/eval/table_1/test_given_predictions.py",
         "needs a form that is filled in",
     ),
-    r"ct eval --judge-validity .*--judge": (
+    r"ct eval judge-validity .*--judge": (
         "tests/eval/judging/test_judge_validity.py",
         "needs another judge",
     ),
@@ -88,23 +88,23 @@ ELSEWHERE = {
         "a large corpus",
     ),
     r"ct demo": ("tests/eval/cli/test_demo.py", "three minutes"),
-    r"ct eval --end-to-end": ("tests/eval/plan_study/test_plan_study.py", "half an hour"),
-    r"ct eval --table 3": ("tests/eval/table_3/test_end_to_end.py", "minutes"),
-    r"ct eval --report": ("tests/eval/report/test_report.py", "needs plans and videos"),
-    r"ct eval --table 2 .* (--models|--study)": (
+    r"ct eval end-to-end": ("tests/eval/plan_study/test_plan_study.py", "half an hour"),
+    r"ct eval table3": ("tests/eval/table_3/test_end_to_end.py", "minutes"),
+    r"ct eval report": ("tests/eval/report/test_report.py", "needs plans and videos"),
+    r"ct eval table2 .* (--models|--study)": (
         "tests/eval/table_2/test_table_2.py",
         "needs more judgments than the small corpus has",
     ),
-    r"ct eval --power": ("tests/eval/statistics/test_power.py", "simulates studies for seconds"),
-    r"ct (eval --sdc|train parser) .*treebank": (
+    r"ct eval power": ("tests/eval/statistics/test_power.py", "simulates studies for seconds"),
+    r"ct (eval sdc|train parser) .*treebank": (
         "tests/eval/parsing/test_divisions.py",
         "trains on 3 200 commands",
     ),
-    r"ct eval --sdc .*--parser llm": (
+    r"ct eval sdc .*--parser llm": (
         "tests/eval/language_model/test_language_model_parser.py",
         "needs a language model",
     ),
-    r"ct eval --sdc .* --train warehouse$": (
+    r"ct eval sdc .* --train warehouse$": (
         "tests/eval/parsing/test_sdc_scores.py",
         "trains several times",
     ),

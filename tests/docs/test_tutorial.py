@@ -76,7 +76,7 @@ def test_it_works_as_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
     serve_for_a_moment(steps("annotate my-study.yaml")[0])
     annotate()
 
-    for begin in ("annotate export", "corpus", "train", "eval --table 1 --corpus"):
+    for begin in ("annotate export", "corpus", "train", "eval table1 --corpus"):
         for call in steps(begin):
             assert run(call) == 0, call
     corpus = Corpus.load(Path("my-corpus"))

@@ -169,6 +169,26 @@ def test_mistyped_commands_and_options_are_suggested_at_every_level(args, meant)
     assert f"Did you mean {meant}?" in done.stderr
 
 
+def test_help_is_a_command_too():
+    assert ct("help", "eval", "table1").stdout == ct("eval", "table1", "--help").stdout
+    assert ct("help").stdout == ct("--help").stdout
+    assert "Did you mean 'eval'?" in ct("help", "evl").stderr
+
+
+@pytest.mark.parametrize(
+    ("args", "remedy"),
+    [
+        (["follow", "pick", "up", "the", "box"], "ct follow 'pick up the box'"),
+        (["parse", "put", "it", "down", "--json"], "ct parse 'put it down'"),
+        (["corpus", "show", "warehouse", "--verbose"], "ct --verbose ..."),
+    ],
+)
+def test_what_is_in_the_wrong_place_is_answered_with_what_to_write(args, remedy):
+    done = ct(*args)
+    assert done.returncode == 2
+    assert remedy in done.stderr
+
+
 def test_graph_as_text():
     assert ct("graph", PUT).stdout.splitlines() == [
         'Ψ_1(φ_1, λ_1^r = "Put", γ_1, γ_2, γ_3)',

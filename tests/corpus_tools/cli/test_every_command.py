@@ -23,6 +23,7 @@ WITHOUT_JSON = {
     "annotate serve": "serves until it is stopped",
     "completion": "its output is a program",
     "demo": "shows people around",
+    "help": "shows the help of another command",
 }
 OTHER_FORMATS = {"annotate export": "--format is that of the files"}
 

@@ -1,4 +1,4 @@
-"""The modes of ``ct eval``: each is a command of its own, chosen by an option."""
+"""The commands of ``ct eval``, which options choose too, as in ``ct eval --table 1``."""
 
 import click
 import pytest
@@ -9,62 +9,106 @@ from corpus_tools.cli.console import cli
 from eval.cli.eval_commands import evaluate
 from eval.cli.modes import Modes, OptionSet, takes_one_of
 
-MODES = evaluate.commands
-OPTIONS = {name: {o for p in mode.params for o in p.opts} for name, mode in MODES.items()}
-EVERY = set().union(*OPTIONS.values()) - MODES.keys()
+COMMANDS = evaluate.commands
+OPTIONS = {
+    name: {o for p in command.params if isinstance(p, click.Option) for o in p.opts}
+    for name, command in COMMANDS.items()
+}
+EVERY = set().union(*OPTIONS.values())
+FOLDER = {"end-to-end", "report"}
+MODES = {
+    "table1": "--table 1",
+    "table2": "--table 2",
+    "table3": "--table 3",
+    "learning-curve": "--learning-curve",
+    "errors": "--errors",
+    "sdc": "--sdc",
+    "end-to-end": "--end-to-end",
+    "judge-validity": "--judge-validity",
+    "report": "--report",
+    "power": "--power",
+}
 
 
 def ct(*words: str):
     return CliRunner().invoke(cli, ["eval", *words], obj={}, prog_name="ct")
 
 
-def chosen(name: str) -> list[str]:
-    """The arguments that choose a mode."""
-    return [*name.split(), *(["folder"] if name in OPTIONS[name] else [])]
+def test_each_command_has_an_option():
+    assert list(MODES) == list(COMMANDS)
 
 
-def test_help_lists_each_mode_in_a_line():
-    lines = ct("--help").stdout.splitlines()
-    for name, mode in MODES.items():
-        (line,) = [one for one in lines if one.startswith(f"  {name} ") and "ct eval" not in one]
-        assert line.endswith(mode.get_short_help_str(80))
-        assert len(line) <= 80
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_of_a_command_shows_its_options_and_no_others(name):
+    shown = ct(name, "--help").stdout
+    assert shown.startswith(f"Usage: ct eval {name} [OPTIONS]")
+    listed = shown.partition("\nOptions:\n")[2].partition("Examples:")[0].splitlines()
+    listed = {line.split()[0] for line in listed if line.startswith("  -")}
+    assert listed - {"-h,", "--help"} == OPTIONS[name]
+    for words in ([*MODES[name].split(), "--help"], ["--json", "--help", *MODES[name].split()]):
+        assert ct(*words).stdout == shown
 
 
-@pytest.mark.parametrize("name", MODES)
-def test_help_of_a_mode_shows_its_options_and_no_others(name):
-    for words in (["--help"], ["--json", "--help"]):
-        shown = ct(*chosen(name), *words).stdout
-        assert shown.startswith(f"Usage: ct eval {name} [OPTIONS]\n")
-        listed = shown.partition("\nOptions:\n")[2].partition("Examples:")[0].splitlines()
-        listed = {line.split()[0] for line in listed if line.startswith("  -")}
-        assert listed - {"-h,", "--help"} == OPTIONS[name]
-    assert ct(*name.split(), "--help").stdout == shown
-
-
-@pytest.mark.parametrize("name", MODES)
-def test_options_of_other_modes_are_refused_with_the_modes_that_have_them(name):
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("is_option", [False, True], ids=["name", "option"])
+def test_options_of_other_commands_are_refused_with_the_commands_that_have_them(name, is_option):
+    chosen = [*(MODES[name] if is_option else name).split(), *(["x"] if name in FOLDER else [])]
     foreign = EVERY - OPTIONS[name]
     assert foreign
     for option in foreign:
-        done = ct(option, "1", *chosen(name))
+        done = ct(option, "1", *chosen)
         assert done.exit_code == 2
         said = " ".join(done.stderr.split())
         assert f"Error: {option} doesn't go with {name}; it is for " in said
-        told = said.partition("it is for ")[2]
-        assert {n for n in MODES if n in told} == {n for n in MODES if option in OPTIONS[n]}
+        named = said.partition("it is for ")[2]
+        assert {n for n in COMMANDS if n in named} == {n for n in COMMANDS if option in OPTIONS[n]}
 
 
-def test_the_mode_may_stand_anywhere():
-    for words in (
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["table2", "--corpus", "nowhere"],
+        ["--corpus", "nowhere", "table2"],
         ["--table", "2", "--corpus", "nowhere"],
         ["--corpus", "nowhere", "--table", "2"],
         ["--corpus=nowhere", "--table=2", "--table", "2"],
-    ):
-        done = ct(*words)
-        assert "nowhere" in str(done.exception)
-    # What looks like a mode may be the value of an option.
-    assert "--sdc" in str(ct("--table", "2", "--corpus", "--sdc").exception)
+        ["report", "nowhere.html", "--corpus", "nowhere"],
+        ["--report", "report", "--corpus", "nowhere"],
+        ["--corpus", "nowhere", "--report=report"],
+        ["--end-to-end", "study", "--train", "nowhere", "--test", "nowhere"],
+    ],
+)
+def test_the_command_or_its_option_may_stand_anywhere(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "corpus 'nowhere'" in str(ct(*words).exception)
+
+
+def test_what_looks_like_a_command_may_be_the_value_of_an_option():
+    for value in ("--sdc", "sdc"):
+        assert f"corpus '{value}'" in str(ct("--table", "2", "--corpus", value).exception)
+        assert f"corpus '{value}'" in str(ct("--corpus", value, "table2").exception)
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["tabel1"], "'table1'"),
+        (["table", "1"], "'table1'"),
+        (["--tabel", "1"], "'--table'"),
+        (["--reprot", "x"], "'--report'"),
+        (["--table", "4"], "give --table 1, --table 2, or --table 3"),
+        (["--table"], "give --table 1, --table 2, or --table 3"),
+        (["table1", "--sdc"], "Give one of table1 and sdc"),
+        (["--corpus", "x"], "Give one of table1, table2,"),
+        (["table1", "--corpsu", "x"], "'--corpus'"),
+        (["table3"], "such as --test warehouse"),
+        (["report"], "Missing argument 'FOLDER'"),
+    ],
+)
+def test_mistakes_are_answered_with_the_remedy(words, meant):
+    done = ct(*words)
+    assert done.exit_code == 2
+    assert meant in " ".join(done.stderr.split())
 
 
 def completed(*words: str) -> list[str]:
@@ -75,16 +119,17 @@ def completed(*words: str) -> list[str]:
     return [item.value for item in found]
 
 
-def test_shells_complete_modes_and_then_their_options():
-    assert completed("") == completed("--") == list(dict.fromkeys(n.split()[0] for n in MODES))
-    assert completed("--le") == ["--learning-curve"]
-    assert completed("--table", "") == ["1", "2", "3"]
-    assert set(completed("--table", "3", "--")) == OPTIONS["--table 3"] | {"--help"}
+def test_shells_complete_commands_and_then_their_options():
+    assert completed("") == list(COMMANDS)
+    assert completed("le") == ["learning-curve"]
+    for chosen in (["table3"], ["--table", "3"]):
+        assert set(completed(*chosen, "--")) == OPTIONS["table3"] | {"--help"}
     assert completed("--table", "1", "--negatives", "") == ["random", "hard"]
-    assert completed("--report", "fo") == ["fo"]
+    assert completed("report", "fo") == ["fo"]
+    assert "warehouse" in completed("table2", "--corpus", "ware")
 
 
-@click.command("--fast")
+@click.command("fast")
 @takes_one_of(OptionSet(), OptionSet(("--from", "--to"), ("--by",)), OptionSet(("--at",)))
 @click.option("--from", "since")
 @click.option("--to")

@@ -132,7 +132,7 @@ def test_a_table_without_baselines_makes_no_report(plans, tmp_path):
     with pytest.raises(FormatError, match="no rows of keywords") as error:
         read_plans(tmp_path / "old.json")
     assert "run it again" in error.value.fix
-    assert "ct eval --table 3" in error.value.fix
+    assert "ct eval table3" in error.value.fix
 
 
 def test_a_table_by_another_judge_makes_no_report(plans, tmp_path):
@@ -154,7 +154,7 @@ def test_the_other_files_say_the_same(report, plans):
     assert found["table_2"]["rows"][0]["precision"] == pytest.approx(2 / 3)
     assert found["judge_validity"]["n"] == 1
     assert found["provenance"]["corpus_hash"].startswith("sha256:")
-    assert any(line.startswith("ct eval --table 1") for line in found["commands"])
+    assert any(line.startswith("ct eval table1") for line in found["commands"])
     compared = csv.DictReader(io.StringIO((report / "table-3-comparisons.csv").read_text()))
     assert [(row["judge"], row["subset"], row["one"], row["n"]) for row in compared] == [
         ("automatic", subset, one, n)

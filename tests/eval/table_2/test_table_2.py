@@ -205,11 +205,11 @@ def test_planning(corpus: str):
     ("options", "message"),
     [
         (["--table", "2"], "Missing option '--corpus'"),
-        (["--table", "2", "--corpus", "x", "--cv", "scenario"], "doesn't go with --table 2"),
-        (["--table", "2", "--corpus", "x", "--half-width", "0.1"], "doesn't go with --table 2"),
-        (["--power", "--draws", "5"], "doesn't go with --power"),
+        (["--table", "2", "--corpus", "x", "--cv", "scenario"], "doesn't go with table2"),
+        (["--table", "2", "--corpus", "x", "--half-width", "0.1"], "doesn't go with table2"),
+        (["--power", "--draws", "5"], "doesn't go with power"),
         (["--power", "--table", "2"], "Give one of"),
-        (["--table", "1", "--corpus", "x", "--models"], "is for --table 2"),
+        (["--table", "1", "--corpus", "x", "--models"], "is for table2"),
     ],
 )
 def test_wrong_options(options: list[str], message: str):

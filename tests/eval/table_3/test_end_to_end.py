@@ -82,12 +82,8 @@ def test_an_unknown_name_is_told_with_those_that_there_are(few):
     assert "ct features list" in done.exception.fix
 
 
-def test_table_3_needs_to_know_who_judges(few):
-    done = CliRunner().invoke(evaluate, ["--table", "3", "--train", few, "--test", few])
-    assert done.exit_code == 2
-    assert "Missing option '--judge'" in done.stderr
-    unknown = ["--table", "3", "--judge", "mother", "--train", few, "--test", few]
-    done = CliRunner().invoke(evaluate, unknown)
+def test_an_unknown_judge_is_refused_with_those_that_there_are(few):
+    done = CliRunner().invoke(evaluate, ["table3", "--judge", "mother", "--test", few])
     assert "there is no judge 'mother' (give one of automatic" in str(done.exception)
 
 
