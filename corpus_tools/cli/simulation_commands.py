@@ -114,21 +114,15 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form
       ct simulate-workers rate --corpus warehouse --out rated
       ct eval table2 --corpus rated
     """
-    from dataclasses import replace
-
     from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.simulation.simulated_raters import rate as judge
+    from corpus_tools.simulation.rated_corpus import with_simulated_ratings
 
     Corpus.check_target(out)
-    rated = open_corpus(corpus)
-    given = judge(rated, raters=raters, judgments=judgments, seed=seed)
-    made = replace(
-        rated,
-        name=f"{rated.name}-simulated-ratings",
-        judgments=given,
-        source=f"{rated.source} The judgments are simulated; see docs/simulation.md.",
+    made = with_simulated_ratings(
+        open_corpus(corpus), raters=raters, judgments=judgments, seed=seed
     )
     made.save(out)
+    given = made.judgments
     record = {"folder": out, "judgments": len(given)}
     tell(form, record, f"simulated {len(given)} judgments in {out}")

@@ -39,6 +39,8 @@ HELD_OUT = 1 / 3
 Division = Literal["scenario", "person", "world"]
 """Commands that stay together: those of a scenario, of a person, or of a world (context)."""
 
+INVENTED = ("authored", "simulated-")
+"""Beginnings of subjects who saw no video: authors of corpora, and simulated workers."""
 _STREAM = 2
 """Stream of random numbers, distinct from others with the same seed."""
 
@@ -332,6 +334,12 @@ class Corpus:
                 fix="divide it by scenario",
             )
         return parts
+
+    @property
+    def is_authored(self) -> bool:
+        """True if all commands were written by authors or by a program, and nobody saw a video."""
+        subjects = {command.subject for command in self.commands.values()}
+        return bool(subjects) and all(subject.startswith(INVENTED) for subject in subjects)
 
     def to_pandas(self) -> pd.DataFrame:
         """Make a table with a row for each command."""

@@ -219,7 +219,6 @@ THRESHOLD = click.option(
     show_default=True,
     help="Probability from which a correspondence is predicted.",
 )
-RATED = corpus_option("--corpus", required=True, help="The corpus with ratings.")
 STUDY = click.option(
     "--study", default="", help="Count these ratings [default: the largest study]."
 )
@@ -291,6 +290,11 @@ TOP = click.option(
     default=10,
     show_default=True,
     help="How many phrases to list of each kind.",
+)
+
+
+VERBOSE = click.option(
+    "--verbose", is_flag=True, help="Add figures by other methods, and comparisons."
 )
 
 

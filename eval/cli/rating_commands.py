@@ -11,9 +11,9 @@ from corpus_tools.options.corpus_name import corpus_option
 from corpus_tools.options.format_option import FORMAT, OUT, format_option
 from corpus_tools.options.parallel_options import WORKERS
 from eval.cli.modes import (
-    RATED,
     SEED,
     STUDY,
+    VERBOSE,
     draws_option,
     is_terminal,
     judge_of,
@@ -33,17 +33,21 @@ FORMATS = format_option("csv", "latex", about="For people, for programs, or for 
 @click.command(
     "table2",
     short_help="Show how often people agree that a video fits.",
-    epilog="\b\nExamples:\n"
-    "  ct eval table2 --corpus aaai11\n"
-    "  ct eval table2 --corpus aaai11 --models --json",
+    epilog="\b\nExamples:\n  ct eval table2\n  ct eval table2 --corpus aaai11 --models --json",
 )
-@RATED
+@corpus_option(
+    "--corpus",
+    default="warehouse-simulated-ratings",
+    show_default=True,
+    help="The corpus with ratings; those of the default are simulated.",
+)
 @STUDY
 @click.option(
     "--models",
     is_flag=True,
     help="Fit estimating equations and a cumulative-link model too (extra: study).",
 )
+@VERBOSE
 @SEED
 @draws_option(10_000)
 @FORMATS
@@ -54,6 +58,7 @@ def table_2(
     corpus: str,
     study: str,
     models: bool,
+    verbose: bool,
     seed: int,
     draws: int,
     form: Format,
@@ -77,7 +82,8 @@ def table_2(
             rated.judgments, study=study, models=models, seed=seed, draws=draws, executor=executor
         )
     metadata = {"table": 2, "corpus": corpus, "seed": seed, "draws": draws}
-    write(render(results, form, metadata, terminal=is_terminal(out)), out)
+    text = render(results, form, metadata, verbose=verbose, terminal=is_terminal(out))
+    write(text, out)
 
 
 @click.command(
@@ -89,7 +95,7 @@ def table_2(
     "  ct eval judge-validity --corpus aaai11 --judge llm --llm qwen2.5-7b "
     "--endpoint http://localhost:8000/v1",
 )
-@RATED
+@corpus_option("--corpus", required=True, help="The corpus with people's ratings.")
 @STUDY
 @click.option(
     "--judge",
@@ -166,11 +172,14 @@ def judge_validity(
 def power(*, half_width: float, corpus: str, seed: int, form: Format, out: Path | None) -> None:
     """Show the pairs and ratings that a study needs for an interval of a given width."""
     from corpus_tools.importers.authored.bundled import open_corpus
+    from eval.statistics.ratings import judged_by, of_study
     from eval.table_2.power_plans import assumptions, plans, render
 
-    share, correlation = assumptions(open_corpus(corpus).judgments if corpus else None)
+    judgments = open_corpus(corpus).judgments if corpus else None
+    share, correlation = assumptions(judgments)
     metadata = {
         "corpus": corpus or "none",
+        **({"judged_by": judged_by(of_study(judgments)[0].study)} if judgments else {}),
         "wanted_half_width": half_width,
         "share": round(share.value, 3),
         "correlation": round(correlation.value, 3),

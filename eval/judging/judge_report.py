@@ -11,6 +11,7 @@ from rich.table import Table
 
 from corpus_tools.corpus.estimate import Estimate, explained
 from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, Agreement, JudgedPair, Validity
+from eval.statistics.ratings import judged_by
 from eval.tables.formats import (
     cell,
     document,
@@ -47,7 +48,12 @@ def render(
     terminal: bool = False,
 ) -> str:
     """Render the judge's agreement with people, and every pair on which they disagree."""
-    about = {"judge": "automatic", "compared_with": "people", "study": validity.study, **metadata}
+    about = {
+        "judge": "automatic",
+        "compared_with": judged_by(validity.study),
+        "study": validity.study,
+        **metadata,
+    }
     if form == "json":
         listed = [asdict(pair) for pair in validity.disagreements]
         return document({**summary(validity), "disagreements": listed}, about)

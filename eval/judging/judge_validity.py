@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.estimate import Estimate, Reason, undefined
 from corpus_tools.runtime.parallel import Executor
+from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.judging.execution import logged, replayed
 from eval.judging.judge import Verdict, judge
 from eval.judging.judge_registry import JudgedPlan, PlanJudge
@@ -166,11 +167,12 @@ def judge_validity(
 
 
 def known_validity(corpora: Iterable[Corpus], *, seed: int, draws: int) -> Validity | None:
-    """Return the judge's validity on the first corpus that has ratings; None if none has."""
+    """Return the judge's validity on the first corpus with people's ratings; None if none has."""
     for corpus in corpora:
         contexts = contexts_of_videos(corpus)
-        if any({j.command_video, j.shown_video} <= contexts.keys() for j in corpus.judgments):
-            return judge_validity(corpus, seed=seed, draws=draws)
+        rated = [j for j in corpus.judgments if j.study != SIMULATED]
+        if any({j.command_video, j.shown_video} <= contexts.keys() for j in rated):
+            return judge_validity(replace(corpus, judgments=tuple(rated)), seed=seed, draws=draws)
     return None
 
 

@@ -140,6 +140,7 @@ class PlanFile(msgspec.Struct, frozen=True):
     train: list[str] = []
     test: str = ""
     test_scenarios: list[str] = []
+    is_authored: bool = False
     rows: list[PlanRow] = []
     automatic: AutomaticRows | None = None
     people: list[PlanRow] | None = None
@@ -182,8 +183,8 @@ class Plans:
 
     @property
     def has_paper(self) -> bool:
-        """True if the tested corpus has annotated clauses, like the paper's."""
-        return any(
+        """True if the tested corpus is like the paper's: typed by people, with clauses."""
+        return not self.file.is_authored and any(
             row.configuration.startswith("gold")
             for row in (*self.file.rows, *(self.file.people or ()))
         )

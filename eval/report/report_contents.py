@@ -17,6 +17,8 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_validity import Validity, known_validity
 from eval.report.plan_results import Bin, JudgedPlan, Plans, bins, read_all_plans
+from eval.statistics.estimates import FEWEST_BESIDE
+from eval.statistics.ratings import of_study
 from eval.table_1 import held_out_predictions
 from eval.table_1.correspondence import Row, table_rows
 from eval.table_1.divided_examples import Choices
@@ -208,6 +210,8 @@ class Contents:
     """The learning curve's points, and the number of random orders behind them."""
     errors: Sequence[ErrorList]
     """The lists of section 4.2."""
+    is_authored: bool
+    """True if nobody typed the commands for a video; the paper's figures aren't beside then."""
     table_2: Results | None
     validity: Validity | None
     plans: Sequence[Plans]
@@ -239,6 +243,8 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
     repeats = choices.repeats
     curve = held_out_predictions.learning_curve(asked, repeats, on_progress)[0] if repeats else ()
     ratings: dict[str, Any] = {"seed": choices.seed, "draws": STUDY_DRAWS, "study": choices.study}
+    # Of a handful of judgments nothing is shown.
+    has_ratings = len(of_study(corpus.judgments, choices.study)) >= FEWEST_BESIDE
     return Contents(
         table_rows(
             result.predictions,
@@ -251,8 +257,9 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
         curve,
         repeats,
         error_lists(result.predictions, result.shown, k=choices.top, threshold=choices.threshold),
-        table_2(corpus.judgments, **ratings) if corpus.judgments else None,
-        known_validity([corpus], **draws),
+        corpus.is_authored,
+        table_2(corpus.judgments, **ratings) if has_ratings else None,
+        known_validity([corpus], **draws) if has_ratings else None,
         plans,
         shown,
         [one for own in plans for one in failures(own, EXAMPLES)][:EXAMPLES],
@@ -270,7 +277,7 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
             "draws": choices.draws,
             **{f"table_3, {own.name}": own.provenance for own in plans},
         },
-        _commands(choices, has_ratings=bool(corpus.judgments)),
+        _commands(choices, has_ratings=has_ratings),
     )
 
 

@@ -25,6 +25,7 @@ from eval.report.charts import Line, differences, intervals, reliability
 from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans, calibration_error
 from eval.report.report_contents import Contents
 from eval.statistics.estimates import FEWEST_BESIDE, beside
+from eval.statistics.ratings import judged_by
 from eval.table_1.correspondence import PAPER_TABLE_1, Row
 from eval.table_1.correspondence_table import render
 from eval.table_1.learning_curve import curve_plot
@@ -97,10 +98,10 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
     return template.render(
         contents=contents,
         charts=charts,
-        paper_1=PAPER_TABLE_1,
+        paper_1=_paper_1,
         paper_2=paper_2,
+        judged_by=judged_by,
         paper_3=paper_figure,
-        beside=beside,
         name_of=name_of,
         titles=TITLES,
         measures=MEASURES,
@@ -119,14 +120,16 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
 def plots_of(contents: Contents) -> dict[str, Plot]:
     """Return all plots of a report by the names of their files."""
     plots = {
-        "table-1": intervals(_of_table_1(contents.table_1), "F-scores of Table 1"),
+        "table-1": intervals(_of_table_1(contents), "F-scores of Table 1"),
         "reliability": reliability(contents.reliability, "Reliability of correspondences"),
     }
     if contents.curve:
         bounds = f"range of {contents.repeats} random orders"
         plots["learning-curve"] = curve_plot(contents.curve, bounds)
     if contents.table_2:
-        plots["table-2"] = intervals(_of_table_2(contents.table_2), "Table 2")
+        plots["table-2"] = intervals(
+            _of_table_2(contents.table_2, is_authored=contents.is_authored), "Table 2"
+        )
     for plans in contents.plans:
         plots |= {f"{plans.name}-{name}": plot for name, plot in _of_plans(plans).items()}
     return plots
@@ -167,18 +170,21 @@ def _themed(plot: Plot, width: float) -> str:
     return svg.replace("<svg ", f'<svg role="img" aria-label="{escape(plot.title)}" ', 1)
 
 
-def _of_table_1(rows: Sequence[Row]) -> list[Line]:
-    return [
-        Line(row.type, {"F-score": row.f}, beside(PAPER_TABLE_1[row.type].f, row.n)) for row in rows
-    ]
+def _of_table_1(contents: Contents) -> list[Line]:
+    return [Line(row.type, {"F-score": row.f}, _paper_1(row, contents)) for row in contents.table_1]
 
 
-def _of_table_2(results: Results) -> list[Line]:
+def _paper_1(row: Row, contents: Contents) -> float | None:
+    """Return the paper's F-score beside a row, but for authored corpora."""
+    return None if contents.is_authored else beside(PAPER_TABLE_1[row.type].f, row.n)
+
+
+def _of_table_2(results: Results, *, is_authored: bool) -> list[Line]:
     return [
         Line(
             f"{row.configuration} video",
             {"other videos": row.share, "and other raters": row.two_way},
-            paper_2(row),
+            None if is_authored else paper_2(row, results.study),
         )
         for row in results.rows
     ]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from corpus_tools.corpus.estimate import Estimate, Reason, undefined
+from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.statistics.estimates import BoolArray, FloatArray, IntArray
 from g3.annotation import RATINGS, Judgment
 from g3.errors import FormatError
@@ -16,6 +17,11 @@ from g3.short_repr import short_repr
 
 AGREES = 4
 """Lowest of the five points that agrees that the video shows the command."""
+
+
+def judged_by(study: str) -> str:
+    """Return the kind of raters of a study."""
+    return "simulated raters" if study == SIMULATED else "people"
 
 
 @short_repr

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from corpus_tools.corpus.estimate import Estimate, explained, named
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.statistics.estimates import FEWEST_BESIDE, beside
+from eval.statistics.ratings import judged_by
 from eval.table_2.rating_shares import Configuration, Results, Row
 from eval.tables.formats import (
     Format,
@@ -41,29 +42,28 @@ def render(
     form: Format,
     metadata: Mapping[str, object],
     *,
+    verbose: bool = False,
     terminal: bool = False,
 ) -> str:
-    """Render Table 2 in one of the formats, with the paper's figures beside."""
+    """Render Table 2 in one of the formats, with the paper's figures beside.
+
+    A text has the intervals and shares by other methods where `verbose` asks for them.
+    """
     about = {"judged_by": judged_by(results.study), "study": results.study, **metadata}
     if form == "json":
         return document(_content(results), about)
     if form == "csv":
         both = _of_both(results)
-        rows = [{**_flat(row), **both} for row in results.rows]
+        rows = [{**_flat(row, results.study), **both} for row in results.rows]
         return delimited(rows, about, columns=(*COLUMNS, *both))
     if form == "latex":
         return _latex(results, about)
-    return _table(results, about, terminal=terminal)
+    return _text(results, about, verbose=verbose, terminal=terminal)
 
 
-def paper_figure(row: Row) -> float | None:
-    """Return the paper's figure beside a row."""
-    return beside(PAPER[row.configuration], row.pairs)
-
-
-def judged_by(study: str) -> str:
-    """Return the kind of raters of a study."""
-    return "simulated raters" if study == SIMULATED else "people"
+def paper_figure(row: Row, study: str) -> float | None:
+    """Return the paper's figure beside a row; none beside simulated raters' judgments."""
+    return None if study == SIMULATED else beside(PAPER[row.configuration], row.pairs)
 
 
 def notes(results: Results) -> list[str]:
@@ -75,10 +75,13 @@ def notes(results: Results) -> list[str]:
         "videos, raters: both as clusters, which speaks for other raters too",
         "independent: Wilson's interval, too narrow, for judgments of a video are alike",
         "majority, weighed: part of the pairs, by most judgments or by Dawid and Skene's model",
-        f"paper: {PAPER_SOURCE}. It differs because it doesn't tell which judgments it counts, nor "
-        "whether single ones or pairs: each rater who differs lowers a share of judgments, and "
-        f"is outvoted in a majority. It is left out beside fewer than {FEWEST_BESIDE} pairs",
     ]
+    if results.study != SIMULATED:
+        result.append(
+            f"paper: {PAPER_SOURCE}. It doesn't state which judgments it counts, nor whether it "
+            "counts single ones or pairs: each rater who differs lowers a share of judgments, and "
+            f"is outvoted in a majority. It is left out beside fewer than {FEWEST_BESIDE} pairs"
+        )
     if any(row.model is not None for row in results.rows):
         result.append(
             "GEE: estimating equations with videos as clusters; crossed model: linear, with random "
@@ -134,7 +137,7 @@ def _content(results: Results) -> dict[str, object]:
             "shown": row.shown,
             "gee": row.model,
             "crossed": row.crossed,
-            "paper": paper_figure(row),
+            "paper": paper_figure(row, results.study),
         }
         for row in results.rows
     ]
@@ -148,13 +151,13 @@ def _content(results: Results) -> dict[str, object]:
     }
 
 
-def _flat(row: Row) -> dict[str, object]:
+def _flat(row: Row, study: str) -> dict[str, object]:
     result: dict[str, object] = {
         "configuration": row.configuration,
         "precision": row.share.value,
         **_bounds(row.share),
         **named({"weighed": row.weighed}),
-        "paper": paper_figure(row),
+        "paper": paper_figure(row, study),
     }
     result |= {name: getattr(row, name) for name in (*COUNTS, "shown")}
     for name in ("wilson", "exact", "two_way"):
@@ -177,27 +180,38 @@ def _of_both(results: Results) -> dict[str, object]:
     return result
 
 
-def _table(results: Results, metadata: Mapping[str, object], *, terminal: bool) -> str:
+def _text(
+    results: Results, metadata: Mapping[str, object], *, verbose: bool, terminal: bool
+) -> str:
     has_models = any(row.model is not None for row in results.rows)
-    headings = (
-        "Video", "Agree", "95%", "Videos, raters", "Independent", "Majority", "Weighed", "Paper",
-        "n", "Pairs", *(MODELS if has_models else ()),
-    )  # fmt: skip
-    table = figure_table(headings)
+    has_paper = results.study != SIMULATED
+    papers = ("Paper",) if has_paper else ()
+    table = figure_table(
+        ("Video", "Agree", "95%", "Videos, raters", "Majority", *papers, "n", "Pairs")
+    )
+    others = figure_table(("Video", "Independent", "Weighed", *(MODELS if has_models else ())))
     for row in results.rows:
+        paper = [figure(paper_figure(row, results.study))] if has_paper else []
         table.add_row(
             row.configuration,
             f"{row.share.value:.3f}",
-            *(interval(e, BOUNDS) for e in (row.share, row.two_way, row.wilson)),
+            *(interval(e, BOUNDS) for e in (row.share, row.two_way)),
             f"{row.majority:.2f}",
-            value(row.weighed),
-            figure(paper_figure(row)),
+            *paper,
             str(row.n),
             str(row.pairs),
+        )
+        others.add_row(
+            row.configuration,
+            interval(row.wilson, BOUNDS),
+            value(row.weighed),
             *(stated(e, "{:.3f}") for e in (row.model, row.crossed) if e),
         )
-    title = f"{judged_by(results.study).capitalize()} who agree that the video shows the command"
-    return table_text({title: table}, notes(results), metadata, terminal=terminal)
+    judges = judged_by(results.study).capitalize()
+    tables = {f"{judges} who agree that the video shows the command": table}
+    if has_models or verbose:
+        tables["By other methods"] = others
+    return table_text(tables, notes(results), metadata, terminal=terminal)
 
 
 def _latex(results: Results, metadata: Mapping[str, object]) -> str:
@@ -206,7 +220,7 @@ def _latex(results: Results, metadata: Mapping[str, object]) -> str:
             row.configuration,
             estimate(row.share, "{:.3f}"),
             f"{row.majority:.2f}",
-            figure(paper_figure(row)),
+            figure(paper_figure(row, results.study)),
             str(row.n),
             *(estimate(one, "{:.3f}") for one in (row.model, row.crossed) if one),
         )

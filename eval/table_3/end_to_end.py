@@ -372,6 +372,7 @@ def run(
         "train": [c.hash for c in corpora],
         "test": tested.hash,
         "test_scenarios": names,
+        "is_authored": tested.is_authored,
         "l2": l2,
         "seed": seed,
         "ablated": sorted(left_out.sets | left_out.potentials),

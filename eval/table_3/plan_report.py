@@ -239,6 +239,7 @@ def _lines(all_rows: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
             is_alike = subset == "all" and "gold" in result.outcomes
+            is_alike = is_alike and not result.metadata.get("is_authored")
             printed = PAPER.get(str(row["configuration"])) if is_alike else None
             paper = beside(printed, row["n"])
             cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Format = Literal["text", "json", "csv", "latex"]
+WIDTH = 100
+"""Columns of a text that notes and metadata are wrapped at."""
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 
@@ -116,7 +119,7 @@ def table_text(
     *,
     terminal: bool,
 ) -> str:
-    """Render tables by title, one under the other, then notes and metadata, a line each."""
+    """Render tables by title, one under the other, then notes and metadata, each on a new line."""
     out = io.StringIO()
     console = Console(
         file=out,
@@ -135,7 +138,8 @@ def table_text(
         console.print(table)
         console.print()
     for line in [*notes, *split_lines(metadata_text(metadata))]:
-        console.print(Text(line, style="dim"), soft_wrap=True)
+        for part in textwrap.wrap(line, WIDTH, subsequent_indent="  ") or [""]:
+            console.print(Text(part, style="dim"), soft_wrap=True)
     text = "\n".join(line.rstrip() for line in split_lines(out.getvalue()))
     return text if terminal else text.encode("ascii", "backslashreplace").decode("ascii")
 

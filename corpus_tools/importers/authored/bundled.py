@@ -1,7 +1,8 @@
 """The corpora that come with the toolkit, built from their sources when they are needed.
 
 A bundled dataset is a folder of ``datasets`` with an authored corpus
-(``docs/authored-corpora.md``) or a treebank (``docs/treebanks.md``). Its corpus is built into the
+(``docs/authored-corpora.md``), a treebank (``docs/treebanks.md``) or simulated ratings of another
+one (``docs/simulation.md``). Its corpus is built into the
 user's cache when it is first used, and again after its files or the program have changed.
 """
 
@@ -23,9 +24,10 @@ from corpus_tools.corpus.corpus_records import (
     MANIFEST,
     TRAJECTORIES,
 )
-from corpus_tools.importers.report import REPORT, ImportReport
+from corpus_tools.importers.report import REPORT, ImportReport, Journal
 from corpus_tools.importers.treebank import import_treebank, is_treebank
 from corpus_tools.runtime.shipped import DATASET, bundled, program_digest
+from corpus_tools.simulation.rated_corpus import is_rated, rated_corpus, read_raters
 from g3.errors import FormatError
 from g3.storage.cache_folder import cache_folder
 
@@ -37,7 +39,7 @@ DIGITS = 16
 
 _FILES = (MANIFEST, CONTEXTS, COMMANDS, ANNOTATIONS, JUDGMENTS, TRAJECTORIES)
 
-_BUILDERS = ("corpus", "importers", "logs", "world", "../g3")
+_BUILDERS = ("corpus", "importers", "logs", "simulation", "world", "../g3")
 """Folders with the modules that determine what is built, from this package."""
 
 
@@ -112,6 +114,10 @@ def _build(source: Path, target: Path) -> None:
 
 
 def _imported(source: Path) -> tuple[Corpus, ImportReport]:
+    if is_rated(source):
+        corpus = rated_corpus(source, open_corpus(read_raters(source).corpus))
+        counts = {"judgments": len(corpus.judgments)}
+        return corpus, Journal(keep_going=False).report("simulated ratings", counts, {})
     if is_treebank(source):
         return import_treebank(source)
     from corpus_tools.importers.authored.authored_corpus import (  # noqa: PLC0415 - once a version only
@@ -133,6 +139,8 @@ def forget_old(pattern: str, *, but: Path | None = None) -> None:
 def _digest(source: Path) -> str:
     """Digest of a dataset's files and of the program that builds it."""
     digest = hashlib.sha256(program_digest(*_BUILDERS).encode())
+    if is_rated(source):
+        digest.update(resolve(read_raters(source).corpus).name.encode())
     for path in sorted(p for kind in ("yaml", "mcap", "jsonl") for p in source.rglob(f"*.{kind}")):
         digest.update(f"{path.relative_to(source).as_posix()}\n".encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())

@@ -143,3 +143,26 @@ def test_a_wheel_brings_the_dataset_along(tmp_path):
     file, commands = result.stdout.split()
     assert Path(file).is_relative_to(tmp_path / "site")
     assert int(commands) >= 80
+
+
+def test_simulated_ratings_are_of_the_bundled_corpus_and_labelled():
+    rated, warehouse = (
+        bundled.open_corpus(name) for name in ("warehouse-simulated-ratings", "warehouse")
+    )
+    assert rated.commands == warehouse.commands
+    assert {j.study for j in rated.judgments} == {"simulated"}
+    assert {j.subject.partition("-")[0] for j in rated.judgments} == {"simulated"}
+    assert len(rated.judgments) == 2 * 5 * len(rated)
+    assert "simulated" in rated.source
+    assert rated.is_authored
+    assert not warehouse.judgments
+
+
+def test_a_rated_dataset_that_cant_be_read_is_named(tmp_path):
+    (tmp_path / "dataset.yaml").write_text("name: mine\nsource: x\nlicence: x\n")
+    (tmp_path / "raters.yaml").write_text("corpus: warehouse\nraters: many\n")
+    with pytest.raises(FormatError, match=r"raters\.yaml"):
+        bundled.open_corpus(tmp_path)
+    (tmp_path / "raters.yaml").write_text("corpus: ware\nraters: 9\njudgments: 3\nseed: 1\n")
+    with pytest.raises(FormatError, match="'ware'"):
+        bundled.open_corpus(tmp_path)

@@ -45,7 +45,9 @@ def corpus():
     judgments = [
         Judgment(f"{shown}-{rater}", ODD, command.video, shown, rating, f"r{rater}", "s")
         for shown in (command.video, "another")
-        for rater, rating in enumerate(("A", "SA", "D") if shown == command.video else ["D", "D"])
+        for rater, rating in enumerate(
+            ("A", "SA", "D") * 2 if shown == command.video else ["D"] * 4
+        )
     ]
     made = Corpus.build(
         "tiny <b>",
@@ -311,6 +313,35 @@ def test_the_papers_figures_are_not_beside_a_handful(report):
     assert {row[0]: row[3] for row in rows if len(row) > 1} == {
         "Video": "Paper", "original": "-", "random": "-"
     }  # fmt: skip
+
+
+def measured(tmp_path_factory, corpus, judgments):
+    """The texts of a report's page, of a corpus whose commands nobody typed for a video."""
+    folder = tmp_path_factory.mktemp("authored")
+    commands = {id_: replace(c, subject="authored") for id_, c in corpus.commands.items()}
+    annotations = tuple(replace(a, command=commands[a.command.id]) for a in corpus.annotations)
+    authored = replace(corpus, commands=commands, annotations=annotations, judgments=judgments)
+    authored.save(folder / "authored")
+    arguments = ["report", str(folder / "out"), "--corpus", str(folder / "authored")]
+    done = CliRunner().invoke(evaluate, [*arguments, "--repeats", "0", "--draws", "20"])
+    assert done.exit_code == 0, done.output
+    return (folder / "out" / "report.html").read_text()
+
+
+def test_the_papers_figures_are_not_beside_an_authored_corpus(tmp_path_factory, corpus):
+    simulated = tuple(replace(j, study="simulated") for j in corpus.judgments)
+    page = measured(tmp_path_factory, corpus, simulated)
+    assert "diamonds are the paper" not in page
+    assert '<th class="ref">' not in page
+    table = page[page.index('<section id="table-2">') :]
+    assert '<span class="by automatic">simulated raters</span>' in table
+    assert '<section id="judge">' not in page
+
+
+def test_nothing_is_shown_of_a_handful_of_judgments(tmp_path_factory, corpus):
+    page = measured(tmp_path_factory, corpus, corpus.judgments[:4])
+    assert '<section id="table-2">' not in page
+    assert '<section id="judge">' not in page
 
 
 def test_words_have_the_colour_of_what_they_name(corpus, videos):

@@ -204,7 +204,6 @@ def test_planning(corpus: str):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--table", "2"], "Missing option '--corpus'"),
         (["--table", "2", "--corpus", "x", "--cv", "scenario"], "doesn't go with table2"),
         (["--table", "2", "--corpus", "x", "--half-width", "0.1"], "doesn't go with table2"),
         (["--power", "--draws", "5"], "doesn't go with power"),
@@ -216,3 +215,15 @@ def test_wrong_options(options: list[str], message: str):
     result = CliRunner().invoke(evaluate, options)
     assert result.exit_code == 2
     assert message in " ".join(result.output.split())
+
+
+def test_simulated_ratings_come_with_the_toolkit_and_are_labelled_so():
+    text = run("table2", "--draws", "20")
+    assert text.startswith("Simulated raters who agree")
+    assert "Paper" not in text
+    assert all(
+        len(line) <= 100 for line in run("table2", "--draws", "20", "--verbose").splitlines()
+    )
+    found = json.loads(run("table2", "--draws", "20", "--json"))
+    assert found["judged_by"] == "simulated raters"
+    assert [row["paper"] for row in found["rows"]] == [None, None]
