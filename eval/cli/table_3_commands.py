@@ -21,6 +21,7 @@ from eval.cli.modes import (
     PERTURB,
     SEED,
     TRAIN,
+    VERBOSE,
     draws_option,
     form_options,
     judge_of,
@@ -106,6 +107,7 @@ if TYPE_CHECKING:
 )
 @ABLATE
 @L2
+@VERBOSE
 @SEED
 @draws_option()
 @format_option("csv", "latex", about="For people, for programs, for spreadsheets, for papers.")
@@ -127,6 +129,7 @@ def table_3(
     parses: int,
     ablate: tuple[str, ...],
     l2: float | None,
+    verbose: bool,
     seed: int,
     draws: int,
     form: Format,
@@ -201,7 +204,9 @@ def table_3(
         result = result.with_metadata({"language_model": used})
     corpora = (open_corpus(name) for name in (test, *train.split(",")))
     notes = [in_words(purpose, told) for purpose, told in used.items()]
-    write(with_judge(result, corpora, draws=draws, seed=seed, notes=notes)(form), out)
+    write(
+        with_judge(result, corpora, draws=draws, seed=seed, notes=notes, verbose=verbose)(form), out
+    )
     if kept:
         kept.path.unlink(missing_ok=True)
 

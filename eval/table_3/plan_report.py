@@ -31,7 +31,15 @@ from eval.table_3.plan_rows import (
 )
 from eval.tables import latex
 from eval.tables.comparison_report import lines, records
-from eval.tables.formats import Format, comments, delimited, document, figure, interval, stated
+from eval.tables.formats import (
+    Format,
+    comments,
+    delimited,
+    document,
+    figure,
+    stated,
+    wrapped,
+)
 from g3.errors import CorpusError
 
 PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.47}
@@ -51,10 +59,12 @@ NOTES = (
     "precision: plans of which all is right that is known, so that they end where the log ends; by",
     "words: plans that do what annotated words say; right load: plans that pick up the right thing",
     "and no other, so nothing where the robot only drove.",
-    "95%: worlds resampled; people: for other worlds and other people.",
+    "95%: worlds resampled.",
     "chance: a load picked up at random; refused: commands without a plan, which count as wrong.",
     "random is the search with random costs; the baselines under it have no model.",
 )
+PEOPLE = "people: the interval for other worlds and other people."
+MORE = "--verbose adds comparisons, intervals for other people, and how far to trust probabilities."
 COMPARISON = (
     "compared on commands that both have: p is of no difference, by McNemar's test for pairs in "
     "clusters, which are worlds, exact where fewer than 10 of these differ, with Holm's correction "
@@ -97,8 +107,13 @@ def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
     return all_rows
 
 
-def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) -> str:
-    """Render the rows of Table 3, and the other results."""
+def render(
+    result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0, verbose: bool = False
+) -> str:
+    """Render the rows of Table 3, and the other results.
+
+    A text has comparisons, intervals for other people and calibration where `verbose` asks for it.
+    """
     all_rows = table(result, draws=draws, seed=seed)
     if form == "csv":
         about = {key: value for key, value in result.metadata.items() if key not in COLUMNS}
@@ -119,8 +134,11 @@ def render(result: EndToEnd, form: Format, *, draws: int = 2000, seed: int = 0) 
     estimates = (
         one for row in all_rows for verdict in VERDICTS for one in estimates_of(row, verdict)
     )
-    notes = [*NOTES, *(f"{line}." for line in explained(estimates)), ""]
-    return "\n".join([*_lines(all_rows, result), *notes, *shown, COMPARISON, "", *_more(result)])
+    notes = [*NOTES, *(f"{line}." for line in explained(estimates))]
+    notes += [PEOPLE, ""] if verbose else []
+    more = [*shown, COMPARISON, "", *_more(result)] if verbose else [MORE]
+    text = [*notes, *more, *_judged(result)]
+    return "\n".join([*_lines(all_rows, result, verbose=verbose), *wrapped(text)])
 
 
 def with_judge(
@@ -130,6 +148,7 @@ def with_judge(
     draws: int,
     seed: int,
     notes: Sequence[str] = (),
+    verbose: bool = False,
 ) -> Callable[[Format], str]:
     """Return a function that renders Table 3 with the validity of its verdicts, where known.
 
@@ -140,6 +159,8 @@ def with_judge(
         validity.
     notes
         Further notes under the table.
+    verbose
+        Texts have comparisons too.
     """
     is_automatic = result.metadata.get("judge", AUTOMATIC) == AUTOMATIC
     is_by_logs = is_automatic and result.metadata.get("compared_with") != OUTCOMES
@@ -147,10 +168,10 @@ def with_judge(
     judge_notes = [in_a_line(validity) if is_by_logs else NOT_VALIDATED] if is_automatic else []
 
     def shown(form: Format) -> str:
-        text = render(result, form, draws=draws, seed=seed)
+        text = render(result, form, draws=draws, seed=seed, verbose=verbose)
         if form == "json":
             return with_validity(text, validity)
-        return "\n".join([text, *notes, *judge_notes]) if form == "text" else text
+        return "\n".join([text, *wrapped([*notes, *judge_notes])]) if form == "text" else text
 
     return shown
 
@@ -228,13 +249,13 @@ def _parts(all_rows: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
             yield subset, own
 
 
-def _lines(all_rows: Sequence[Row], result: EndToEnd) -> Iterator[str]:
+def _lines(all_rows: Sequence[Row], result: EndToEnd, *, verbose: bool) -> Iterator[str]:
     shown_verdicts = [v for v in VERDICTS if any(not np.isnan(r[v]) for r in all_rows)]
     for subset, own in _parts(all_rows):
-        width = max(12, *(len(str(row["configuration"])) + 1 for row in own))
+        width = max(11, *(len(str(row["configuration"])) + 1 for row in own))
         yield f"{TITLES[subset]}   (judge: {own[0]['judge']})"
-        heads = (f"{HEADINGS[v]:>11}{'95%':>15}{'people':>15}" for v in shown_verdicts)
-        last = f"{'chance':>8}{'refused':>9}{'n':>6}{'paper':>8}"
+        heads = (f"{HEADINGS[v]:>11}{'95%':>10}" for v in shown_verdicts)
+        last = f"{'chance':>7}{'refused':>8}{'n':>5}{'paper':>6}"
         yield f"{'':{width}}{''.join(heads)}{last}".rstrip()
         for row in own:
             # The paper's figures are of its own corpus, or one like it.
@@ -242,13 +263,15 @@ def _lines(all_rows: Sequence[Row], result: EndToEnd) -> Iterator[str]:
             is_alike = is_alike and not result.metadata.get("is_authored")
             printed = PAPER.get(str(row["configuration"])) if is_alike else None
             paper = beside(printed, row["n"])
-            cells = "".join(_verdict_cells(row, verdict) for verdict in shown_verdicts)
+            cells = "".join(_cells(row, verdict) for verdict in shown_verdicts)
             rest = (
-                f"{figure(row['chance']):>8}{row['refusals']:>9.4g}{row['n']:>6}"
-                f"{'' if paper is None else f'{paper:.2f}':>8}"
+                f"{figure(row['chance']):>7}{row['refusals']:>8.4g}{row['n']:>5}"
+                f"{'' if paper is None else f'{paper:.2f}':>6}"
             )
-            note = f"  {row['note']}" if row["note"] else ""
-            yield f"{row['configuration']:{width}}{cells}{rest}".rstrip() + note
+            figures = f"  {row['note']}" if row["note"] else f"{cells}{rest}"
+            yield f"{row['configuration']:{width}}{figures}".rstrip()
+        if verbose:
+            yield from _people_lines(own, shown_verdicts, width)
         yield from _perturbed_lines(own, [row for row in all_rows if row["subset"] == subset])
         yield ""
     headings = result.metadata.get("headings")
@@ -256,8 +279,8 @@ def _lines(all_rows: Sequence[Row], result: EndToEnd) -> Iterator[str]:
         yield f"Each command was followed in {len(headings)} headings of the robot at the start:"
         shown = [r for r in _by_heading(result) if r["configuration"] in MODELS]
         for record in shown:
-            figures = ", ".join(f"{HEADINGS[v]} {figure(record[v])}" for v in VERDICTS)
-            yield f"  {record['heading']}, {record['configuration']}, {record['subset']}: {figures}"
+            shares = ", ".join(f"{HEADINGS[v]} {figure(record[v])}" for v in VERDICTS)
+            yield f"  {record['heading']}, {record['configuration']}, {record['subset']}: {shares}"
         yield ""
 
 
@@ -281,10 +304,23 @@ def _perturbed_lines(own: Sequence[Row], all_rows: Sequence[Row]) -> Iterator[st
                 yield f"{name:24}{HEADINGS[verdict]:11}{cells}"
 
 
-def _verdict_cells(row: Row, verdict: str) -> str:
-    share, crossed = estimates_of(row, verdict)
-    form = "[{:.2f}, {:.2f}]"
-    return f"{figure(share.value):>11}{interval(share, form):>15}{interval(crossed, form):>15}"
+def _people_lines(own: Sequence[Row], verdicts: Sequence[str], width: int) -> Iterator[str]:
+    """Yield lines of the intervals for other worlds and other people."""
+    yield ""
+    yield f"{'people':{width}}" + "".join(f"{HEADINGS[v]:>11}" for v in verdicts)
+    for row in own:
+        bounds = (_bounds(estimates_of(row, verdict)[1]) for verdict in verdicts)
+        yield f"{row['configuration']:{width}}" + "".join(f"{one:>11}" for one in bounds)
+
+
+def _cells(row: Row, verdict: str) -> str:
+    share, _ = estimates_of(row, verdict)
+    return f"{figure(share.value):>11}{_bounds(share):>10}"
+
+
+def _bounds(one: Estimate) -> str:
+    """Format an interval, or a dash; notes have the reason."""
+    return f"{one.low:.2f}-{one.high:.2f}" if one.has_interval else "-"
 
 
 def _latex(all_rows: Sequence[Row], result: EndToEnd) -> str:
@@ -321,5 +357,10 @@ def _more(result: EndToEnd) -> list[str]:
         *grounded,
         f"expected calibration error of the plans' probabilities: {', '.join(errors)}",
         f"area under their risk-coverage curve: {', '.join(areas)}",
-        *(JUDGED if result.metadata.get("judge", AUTOMATIC) == AUTOMATIC else JUDGED_OTHERWISE),
+        "",
     ]
+
+
+def _judged(result: EndToEnd) -> Sequence[str]:
+    is_automatic = result.metadata.get("judge", AUTOMATIC) == AUTOMATIC
+    return JUDGED if is_automatic else JUDGED_OTHERWISE

@@ -138,10 +138,21 @@ def table_text(
         console.print(table)
         console.print()
     for line in [*notes, *split_lines(metadata_text(metadata))]:
-        for part in textwrap.wrap(line, WIDTH, subsequent_indent="  ") or [""]:
+        for part in wrapped([line]):
             console.print(Text(part, style="dim"), soft_wrap=True)
     text = "\n".join(line.rstrip() for line in split_lines(out.getvalue()))
     return text if terminal else text.encode("ascii", "backslashreplace").decode("ascii")
+
+
+def wrapped(lines: Iterable[str]) -> list[str]:
+    """Wrap lines that are wider than a table may be."""
+    return [
+        part
+        for line in lines
+        for part in (
+            textwrap.wrap(line, WIDTH, subsequent_indent="  ") if len(line) > WIDTH else [line]
+        )
+    ]
 
 
 def figure_table(

@@ -331,6 +331,7 @@ TRIED = {
 """Estimators by module and name, and how each takes a table."""
 ELSEWHERE = {
     "estimates.beside": "the paper's figures",
+    "ratings.judged_by": "words",
     "estimates.confusion": "counts",
     "estimates.figures": "NaN by definition; tests/eval/statistics/test_estimates.py",
     "estimates.ratio": "NaN by definition",

@@ -142,3 +142,13 @@ def test_no_model_is_shown_without_its_baselines():
     lines = [line for line in text.splitlines() if line.startswith("keywords")]
     assert len(lines) == 3  # one for each part
     assert all(line.endswith("needs an extra") for line in lines)
+
+
+def test_a_text_fits_100_columns_and_shows_comparisons_on_request():
+    outcomes = {name: made("ac", "abc") for name in ("random", "nearest", "keywords", "gold")}
+    lacking = {"embeddings": "needs it"}
+    result = EndToEnd(outcomes, {"table": 3, "judge": "automatic"}, FACTS, lacking)
+    short, long = (render(result, "text", draws=20, verbose=on) for on in (False, True))
+    assert max(map(len, [*short.splitlines(), *long.splitlines()])) <= 100
+    assert "compared on" not in short
+    assert "compared on" in long
