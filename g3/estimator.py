@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from g3.errors import ModelError
 from g3.storage import regular_file
+
+E = TypeVar("E", bound="Estimator")
 
 
 def read_bytes(path: Path, *, fix: str) -> bytes:
@@ -34,6 +36,10 @@ class NotFittedError(ModelError, AttributeError):
     """A model that is used before it has learned anything."""
 
 
+class NoSuchParameterError(ModelError, ValueError):
+    """A hyperparameter that a model doesn't have."""
+
+
 @dataclass(eq=False)
 class Estimator:
     """A model with hyperparameters, which are its fields, and learned attributes."""
@@ -41,6 +47,34 @@ class Estimator:
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Return hyperparameters: ``type(model)(**model.get_params())`` is the same, unfitted."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.init}
+
+    def set_params(self: E, **params: Any) -> E:
+        """Set hyperparameters, and return the model.
+
+        Raises
+        ------
+        ModelError
+            If there is no such hyperparameter.
+        """
+        known = self.get_params()
+        for name, value in params.items():
+            if name not in known:
+                raise NoSuchParameterError.unknown("hyperparameter", name, known)
+            setattr(self, name, value)
+        return self
+
+    def __sklearn_tags__(self) -> Any:
+        """Describe the model to scikit-learn: its inputs are lists, not arrays."""
+        from sklearn.utils import ClassifierTags, InputTags, Tags, TargetTags  # noqa: PLC0415
+
+        is_classifier = hasattr(type(self), "classes_")
+        return Tags(
+            estimator_type="classifier" if is_classifier else None,
+            classifier_tags=ClassifierTags(multi_class=False) if is_classifier else None,
+            target_tags=TargetTags(required=False),
+            input_tags=InputTags(two_d_array=False),
+            no_validation=True,
+        )
 
     if not TYPE_CHECKING:
 

@@ -359,7 +359,7 @@ def parser(*, names: tuple[str, ...], out: Path, l2: float | None, form: str) ->
     corpora = [open_corpus(name) for name in names]
     model = parser_from(corpora, l2)
     model.save(out)
-    card = model.card
+    card = model.card or {}
     tell(
         form,
         {**card, "files": [out]},

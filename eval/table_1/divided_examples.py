@@ -143,15 +143,16 @@ def set_up_model(choices: Choices) -> tuple[GroundingModel, Sequence[Example], M
     model = GroundingModel.load(choices.model)
     corpus = open_corpus(choices.test)
     items = _examples(corpus, choices.tested_negatives, choices)
-    _refuse_shared(set(model.card["scenarios"]), items, choices.test)
+    card = model.card or {}
+    _refuse_shared(set(card["scenarios"]), items, choices.test)
     metadata = {
         **_common(choices),
         "protocol": "a trained model on a test corpus",
-        "train_corpus": model.card["corpus_hash"],
+        "train_corpus": card["corpus_hash"],
         "test_corpus": corpus.hash,
         "feature_sets": list(model.space_.sets),
         "l2": model.l2,
-        "model_training": model.card["training"],
+        "model_training": card["training"],
         "test_examples": by_source(items),
     }
     return model, items, metadata

@@ -20,7 +20,7 @@ from g3.features.matrix import FeatureSpace, columns_in, prior_scale, transform
 from g3.groundings import FloatArray
 from g3.learning import crf
 from g3.learning.crf import Optimizer
-from g3.learning.examples import Example, to_batch
+from g3.learning.examples import Example, labels, to_batch
 from g3.learning.factor_matrix import FactorMatrix, matrix_of_examples
 from g3.learning.load_choice import LoadChoice, LoadChooser
 from g3.learning.model_file import TrainingCard, chooser_of, read_model, write_model
@@ -74,7 +74,7 @@ class GroundingModel(Estimator):
     features: Sequence[FeatureSet | str] | None = None
     optimizer: Optimizer = "newton"
     tolerance: float = crf.TOLERANCE
-    card: TrainingCard = field(default_factory=TrainingCard)
+    card: TrainingCard | None = None
     space_: FeatureSpace = field(init=False, repr=False)
     weights_: FloatArray = field(init=False, repr=False)
     load_chooser_: LoadChooser | None = field(init=False, repr=False)
@@ -154,6 +154,21 @@ class GroundingModel(Estimator):
         true = self._probability(X)
         return np.column_stack((1 - true, true))
 
+    def score(self, X: Sequence[Example] | FactorMatrix, y: npt.ArrayLike | None = None) -> float:
+        """Return the accuracy of the predictions.
+
+        Parameters
+        ----------
+        X
+            Examples, or factors whose features are computed.
+        y
+            Their labels φ, shape (n,); those that `X` has, if left out.
+        """
+        known = y
+        if known is None:
+            known = X.correct if isinstance(X, FactorMatrix) else labels(X)
+        return float(np.mean(self.predict(X) == np.asarray(known, dtype=bool)))
+
     def _probability(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:
         space, weights = self.space_, self.weights_
         if not isinstance(X, FactorMatrix):
@@ -181,7 +196,7 @@ class GroundingModel(Estimator):
             self.space_,
             self.weights_,
             l2=self.l2,
-            about=self.card,
+            about=self.card or {},
             chooser=self.load_chooser_,
         )
 

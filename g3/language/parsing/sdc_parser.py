@@ -71,7 +71,7 @@ class SDCParser(Estimator):
 
     l2: float = DEFAULT_L2
     layers: int | None = None
-    card: Mapping[str, object] = field(default_factory=dict)
+    card: Mapping[str, object] | None = None
     arcs_: ArcModel = field(init=False, repr=False)
     encoder_: Encoder = field(init=False, repr=False)
     card_: Mapping[str, object] = field(init=False, repr=False)
@@ -110,7 +110,7 @@ class SDCParser(Estimator):
             layers=self.layers,
             l2=self.l2,
         )
-        self.card_ = {**self.card, "l2": self.l2, "layers": self.layers}
+        self.card_ = {**(self.card or {}), "l2": self.l2, "layers": self.layers}
         return self
 
     def predict(self, X: Iterable[str | Words]) -> list[tuple[SDC, ...]]:
@@ -131,6 +131,23 @@ class SDCParser(Estimator):
             raise ModelError("X is one command", fix="give a list of commands: predict([command])")
         commands = (cut(one) if isinstance(one, str) else one for one in X)
         yield from parse_words(self.encoder_, self.arcs_, commands, n_best=n_best)
+
+    def score(
+        self, X: Sequence[TreeOf | Lesson | str], y: Sequence[tuple[SDC, ...]] | None = None
+    ) -> float:
+        """Return the share of commands whose best tree is the annotated one.
+
+        Parameters
+        ----------
+        X, y
+            As :meth:`fit` takes them.
+        """
+        from g3.language.parsing.training.parser_training import prepare  # noqa: PLC0415
+
+        lessons = prepare(with_trees(X, y))
+        trees = self.predict([lesson.command for lesson in lessons])
+        right = [one == lesson.sdcs for one, lesson in zip(trees, lessons, strict=True)]
+        return sum(right) / len(right)
 
     def save(self, path: Path | str) -> None:
         """Write it to a file; the same parser gives the same bytes.

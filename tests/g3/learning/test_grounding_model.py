@@ -43,7 +43,7 @@ def test_both_probabilities_add_up_to_one(items, model):
 
 
 def test_a_model_says_what_it_is(model):
-    assert repr(model).startswith("GroundingModel(l2=0.1, ")
+    assert repr(model).startswith("GroundingModel(l2=0.1")
     assert model.sets == select()
     assert len(model.weights_) == len(model.space_)
     assert model.space_.name(0)
