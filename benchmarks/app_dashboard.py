@@ -19,10 +19,13 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
 from annotation_app.dashboard.adjudication_queue import disputes
+from annotation_app.dashboard.answer_browsing import open_reports
 from annotation_app.dashboard.consensus import agreement, disagreements
 from annotation_app.dashboard.study_statistics import (
+    at_work,
     collected,
     durations,
+    forecast,
     histories,
     progress_by_video,
 )
@@ -44,8 +47,8 @@ OPEN = 0.2
 """Share of the items that wait for one more answer."""
 NOW = 1_700_000_000.0
 OVERVIEW = (
-    "progress by video", "times", "history", "collected", "people", "agreement", "disagreements",
-    "disputes",
+    "progress by video", "times", "history", "collected", "people", "agreement", "at work",
+    "forecast", "reports", "disputes",
 )  # fmt: skip
 """The parts of the dashboard's first page."""
 TITLES = {"sqlite": "SQLite", "postgresql": "PostgreSQL"}
@@ -113,6 +116,9 @@ def seconds_of(session: Session, study: str) -> Mapping[str, float]:
         "collected": lambda: collected(session, study),
         "people": lambda: workers(session, study),
         "agreement": lambda: agreement(session, study),
+        "at work": lambda: at_work(session, study, now=NOW),
+        "forecast": lambda: forecast(session, study, [], [], now=NOW),
+        "reports": lambda: open_reports(session, study),
         "disagreements": lambda: disagreements(session, study),
         "disputes": lambda: disputes(session, study),
         "somebody's progress": lambda: still_open(session, study, someone, ["rate"]),

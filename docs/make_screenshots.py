@@ -62,6 +62,7 @@ PAGES = {
     "account": ("admin", "/account"),
     "dashboard": ("admin", "/dashboard/"),
     "overview": ("admin", "/dashboard/<study_name>"),
+    "exports": ("admin", "/dashboard/<study_name>/exports"),
     "answers": ("admin", "/dashboard/<study_name>/answers"),
     "answer": ("admin", "/dashboard/<study_name>/answers/<segment answer>"),
     "answer-ground": ("admin", "/dashboard/<study_name>/answers/<ground answer>"),

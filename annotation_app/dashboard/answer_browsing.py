@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
-from sqlalchemy import ColumnElement, and_, exists, or_, select
+from sqlalchemy import ColumnElement, and_, exists, func, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
@@ -218,6 +218,12 @@ def find_reports(
         for event, found_item, person in rows[:most]
     ]
     return found, found[-1].report if most is not None and len(rows) > most else None
+
+
+def open_reports(session: Session, study_id: str) -> int:
+    """Count the reported problems, without those of items that were only skipped."""
+    query = select(func.count()).select_from(Event).join(Item, Item.id == Event.item_id)
+    return session.scalars(query.where(Item.study_id == study_id, Event.name == "flag")).one()
 
 
 def posters(session: Session, study_id: str, videos: Sequence[str]) -> dict[str, dict[str, str]]:

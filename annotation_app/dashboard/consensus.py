@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import msgspec
-from sqlalchemy import ColumnElement, and_, func, select
+import numpy as np
+from scipy.special import stdtrit
+from sqlalchemy import ColumnElement, and_, case, func, literal, select
 from sqlalchemy.orm import Session
 
 from annotation_app.store.models import Answer, Item, Record, TaskName
 from annotation_app.tasks.agreement import CLAUSE_TYPE, PLACE, THING, WORDS, Measured, Part
+from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
 from annotation_app.work.answer_flags import is_untouched
 
@@ -25,63 +31,171 @@ KINDS = (CLAUSE_TYPE, WORDS, THING, PLACE)
 MOST = 10
 
 
+FEWEST_ITEMS = 10
+"""Number of items with several answers from which agreement is shown."""
+WINDOWS = 8
+"""Largest number of points of agreement over time."""
+GROUPS, SAMPLE = 10, 200
+"""Groups of the jackknife, and the number of items that it looks at."""
+
+
+@dataclass(frozen=True, slots=True)
+class AgreementOverTime:
+    """A task's first measure, of items that were finished by certain times (since 1970)."""
+
+    task: TaskName
+    at: tuple[float, ...]
+    measured: tuple[Measured, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Consensus:
+    """Agreement over all items, and of one part of the items after the other."""
+
+    overall: list[Measured]
+    over_time: list[AgreementOverTime]
+
+
 def agreement(session: Session, study_id: str) -> list[Measured]:
     """Measure the agreement so far, of all tasks that several people answer."""
-    answered = _by_gists(session, study_id)
-    for key, items in _by_bodies(session, study_id).items():
-        answered.setdefault(key, []).extend(items.values())
-    return [
-        replace(found, task=task.name, answers=group)
-        for task in tasks()
-        for group in ((ALL,) if task.suggestion is None else (ALL, TOUCHED, UNSEEN))
-        for found in task.agreement(answered.get((task.name, group), []))
-    ]
+    return consensus(session, study_id).overall
+
+
+def consensus(session: Session, study_id: str) -> Consensus:
+    """Measure the agreement so far, and its change over time.
+
+    There is no value below `FEWEST_ITEMS` items. The others have an interval of 95 %.
+    """
+    edges = _edges(session, study_id)
+    answered: _Answered = defaultdict(lambda: [[] for _ in range(WINDOWS)])
+    _add_gists(session, study_id, edges, answered)
+    _add_bodies(session, study_id, edges, answered)
+    overall = []
+    over_time = []
+    for task in tasks():
+        for group in (ALL,) if task.suggestion is None else (ALL, TOUCHED, UNSEEN):
+            windows = answered.get((task.name, group), [])
+            found = _estimated(task, [items for window in windows for items in window])
+            overall += [replace(one, task=task.name, answers=group) for one in found]
+            if group == ALL and found and found[0].value is not None:
+                over_time.append(_over_time(session, task, windows, edges))
+    return Consensus(overall, over_time)
+
+
+def _over_time(
+    session: Session, task: Task, windows: Sequence[list[list[Record]]], edges: Sequence[int]
+) -> AgreementOverTime:
+    """Measure one part of the items after the other; too small a part goes with the next one."""
+    at, found, items = [], [], list[list[Record]]()
+    for window, edge in zip(windows, (*edges, None), strict=True):
+        items += window
+        first, *_ = _estimated(task, items) or [Measured("", None, 0)]
+        if first.value is not None:
+            at.append(_time_of(session, edge))
+            found.append(replace(first, task=task.name))
+            items = []
+    return AgreementOverTime(task.name, tuple(at), tuple(found))
+
+
+def _time_of(session: Session, answer_id: int | None) -> float:
+    """Return when an answer, or the next one, came; for None the last answer's time."""
+    if answer_id is None:
+        return session.scalars(select(Answer.at).order_by(Answer.id.desc()).limit(1)).one()
+    later = select(Answer.at).where(Answer.id >= answer_id).order_by(Answer.id).limit(1)
+    return session.scalars(later).one()
+
+
+def _estimated(task: Task, items: Sequence[Sequence[Record]]) -> list[Measured]:
+    """Measure a task's agreement with intervals, by leaving out one group of items after the other.
+
+    The grouped jackknife (Wolter, *Introduction to Variance Estimation*, 2007, section 4.2), by
+    item. The interval is that of Student's t. Where all groups agree equally there is none.
+    """
+    several = [bodies for bodies in items if len(bodies) > 1]
+    whole = [replace(one, items=len(several)) for one in task.agreement(items)]
+    if len(several) < FEWEST_ITEMS:
+        few = [replace(one, value=None, reason="few items") for one in whole]
+        return [one if one.value is None else less for one, less in zip(whole, few, strict=True)]
+    sample = several[:: math.ceil(len(several) / SAMPLE)]
+    groups = min(GROUPS, len(sample))
+    values = defaultdict(list)
+    for group in range(groups):
+        left = [bodies for n, bodies in enumerate(sample) if n % groups != group]
+        for one in task.agreement(left):
+            values[one.measure].append(math.nan if one.value is None else one.value)
+    return [_bounded(one, values[one.measure], len(sample) / len(several)) for one in whole]
+
+
+def _bounded(one: Measured, values: Sequence[float], share: float) -> Measured:
+    spread = math.sqrt((len(values) - 1) * np.var(values) * share) if values else math.nan
+    if one.value is None or not spread > 0:
+        return one
+    reach = float(stdtrit(len(values) - 1, 0.975)) * spread
+    return replace(one, low=max(one.value - reach, -1.0), high=min(one.value + reach, 1.0))
 
 
 _Group: TypeAlias = tuple[TaskName, str]
 """A task, and which of its answers."""
+_Answered: TypeAlias = dict[_Group, list[list[list[Record]]]]
+"""The answers to each item that was finished in each window."""
 
 
-def _by_gists(session: Session, study_id: str) -> dict[_Group, list[list[Record]]]:
-    """Return the answers to the items of which all answers have gists.
+def _edges(session: Session, study_id: str) -> list[int]:
+    """Return the ids of the answers that begin all windows but the first.
+
+    Ids grow with time, and are in each index.
+    """
+    first, last = session.execute(
+        select(func.min(Answer.id), func.max(Answer.id)).where(*_compared(study_id))
+    ).one()
+    first, last = first or 0, last or 0
+    return [first + (last - first) * n // WINDOWS for n in range(1, WINDOWS)]
+
+
+def _add_gists(session: Session, study_id: str, edges: Sequence[int], answered: _Answered) -> None:
+    """Add the answers to the items of which all answers have gists.
 
     Items with the same answers are counted by the database, and read once.
     """
     gists = func.aggregate_strings(Answer.gist, _BETWEEN)
+    last = func.max(Answer.id)
+    window = case(*((last < edge, literal(n)) for n, edge in enumerate(edges)), else_=len(edges))
     items = (
-        select(Answer.task, gists.label("gists"))
+        select(Answer.task, window.label("window"), gists.label("gists"))
         .where(*_compared(study_id), Answer.task.in_(_with_gists()))
         .group_by(Answer.task, Answer.item_id)
         .having(func.count(Answer.gist) == func.count())
         .subquery()
     )
-    same = items.c.task, items.c.gists
-    rows = select(*same, func.count()).group_by(*same)
-    found: dict[_Group, list[list[Record]]] = {}
-    for task, texts, count in session.execute(rows):
+    same = items.c.task, items.c.window, items.c.gists
+    rows = select(*same, func.count()).group_by(*same).order_by(*same)
+    for task, number, texts, count in session.execute(rows):
         bodies = [msgspec.json.decode(text) for text in texts.split(_BETWEEN)]
-        found.setdefault((task, ALL), []).extend([bodies] * count)
-    return found
+        answered[task, ALL][number].extend([bodies] * count)
 
 
-def _by_bodies(session: Session, study_id: str) -> dict[_Group, dict[str, list[Record]]]:
-    """Return the answers to the other items."""
+def _add_bodies(session: Session, study_id: str, edges: Sequence[int], answered: _Answered) -> None:
+    """Add the answers to the other items."""
     compared, with_gists = _compared(study_id), _with_gists()
     without = select(Answer.item_id).where(*compared, Answer.gist.is_(None))
-    found: dict[_Group, dict[str, list[Record]]] = {}
     for condition in (
         Answer.task.in_([name for name in task_names() if name not in with_gists]),
         and_(Answer.task.in_(with_gists), Answer.item_id.in_(without)),
     ):
         rows = (
-            select(Answer.task, Answer.item_id, Answer.body, Answer.provenance)
+            select(Answer.id, Answer.task, Answer.item_id, Answer.body, Answer.provenance)
             .where(*compared, condition)
             .order_by(Answer.id)
         )
-        for task, item_id, body, provenance in session.execute(rows):
+        found: dict[_Group, dict[str, list[Record]]] = {}
+        last: dict[str, int] = {}
+        for number, task, item_id, body, provenance in session.execute(rows):
+            last[item_id] = number
             for group in _groups(provenance):
                 found.setdefault((task, group), {}).setdefault(item_id, []).append(body)
-    return found
+        for key, items in found.items():
+            for item_id, bodies in items.items():
+                answered[key][bisect_right(edges, last[item_id])].append(bodies)
 
 
 def _compared(study_id: str) -> tuple[ColumnElement[bool], ...]:

@@ -1,25 +1,27 @@
-"""Charts as geometry: the templates draw them as SVG, and show the same numbers as tables.
+"""Charts as geometry, which a template draws as SVG.
 
-Lengths are in units of the drawing, which is 360 wide: about a pixel on a phone.
+A chart is as wide as its card. So horizontal lengths are percentages of its width, and texts keep
+their size; vertical lengths are pixels.
 """
 
 from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from annotation_app.dashboard.study_statistics import Duration, History
-from annotation_app.tasks.agreement import Measured
+from annotation_app.dashboard.consensus import AgreementOverTime
+from annotation_app.dashboard.study_statistics import History
+from annotation_app.store.models import TaskName
+from annotation_app.tasks.task_registry import task_names
 
-WIDTH = 360.0
 SECONDS_BELOW_S, DAY_S = 600.0, 86_400.0
 """Shorter spans of time are shown with seconds, longer ones by days."""
-LEFT, RIGHT, TOP, BOTTOM = 34.0, 82.0, 10.0, 22.0
-LINES_HEIGHT = 200.0
-ROW = 38.0
-LABEL = 14.0
+HEIGHT, TOP, BOTTOM = 148.0, 8.0, 22.0
+LEFT, RIGHT = 13.0, 80.0
+"""Percentages of the width at which lines begin and end; labels follow."""
+LABEL = 15.0
 """Smallest distance between labels."""
 STYLES = 6
 """Number of line styles."""
@@ -34,13 +36,28 @@ class Tick:
 
 
 @dataclass(frozen=True, slots=True)
+class Dot:
+    """A measured point, with the bounds of its interval if it has one."""
+
+    x: float
+    y: float
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Line:
-    """A line with its name at its end."""
+    """A line with its name at its end.
+
+    `points` are in a square of 100 by 100, which is stretched to the chart.
+    """
 
     label: str
     points: str
-    end: float
-    """Height of the end."""
+    dots: tuple[Dot, ...]
+    x: float
+    y: float
+    """The line's end."""
     label_y: float
     style: int
 
@@ -49,123 +66,96 @@ class Line:
 class LineChart:
     """Lines over time."""
 
-    height: float
-    right: float
-    bottom: float
     lines: tuple[Line, ...]
     x_ticks: tuple[Tick, ...]
     y_ticks: tuple[Tick, ...]
+    height: float = HEIGHT
+    top: float = TOP
+    bottom: float = BOTTOM
+    left: float = LEFT
+    right: float = RIGHT
 
 
 @dataclass(frozen=True, slots=True)
-class Bar:
-    """A row with a bar, of which a point may be marked."""
-
-    label: str
-    value: str
-    y: float
-    start: float
-    width: float
-    mark: float | None
+class _Point:
+    at: float
+    value: float
+    low: float | None = None
+    high: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class BarChart:
-    """Rows of bars from where the axis has its zero."""
+def history_chart(histories: Sequence[History], wanted: Mapping[TaskName, int]) -> LineChart | None:
+    """Draw the part of the wanted answers that was there at each time; None if there are none."""
+    lines = {
+        one.task: [
+            _Point(at, min(n / wanted[one.task], 1.0))
+            for at, n in zip(one.at, one.answers, strict=True)
+        ]
+        for one in histories
+        if wanted.get(one.task)
+    }
+    ticks = {0.0: "0 %", 0.5: "50 %", 1.0: "100 %"}
+    return _chart(lines, ticks, with_dots=False)
 
-    height: float
-    zero: float
-    bars: tuple[Bar, ...]
-    ticks: tuple[Tick, ...]
+
+def agreement_chart(over_time: Sequence[AgreementOverTime]) -> LineChart | None:
+    """Draw agreement over time with its intervals; None if there is none."""
+    lines = {
+        one.task: [
+            _Point(at, m.value, m.low, m.high)
+            for at, m in zip(one.at, one.measured, strict=True)
+            if m.value is not None
+        ]
+        for one in over_time
+    }
+    least = min((p.value if p.low is None else p.low for s in lines.values() for p in s), default=0)
+    below = {-1.0: "−1"} if least < -0.5 else {-0.5: "−0.5"} if least < 0 else {}
+    return _chart(lines, {**below, 0.0: "0", 0.5: "0.5", 1.0: "1"}, with_dots=True)
 
 
-def history_chart(histories: Sequence[History]) -> LineChart | None:
-    """Draw the number of answers over time; None if there are none."""
-    if not histories:
+def _chart(
+    named: Mapping[str, Sequence[_Point]], y_labels: Mapping[float, str], *, with_dots: bool
+) -> LineChart | None:
+    series = {name: points for name, points in named.items() if points}
+    if not series:
         return None
-    at = histories[0].at
-    span = (at[-1] - at[0]) or 1.0
-    most = max(max(history.answers) for history in histories)
-    step, top = _axis(most)
-    wide, high = WIDTH - LEFT - RIGHT, LINES_HEIGHT - TOP - BOTTOM
+    order = task_names()
+    times = [point.at for points in series.values() for point in points]
+    first, last = min(times), max(times)
+    low, high = min(y_labels), max(y_labels)
 
-    def x(moment: float) -> float:
-        return round(LEFT + wide * (moment - at[0]) / span, 1)
+    def x(at: float) -> float:
+        return 100.0 * (at - first) / (last - first) if last > first else 100.0
 
-    def y(count: float) -> float:
-        return round(TOP + high * (1 - count / top), 1)
+    def across(at: float) -> float:
+        return round(LEFT + (RIGHT - LEFT) * x(at) / 100, 2)
 
-    ends = _apart([y(history.answers[-1]) for history in histories], TOP, LINES_HEIGHT - BOTTOM)
+    def y(value: float) -> float:
+        return round(TOP + (HEIGHT - TOP - BOTTOM) * (high - value) / (high - low), 1)
+
+    def dot(point: _Point) -> Dot:
+        bounds = (None if bound is None else y(bound) for bound in (point.low, point.high))
+        return Dot(across(point.at), y(point.value), *bounds)
+
+    ends = _apart([y(points[-1].value) for points in series.values()], TOP, HEIGHT - BOTTOM)
     lines = tuple(
         Line(
-            history.task,
-            " ".join(f"{x(m)},{y(n)}" for m, n in zip(history.at, history.answers, strict=True)),
-            y(history.answers[-1]),
+            name,
+            " ".join(f"{x(p.at):.2f},{100 * (high - p.value) / (high - low):.2f}" for p in points),
+            tuple(map(dot, points)) if with_dots else (),
+            across(points[-1].at),
+            y(points[-1].value),
             label_y,
-            number % STYLES,
+            order.index(name) % STYLES if name in order else 0,
         )
-        for number, (history, label_y) in enumerate(zip(histories, ends, strict=True))
+        for (name, points), label_y in zip(series.items(), ends, strict=True)
     )
-    moments = (at[0], at[0] + span / 2, at[0] + span)
+    moments = (first, (first + last) / 2, last) if last > first else (last,)
     return LineChart(
-        LINES_HEIGHT,
-        WIDTH - RIGHT,
-        LINES_HEIGHT - BOTTOM,
         lines,
-        tuple(Tick(x(moment), written_time(moment, span)) for moment in moments),
-        tuple(Tick(y(n), f"{n:g}") for n in (step * i for i in range(round(top / step) + 1))),
+        tuple(Tick(across(moment), written_time(moment, last - first)) for moment in moments),
+        tuple(Tick(y(value), label) for value, label in y_labels.items()),
     )
-
-
-def time_chart(durations: Sequence[Duration]) -> BarChart | None:
-    """Draw the middle half of the times that people took, with the median marked."""
-    if not durations:
-        return None
-    step, top = _axis(max(duration.upper_s for duration in durations))
-
-    def x(seconds: float) -> float:
-        return round((WIDTH - 20) * seconds / top + 4, 1)
-
-    bars = tuple(
-        Bar(
-            d.task,
-            f"{d.median_s:.0f} s ({d.lower_s:.0f} to {d.upper_s:.0f} s)",
-            ROW * number,
-            x(d.lower_s),
-            round(max(x(d.upper_s) - x(d.lower_s), 1.0), 1),
-            x(d.median_s),
-        )
-        for number, d in enumerate(durations)
-    )
-    ticks = tuple(Tick(x(step * i), f"{step * i:g} s") for i in range(round(top / step) + 1))
-    return BarChart(ROW * len(bars) + BOTTOM, x(0), bars, ticks)
-
-
-def agreement_chart(found: Sequence[Measured]) -> BarChart | None:
-    """Draw the measures of agreement that could be computed."""
-    known = [(one, one.value) for one in found if one.value is not None]
-    if not known:
-        return None
-    lowest = -1.0 if any(value < 0 for _, value in known) else 0.0
-
-    def x(value: float) -> float:
-        part = (max(value, -1.0) - lowest) / (1 - lowest)
-        return round((WIDTH - 30) * part + 10, 1)
-
-    bars = tuple(
-        Bar(
-            f"{one.task}: {one.measure}{f', {one.answers}' if one.answers != 'all' else ''}",
-            f"{value:.2f}".replace("-", "−"),
-            ROW * number,
-            min(x(0), x(value)),
-            round(abs(x(value) - x(0)), 1),
-            None,
-        )
-        for number, (one, value) in enumerate(known)
-    )
-    marks = (-1.0, -0.5, 0.0, 0.5, 1.0) if lowest else (0.0, 0.25, 0.5, 0.75, 1.0)
-    ticks = tuple(Tick(x(mark), f"{mark:g}".replace("-", "−")) for mark in marks)
-    return BarChart(ROW * len(bars) + BOTTOM, x(0), bars, ticks)
 
 
 def written_time(at: float, span_s: float) -> str:
@@ -182,13 +172,12 @@ def in_utc(at: float, form: str) -> str:
         return "?"
 
 
-def _axis(most: float) -> tuple[float, float]:
-    """Return a round distance of ticks, four or five to the top or fewer, and the top."""
-    rough = max(most, 1.0) / 4
-    power = 10.0 ** math.floor(math.log10(rough))
-    found = next(power * n for n in (1, 2, 5, 10) if power * n >= rough)
-    step = max(found, 1.0)
-    return step, step * max(math.ceil(most / step), 1)
+def span_words(seconds: float) -> str:
+    """Format a span of time roughly: "40 s", "35 min", "3.5 h", "12 days"."""
+    for unit, length, digits in (("days", DAY_S, 0), ("h", 3600.0, 1), ("min", 60.0, 0)):
+        if seconds >= (2 if unit == "days" else 1.5) * length:
+            return f"{round(seconds / length, digits):g} {unit}"
+    return f"{math.ceil(seconds)} s"
 
 
 def _apart(wanted: Sequence[float], top: float, bottom: float) -> list[float]:

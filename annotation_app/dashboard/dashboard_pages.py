@@ -17,10 +17,19 @@ from werkzeug.wsgi import wrap_file
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard import dashboard_charts as charts
-from annotation_app.dashboard.consensus import Disagreement, agreement, disagreements
+from annotation_app.dashboard.answer_browsing import open_reports
+from annotation_app.dashboard.consensus import (
+    FEWEST_ITEMS,
+    Consensus,
+    Disagreement,
+    consensus,
+    disagreements,
+)
 from annotation_app.dashboard.study_statistics import (
+    at_work,
     collected,
     durations,
+    forecast,
     histories,
     progress_by_task,
     progress_by_video,
@@ -33,12 +42,14 @@ from annotation_app.people.participants import RANKS, subject_of
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Person, Study
+from annotation_app.store.models import Answer, Person, Study
 from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS
 from annotation_app.tasks.task_registry import task_of, tasks
+from annotation_app.web.public_links import public
 from annotation_app.web.who_asks import changed_by, refused, required_reader, seen_by
 from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.estimate import REASONS
 from corpus_tools.exporters.slu_core import slu_core_files
 from g3.errors import CorpusError
 
@@ -52,6 +63,7 @@ blueprint = Blueprint(
     static_folder="static",
 )
 blueprint.register_error_handler(Refusal, refused)
+blueprint.add_app_template_filter(charts.span_words, "span")
 
 
 @blueprint.get("/")
@@ -67,33 +79,57 @@ def overview(study_name: str) -> str:
     """Show a study's progress. Names of videos and people's work are for adjudicators."""
     with seen_by("annotator", one_state=True) as (session, person):
         study = find_study(session, study_name)
-        by_video = progress_by_video(session, study.id, now=now())
+        moment = now()
+        by_video = progress_by_video(session, study.id, now=moment)
+        by_task = progress_by_task(by_video)
         sees_all = RANKS[person.role] >= RANKS["adjudicator"]
-        people = workers(session, study.id) if sees_all else []
+        agreed = consensus(session, study.id) if sees_all else Consensus([], [])
         times = durations(session, study.id)
-        agreed = agreement(session, study.id) if sees_all else []
-        came = histories(session, study.id, now=now())
+        came = histories(session, study.id, now=moment)
+        people = workers(session, study.id) if sees_all else []
         return _page(
             "overview.html",
             person,
             study=study,
-            by_task=progress_by_task(by_video),
+            now=moment,
+            by_task=by_task,
             by_video=by_video if sees_all else [],
             durations=times,
+            forecast=forecast(session, study.id, by_task, times, now=moment),
             histories=came,
             charts={
-                "history": charts.history_chart(came),
-                "times": charts.time_chart(times),
-                "agreement": charts.agreement_chart(agreed),
+                "history": charts.history_chart(came, {p.task: p.wanted for p in by_task}),
+                "agreement": charts.agreement_chart(agreed.over_time),
             },
             collected=collected(session, study.id),
             counts=[task.counts for task in tasks() if task.counts is not None],
-            tables=answer_tables.TABLES,
-            agreement=agreed,
-            disagreements=disagreements(session, study.id, most=1) if sees_all else [],
-            flagged=[worker for worker in people if worker.reasons],
+            agreement=agreed.overall,
+            over_time=agreed.over_time,
+            fewest=FEWEST_ITEMS,
+            reasons=REASONS,
+            working=at_work(session, study.id, now=moment) if sees_all else [],
+            flagged=[worker for worker in people if worker.reasons and not worker.is_blocked],
+            reports=open_reports(session, study.id) if sees_all else 0,
             disputes=queue.disputes(session, study.id) if sees_all else [],
             sees_all=sees_all,
+            subject_of=subject_of,
+            link=public("entrance.study_page", study_name=study.name),
+        )
+
+
+@blueprint.get("/<study_name>/exports")
+def exports(study_name: str) -> str:
+    """Show all files that a study's answers can be saved as."""
+    with seen_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
+        answered = select(Answer.id).where(Answer.study_id == study.id).limit(1)
+        return _page(
+            "exports.html",
+            person,
+            study=study,
+            answers=session.scalar(answered) is not None,
+            tables=answer_tables.TABLES,
+            with_excluded=answer_tables.WITH_EXCLUDED,
         )
 
 

@@ -24,7 +24,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Item, Record, Slot, TaskName
+from annotation_app.store.models import Answer, Item, Person, Record, Slot, TaskName
 from annotation_app.tasks.task_registry import task_names, tasks
 
 QUARTILES = 0.25, 0.5, 0.75
@@ -220,3 +220,97 @@ def collected_type() -> type[Any]:
 
 
 _COLLECTED = "What there is for a corpus."
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """Amount of work that is left for the items that exist now.
+
+    Parameters
+    ----------
+    answers
+        Number of wanted answers that nobody has given.
+    work_s
+        Time that people need for them, by the median of each task; None if no median is known.
+    untimed
+        Tasks whose times aren't known, which `work_s` leaves out.
+    calendar_s
+        Time until then, if answers come as they did in the last week; None without such a pace.
+    """
+
+    answers: int
+    work_s: float | None
+    untimed: tuple[TaskName, ...]
+    calendar_s: float | None
+
+
+PACE_S = 7 * 86_400.0
+"""Time over which the pace of answers is measured, in seconds."""
+FEWEST_FOR_PACE, SHORTEST_PACE_S = 10, 600.0
+
+
+def forecast(
+    session: Session,
+    study_id: str,
+    by_task: Sequence[Progress],
+    times: Sequence[Duration],
+    *,
+    now: float,
+) -> Forecast:
+    """Estimate the work that is left, and when it is done at the pace of the last week."""
+    left = {p.task: p.wanted - p.answered for p in by_task if p.wanted > p.answered}
+    medians = {d.task: d.median_s for d in times}
+    timed = [count * medians[task] for task, count in left.items() if task in medians]
+    recent = Answer.at > now - PACE_S
+    count, first = session.execute(
+        select(func.count(), func.min(Answer.at)).where(*_counting(study_id), recent)
+    ).one()
+    calendar_s = None
+    if count >= FEWEST_FOR_PACE and now - first >= SHORTEST_PACE_S:
+        calendar_s = sum(left.values()) * (now - first) / count
+    return Forecast(
+        sum(left.values()),
+        sum(timed) if timed else None,
+        tuple(task for task in left if task not in medians),
+        calendar_s,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class AtWork:
+    """A person who has an item, or has lately answered one."""
+
+    person: Person
+    task: TaskName
+    at: float
+    """Time of the latest answer, in seconds since 1970; infinite for people who have an item."""
+    answers: int
+    """Number of the answers in the last `LATELY_S`."""
+
+
+LATELY_S = 3600.0
+
+
+def at_work(session: Session, study_id: str, *, now: float) -> list[AtWork]:
+    """Return the people who have an item now, then those who answered in the last hour."""
+    having = (
+        select(Slot.person_id, Item.task)
+        .join(Item, Item.id == Slot.item_id)
+        .where(Item.study_id == study_id, Slot.answered.is_(False), Slot.expires_at >= now)
+    )
+    lately = (
+        select(Answer.person_id, Answer.task, func.max(Answer.at), func.count())
+        .where(Answer.study_id == study_id, Answer.at > now - LATELY_S)
+        .group_by(Answer.person_id, Answer.task)
+    )
+    found: dict[str, tuple[TaskName, float, int]] = {}
+    for person_id, task, at, count in session.execute(lately):
+        known = found.get(person_id, (task, -math.inf, 0))
+        latest = (task, at) if at > known[1] else known[:2]
+        found[person_id] = (*latest, known[2] + count)
+    for holder, task in session.execute(having):
+        if holder is not None:
+            found[holder] = (task, math.inf, found.get(holder, (task, 0.0, 0))[2])
+    people = session.scalars(select(Person).where(Person.id.in_(found)))
+    rows = [AtWork(person, *found[person.id]) for person in people]
+    return sorted(rows, key=lambda row: (-row.at, -row.answers, row.person.id))

@@ -48,6 +48,11 @@ class Measured:
     reason: Reason = ""
     """Reason for the lack of a value, by its name in `corpus_tools.corpus.estimate`; empty if there
     is a value."""
+    low: float | None = None
+    high: float | None = None
+    """Bounds of the interval of 95 %; None where all items agree equally."""
+    items: int = 0
+    """Number of items with several answers."""
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:

@@ -1,23 +1,14 @@
-// Keeps the numbers of the progress table fresh while somebody looks at them.
-const PERIOD_MS = 15000;
-const table = document.getElementById("by-task");
+// Keeps the numbers of a page fresh while somebody looks at them.
+const PERIOD_MS = 30000;
 
 async function refresh() {
-  if (document.hidden) return;
-  const reply = await fetch(table.dataset.source, { headers: { Accept: "application/json" } });
+  const shown = document.querySelector("[data-live]");
+  if (document.hidden || !shown || shown.contains(document.activeElement)) return;
+  const reply = await fetch(location.href, { redirect: "error" });
   if (!reply.ok) return;
-  for (const progress of (await reply.json()).data) {
-    const row = table.querySelector(`[data-task="${progress.task}"]`);
-    if (!row) continue;
-    const percent = progress.wanted ? Math.floor((100 * progress.answered) / progress.wanted) : 0;
-    for (const [field, value] of Object.entries({ ...progress, percent })) {
-      const cell = row.querySelector(`[data-field="${field}"]`);
-      if (cell) cell.textContent = value;
-    }
-    const bar = row.querySelector("progress");
-    bar.max = progress.wanted;
-    bar.value = progress.answered;
-  }
+  const page = new DOMParser().parseFromString(await reply.text(), "text/html");
+  const fresh = page.querySelector("[data-live]");
+  if (fresh) shown.replaceWith(document.adoptNode(fresh));
 }
 
 // Without a connection the numbers stay as they are until the next time.

@@ -1,37 +1,38 @@
-"""Where charts have their lines, bars and labels."""
+"""Where charts have their lines, intervals and labels."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from annotation_app.dashboard.consensus import AgreementOverTime
 from annotation_app.dashboard.dashboard_charts import (
     BOTTOM,
+    HEIGHT,
     LABEL,
-    LINES_HEIGHT,
+    LEFT,
+    RIGHT,
     TOP,
-    WIDTH,
     agreement_chart,
     history_chart,
-    time_chart,
+    span_words,
     written_time,
 )
-from annotation_app.dashboard.study_statistics import Duration, History
+from annotation_app.dashboard.study_statistics import History
 from annotation_app.tasks.agreement import Measured
 
 
-def test_lines_begin_and_end_where_they_should() -> None:
-    chart = history_chart([History("rate", (0.0, 50.0, 100.0), (0, 5, 8))])
+def test_lines_show_the_part_of_what_is_wanted() -> None:
+    chart = history_chart([History("rate", (0.0, 50.0, 100.0), (0, 5, 12))], {"rate": 10})
     assert chart is not None
-    # The axis goes from 0 to 8 by twos; the drawing is 200 high, with 10 above and 22 below.
-    assert [tick.label for tick in chart.y_ticks] == ["0", "2", "4", "6", "8"]
-    assert chart.lines[0].points == "34.0,178.0 156.0,73.0 278.0,10.0"
+    # More answers than are wanted are no more than all.
+    assert chart.lines[0].points == "0.00,100.00 50.00,50.00 100.00,0.00"
+    assert (chart.lines[0].x, chart.lines[0].y) == (RIGHT, TOP)
     assert [tick.label for tick in chart.x_ticks] == ["00:00:00", "00:00:50", "00:01:40"]
+    assert [tick.at for tick in chart.x_ticks] == [LEFT, (LEFT + RIGHT) / 2, RIGHT]
     assert written_time(86_400.0, 5 * 86_400.0) == "02 Jan"
-    assert written_time(61.0, 60.0) == "00:01:01"
 
 
 @given(
@@ -41,41 +42,36 @@ def test_lines_begin_and_end_where_they_should() -> None:
 )
 def test_nothing_leaves_the_drawing_and_no_label_covers_another(counts: list[list[int]]) -> None:
     histories = [History(f"t{i}", (0.0, 1.0), (a, b)) for i, (a, b) in enumerate(counts)]
-    chart = history_chart(histories)
+    chart = history_chart(histories, {one.task: 1000 for one in histories})
     assert chart is not None
     labels = sorted(line.label_y for line in chart.lines)
     assert all(b - a >= LABEL - 0.11 for a, b in pairwise(labels))
     for line in chart.lines:
         for point in line.points.split():
-            x, y = map(float, point.split(","))
-            assert 0 <= x <= WIDTH
-            assert TOP <= y <= LINES_HEIGHT - BOTTOM
-        assert TOP <= line.label_y <= LINES_HEIGHT - BOTTOM + 0.1
+            assert all(0 <= float(number) <= 100 for number in point.split(","))
+        assert TOP <= line.label_y <= HEIGHT - BOTTOM + 0.1
 
 
-def test_bars_of_times() -> None:
-    chart = time_chart([Duration("rate", 4, 10.0, 20.0, 40.0)])
+def test_intervals_of_agreement() -> None:
+    first, second = Measured("α", 0.5, 12, low=0.25, high=0.75), Measured("α", 1.0, 12)
+    chart = agreement_chart([AgreementOverTime("rate", (0.0, 10.0), (first, second))])
     assert chart is not None
-    (bar,) = chart.bars
-    # The axis ends at 40 s, 340 from where it begins, at 4.
-    assert (bar.start, bar.width, bar.mark) == (89.0, 255.0, 174.0)
-    assert bar.value == "20 s (10 to 40 s)"
-
-
-def test_agreement_below_chance_goes_to_the_left() -> None:
-    good, bad = Measured("α", 0.5, 3, "rate"), Measured("κ", -0.5, 3, "check", "all")
-    chart = agreement_chart([good, bad, Measured("κ", None, 3, "rate")])
+    one, other = chart.lines[0].dots
+    # The axis from 0 to 1 is 118 pixels long and begins at 8.
+    assert (one.high, one.y, one.low) == (37.5, 67.0, 96.5)
+    assert (other.y, other.low, other.high) == (TOP, None, None)
+    below = Measured("κ", 0.1, 12, low=-0.2, high=0.4)
+    chart = agreement_chart([AgreementOverTime("check", (5.0,), (below,))])
     assert chart is not None
-    one, other = chart.bars
-    assert one.start == chart.zero == pytest.approx(175)
-    assert other.start + other.width == pytest.approx(chart.zero)
-    assert other.value == "−0.50"
-    alone = agreement_chart([good])
-    assert alone is not None
-    assert alone.zero == 10  # nothing below 0: the axis begins there
+    assert [tick.label for tick in chart.y_ticks] == ["−0.5", "0", "0.5", "1"]
 
 
 def test_nothing_to_draw() -> None:
-    assert history_chart([]) is None
-    assert time_chart([]) is None
-    assert agreement_chart([Measured("κ", None, 0)]) is None
+    assert history_chart([], {}) is None
+    assert history_chart([History("rate", (0.0, 1.0), (0, 1))], {}) is None
+    assert agreement_chart([AgreementOverTime("rate", (), ())]) is None
+
+
+def test_spans_of_time_are_rough() -> None:
+    spans = (0.2, 59, 600, 5400, 9_000, 3 * 86_400)
+    assert [span_words(s) for s in spans] == ["1 s", "59 s", "10 min", "1.5 h", "2.5 h", "3 days"]

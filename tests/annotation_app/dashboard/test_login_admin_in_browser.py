@@ -46,7 +46,7 @@ def test_an_admin_invites_a_person_who_signs_in(
     set_password(page, "ada")
     page.get_by_role("button", name="Make the admin").click()
     page.get_by_role("link", name="Dashboard").click()
-    page.get_by_role("link", name="Logins").click()
+    page.get_by_role("link", name="Administration").click()
     page.get_by_label("Role of the person you invite").select_option("adjudicator")
     page.get_by_role("button", name="Make an invitation").click()
     page.get_by_role("button", name="Copy the link").click()

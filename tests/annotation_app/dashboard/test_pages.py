@@ -7,6 +7,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from flask import Flask
 from jsonschema import Draft202012Validator
@@ -63,11 +64,11 @@ def test_an_overview(app: Flask) -> None:
     page = Browser(app, "adjudicator").client.get(BASE)
     assert page.status_code == 200
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page.text))
-    assert "describe 3 % 1 of 27 0" in text
-    assert "segment 100 % 2 of 2 0" in text
-    # Of the first annotation's four clauses and the other's four, three are shared.
-    assert "0.750 span F, mean over pairs 1" in text
+    assert "describe 3 % 1 of 27 –" in text
+    assert "segment 100 % 2 of 2 –" in text
+    assert "segment span F, mean over pairs 1 item; shown from 10 1" in text
     assert "1 dispute to decide" in text
+    assert "At work in the last hour" in text
     assert f"{VIDEOS[0]} 1 of 9 2 of 2 0 of 9" in text
 
 
@@ -242,7 +243,57 @@ def test_answers_over_time(app: Flask) -> None:
     page = client.get(BASE).text
     assert page.count('class="series ') == 1
     assert page.count("<polyline") == 1
-    assert "As a table" in page
+    assert "All numbers as tables" in page
+
+
+def test_agreement_of_ten_items_has_an_interval(app: Flask) -> None:
+    people, rng = (Browser(app), Browser(app)), np.random.default_rng(1)
+    found = []
+    for authors in (1, 4):
+        for _ in range(authors):
+            author = Browser(app)
+            for _ in VIDEOS:
+                author.do("describe", described(f"Command {rng.integers(10**9)}."))
+        for person in people:
+            while (reply := person.lease("rate")).status_code == 200:
+                person.answer(reply.json["item"], {"rating": int(rng.integers(1, 6))})
+        numbers = Browser(app, "adjudicator").client.get("/api/dashboard/studies/tests/agreement")
+        found.append(next(one for one in numbers.json["data"] if one["task"] == "rate"))
+    few, enough = found
+    assert few["items"] < 10
+    assert (few["value"], few["low"], few["reason"]) == (None, None, "few items")
+    assert enough["items"] >= 10
+    assert -1 <= enough["low"] < enough["value"] < enough["high"] <= 1
+    page = Browser(app, "adjudicator").client.get(BASE).text
+    assert page.count('class="dot ') >= 1
+    assert f"{enough['low']:.2f} to {enough['high']:.2f}".replace("-", "−") in page
+
+
+def test_the_work_that_is_left(app: Flask) -> None:
+    for one in [Browser(app) for _ in range(4)]:
+        for _ in VIDEOS:
+            one.do("describe", described())
+    with transaction(engine_of(app)) as session:
+        for number, answer in enumerate(session.scalars(select(Answer).order_by(Answer.id))):
+            answer.at -= (12 - number) * 3600
+            answer.seconds = 60.0
+    page = Browser(app, "annotator").client.get(BASE).text
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page))
+    assert re.search(r"\d+ answers left", text)
+    assert "min of work without" in text  # of describe's median; nobody has done the others
+    assert re.search(r"done in \S+ (h|days) at last week’s pace", text)
+
+
+def test_exports_are_in_one_place(app: Flask) -> None:
+    judge = Browser(app, "adjudicator")
+    page = judge.client.get(f"{BASE}/exports").text
+    assert "Nobody has answered yet" in page
+    files = re.findall(r'href="(/dashboard/tests/export/[^"]+)"', page)
+    assert len(files) == len(set(files)) > 8
+    for path in files:
+        with judge.client.get(path.replace("&amp;", "&")) as reply:
+            assert reply.status_code == 200, path
+    assert Browser(app, "annotator").client.get(f"{BASE}/exports").status_code == 403
 
 
 def test_exports(app: Flask, tmp_path: Path) -> None:

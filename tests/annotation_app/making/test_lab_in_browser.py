@@ -111,7 +111,7 @@ def make_study(page: Page, folder: Path) -> list[str]:
 
 def invited(page: Page, role: str) -> str:
     """A link for somebody new."""
-    page.get_by_role("link", name="Logins", exact=True).click()
+    page.get_by_role("link", name="Administration").click()
     page.get_by_label("Role of the person you invite").select_option(role)
     page.get_by_role("button", name="Make an invitation").click()
     return page.get_by_label("The link").input_value()
@@ -203,7 +203,7 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
         expect(judge.get_by_text("There is nothing to decide.")).to_be_visible()
         found += check(people[1], address)
 
-        judge.get_by_role("navigation").get_by_role("link", name="arm").click()
+        judge.get_by_role("link", name="Exports").click()
         table = downloaded(judge, "Checked negatives (CSV)").decode()
         rows = list(csv.DictReader(io.StringIO(table)))
         answers = downloaded(judge, "Answers (CSV)").decode()
