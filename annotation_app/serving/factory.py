@@ -41,6 +41,7 @@ from annotation_app.tasks.task_registry import tasks
 from annotation_app.trying import try_pages as trying
 from annotation_app.trying.attempt import Shown
 from annotation_app.trying.attempt_queue import Attempts
+from annotation_app.trying.start_scene import Scene
 from annotation_app.web import api
 from annotation_app.web.limits import limiter
 from annotation_app.web.page_language import install as install_language
@@ -137,7 +138,7 @@ def record_types() -> Iterable[type]:
     of_corpora = (AnnotationRecord, CommandRecord, ContextRecord, JudgmentRecord, Manifest)
     of_logs = (channel.message for channel in CHANNELS.values())
     answers = (task.answer for task in tasks())
-    return (StudyConfig, Shown, *of_corpora, *of_logs, *api.REQUESTS.values(), *answers)
+    return (StudyConfig, Shown, Scene, *of_corpora, *of_logs, *api.REQUESTS.values(), *answers)
 
 
 def learn_types() -> None:

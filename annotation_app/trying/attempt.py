@@ -1,39 +1,52 @@
 """Following one command, in a process of its own that gives way to the server's.
 
 An attempt is a folder. ``state.json`` says what there is so far, as :class:`Shown` has it;
-``tree.svg``, ``picture.png`` and ``video.mp4`` come one after the other.
+``tree.svg`` and ``video.mp4`` come one after the other. The scene of a scenario is a folder, too
+(:mod:`annotation_app.trying.start_scene`).
 """
 
 from __future__ import annotations
 
-import functools
 import logging
 import time
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
+import numpy as np
 
+from annotation_app.trying.start_scene import (
+    Area,
+    Look,
+    kept_look,
+    on_map,
+    scenario_state,
+    write_scene,
+)
 from g3.errors import CorpusError
-from g3.groundings import Grounding, Place
+from g3.groundings import FloatArray, Grounding, PhysicalObject, Place
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.progress import OnProgress
     from corpus_tools.video.drawing.canvas import Image
     from corpus_tools.video.films import Film
+    from g3.actions.action_kinds import Action
     from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Result
 
 log = logging.getLogger(__name__)
 
-STATE, TREE, PICTURE, VIDEO = "state.json", "tree.svg", "picture.png", "video.mp4"
+STATE, TREE, VIDEO = "state.json", "tree.svg", "video.mp4"
 PLANS = 10
 """Number of plans that are compared for a clause's other meanings."""
 FPS, SIZE = 10, (640, 480)
 """Small, as somebody waits for it."""
+SAME_M = 0.1
+"""Places whose middles are as near are one."""
 TELL_S = 0.3
 """Seconds between reports of progress, at least."""
 
@@ -54,7 +67,10 @@ class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Candidate(msgspec.Struct, frozen=True):
-    """A clause's possible meaning; `things` are keys of :attr:`Picture.outlines`."""
+    """A clause's possible meaning: keys of a scene's things and of :attr:`Plan.places`.
+
+    The probability is the part of the best plans, by their scores, in which the clause means this.
+    """
 
     things: list[str]
     words: str
@@ -73,7 +89,7 @@ class Clause(msgspec.Struct, frozen=True):
 class Plan(msgspec.Struct, frozen=True):
     """The result; without steps if there is nothing to do, and then `note` gives the reason.
 
-    `missing` are nouns without a matching thing.
+    `places` are the places that clauses may mean; `missing` are nouns without a matching thing.
     """
 
     note: str
@@ -84,14 +100,7 @@ class Plan(msgspec.Struct, frozen=True):
     node: int = 0
     options: list[tuple[str, str]] = []
     missing: list[str] = []
-
-
-class Picture(msgspec.Struct, frozen=True):
-    """The first picture: its size, and the corners of things in its pixels."""
-
-    width: int
-    height: int
-    outlines: dict[str, list[list[tuple[float, float]]]]
+    places: list[Area] = []
 
 
 class Shown(msgspec.Struct, frozen=True):
@@ -103,7 +112,7 @@ class Shown(msgspec.Struct, frozen=True):
     total: int = 0
     problem: str = ""
     plan: Plan | None = None
-    picture: Picture | None = None
+    has_video: bool = False
 
 
 def read_state(folder: Path) -> Shown | None:
@@ -162,14 +171,13 @@ def _follow(progress: _Progress, model: Path | None) -> None:
     progress.update(phase="learning")
     grounder = _grounder(model, progress.step)
     progress.update(phase="reading")
-    start = _start(asked.scenario)
+    start = scenario_state(asked.scenario)
     # One tree, as answers are for the clauses of one.
     result = grounder.follow(
         asked.text, start, top=PLANS, answers=asked.answers, insist=asked.insist, parses=1
     )
     write_bytes(folder / TREE, to_svg(result.sdcs).encode())
-    places: list[Place] = []
-    progress.update(plan=_plan(result, places))
+    progress.update(plan=_plan(result, start, kept_look(asked.scenario)))
     if result.plan is None:
         progress.update(phase="done")
         return
@@ -178,19 +186,17 @@ def _follow(progress: _Progress, model: Path | None) -> None:
         progress.update(phase="done", problem=f"The plan can't be carried out: {problem}")
         return
 
-    def on_frame(film: Film, k: int, picture: Image) -> None:
-        if k == 0:
-            outlines = _first_picture(folder / PICTURE, film, picture, places)
-            progress.update(phase="drawing", picture=outlines)
+    def on_frame(film: Film, k: int, _picture: Image) -> None:
         progress.step("drawing", k, len(film.recording.t_ns))
 
+    progress.update(phase="drawing")
     how = Settings(size=SIZE, fps=FPS)
     done = run_plan(
         start, result.plan.actions, video=folder / VIDEO, settings=how, on_frame=on_frame
     )
     if done.failure is not None:
         problem = f"The plan couldn't be carried out to its end: {done.failure}"
-    progress.update(phase="done", problem=problem)
+    progress.update(phase="done", problem=problem, has_video=True)
 
 
 _grounders: dict[Path | None, Grounder] = {}
@@ -208,97 +214,126 @@ def _grounder(model: Path | None, on_progress: OnProgress) -> Grounder:
     return _grounders[model]
 
 
-def scenarios() -> dict[str, Path]:
-    """Return the files of the scenarios that can be chosen, by name."""
-    from corpus_tools.world.scenarios.library import (  # noqa: PLC0415 - as above
-        dataset_folder,
-        scenario_files,
-    )
-
-    return dict(scenario_files(dataset_folder("warehouse")))
-
-
-@functools.lru_cache(maxsize=100)
-def _start(scenario: str) -> State:
-    from corpus_tools.following.start_states import scenario_start  # noqa: PLC0415 - as above
-
-    return scenario_start(scenarios()[scenario])
+def prepare(folder: Path, scenario: str, model: Path | None) -> None:
+    """Write a scenario's scene, and get ready to follow a command in it."""
+    try:
+        write_scene(folder, scenario)
+        grounder = _grounder(model, lambda _what, _done, _total: None)
+        # What is computed at the first command is there then.
+        grounder.follow("Go to the truck", scenario_state(scenario), top=PLANS, parses=1)
+    except CorpusError:
+        log.info("a scene wasn't prepared", exc_info=True)
 
 
-def _plan(result: Result, places: list[Place]) -> Plan:
-    """Return the shown part of a result; add the places that it names to `places`."""
+def _plan(result: Result, start: State, look: Look | None) -> Plan:
+    """Return the shown part of a result."""
     from g3.actions.action_words import described  # noqa: PLC0415 - as above
 
+    places = _Places(start)
     question = result.question
+    clauses = list(_clauses(result, places))
+    plan = result.plan
     return Plan(
         note=result.note,
-        steps=[described(a, result.plan.state.frame) for a in result.plan.actions]
-        if result.plan
-        else [],
-        probability=result.plan.probability if result.plan else 0.0,
-        clauses=list(_clauses(result, places)),
+        steps=[described(places.named(a), plan.state.frame) for a in plan.actions] if plan else [],
+        probability=plan.probability if plan else 0.0,
+        clauses=clauses,
         question=question.text if question else "",
         node=question.node if question else 0,
         options=list(question.options) if question else [],
         missing=list(result.missing),
+        places=[Area.of(place, start, look) for place in places.found],
     )
 
 
-def _clauses(result: Result, places: list[Place]) -> Iterator[Clause]:
-    """Yield the meanings of OBJECTs and PLACEs in the best plans, each with its top probability."""
-    found: dict[int, dict[tuple[str, ...], Candidate]] = {}
-    clauses = {}
-    for plan in result.plans:
+class _Places:
+    """The places of a result, each once, with names for those that have none of their own."""
+
+    def __init__(self, start: State) -> None:
+        self.start, self.found = start, list[Place]()
+
+    def called(self, place: Place) -> Place:
+        """Return a place with a name: its own, that of the place around it, or what is near."""
+        if place.name:
+            return place
+        middle: FloatArray = place.prism.xy.mean(axis=0)
+        for around in self.start.context.places:
+            if around.name and _is_within(middle, around.prism.xy):
+                return replace(place, name=around.name)
+        return replace(place, name=self._beside(middle))
+
+    def _beside(self, middle: FloatArray) -> str:
+        """Say where a point (2,) is beside the nearest thing, as the robot sees it at the start."""
+        context = self.start.context
+        things = [thing for thing in context.objects if thing.id != context.agent_id]
+        if not things:
+            return "a place"
+        at = [thing.prism.xy.mean(axis=0) for thing in things]
+        nearest = int(np.argmin([np.hypot(*(middle - xy)) for xy in at]))
+        here, there = on_map(np.array([middle, at[nearest]]), self.start)
+        right, ahead = here[0] - there[0], here[1] - there[1]
+        if abs(right) > abs(ahead):
+            side = "right of" if right > 0 else "left of"
+        else:
+            side = "behind" if ahead > 0 else "in front of"
+        return f"a place {np.hypot(right, ahead):.0f} m {side} {things[nearest].id}"
+
+    def named(self, action: Action) -> Action:
+        """Return an action whose places have names."""
+        target = tuple(self.called(t) if isinstance(t, Place) else t for t in action.target)
+        place = None if action.place is None else self.called(action.place)
+        return replace(action, target=target, place=place)
+
+    def key(self, thing: Grounding) -> str:
+        """Return what a thing or place is known by on the page."""
+        if not isinstance(thing, Place):
+            return f"object {getattr(thing, 'id', '')}"
+        named = self.called(thing)
+        for number, other in enumerate(self.found):
+            apart = np.abs(other.prism.xy.mean(axis=0) - thing.prism.xy.mean(axis=0)).max()
+            if other.name == named.name and apart < SAME_M:
+                return f"place {number}"
+        self.found.append(named)
+        return f"place {len(self.found) - 1}"
+
+    def words(self, thing: Grounding) -> str:
+        """Return what a thing or place is called."""
+        if isinstance(thing, Place):
+            return self.called(thing).name
+        if isinstance(thing, PhysicalObject):
+            return f"{' '.join(thing.labels)} ({thing.id})"
+        return "what the robot does"
+
+
+def _is_within(point: FloatArray, corners: FloatArray) -> bool:
+    """Check that a point (2,) is in a polygon (n, 2), which may have any order of turns."""
+    (x, y), (ax, ay) = point, corners.T
+    bx, by = np.roll(ax, -1), np.roll(ay, -1)
+    crossed = (ay > y) != (by > y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        right = x < ax + (y - ay) * (bx - ax) / (by - ay)
+    return bool(np.count_nonzero(crossed & right) % 2)
+
+
+def _clauses(result: Result, places: _Places) -> Iterator[Clause]:
+    """Yield the meanings of OBJECTs and PLACEs in the best plans, each with its part of them."""
+    scores = np.array([plan.score for plan in result.plans])
+    weights = np.exp(scores - scores.max()) if len(scores) else scores
+    found: dict[int, dict[tuple[str, ...], float]] = defaultdict(lambda: defaultdict(float))
+    words, clauses = {}, {}
+    for plan, weight in zip(result.plans, weights, strict=True):
         for grounded in plan.groundings:
             if grounded.sdc.type not in ("OBJECT", "PLACE") or not grounded.text:
                 continue
             clauses[grounded.node] = grounded
-            things = tuple(_key(thing, places) for thing in grounded.group)
-            known = found.setdefault(grounded.node, {}).get(things)
-            if known is None or known.probability < grounded.probability:
-                words = " and ".join(_name(thing, plan.state.frame) for thing in grounded.group)
-                candidate = Candidate(list(things), words, round(grounded.probability, 4))
-                found[grounded.node][things] = candidate
+            things = tuple(places.key(thing) for thing in grounded.group)
+            words[things] = " and ".join(places.words(thing) for thing in grounded.group)
+            found[grounded.node][things] += float(weight)
     for node in sorted(found):
-        likeliest = sorted(found[node].values(), key=lambda c: (-c.probability, c.words))
-        yield Clause(node, clauses[node].sdc.type, clauses[node].text, likeliest)
-
-
-def _key(thing: Grounding, places: list[Place]) -> str:
-    if not isinstance(thing, Place):
-        return f"object {getattr(thing, 'id', '')}"
-    same = (i for i, place in enumerate(places) if place is thing)
-    index = next(same, len(places))
-    if index == len(places):
-        places.append(thing)
-    return f"place {index}"
-
-
-def _name(thing: Grounding, frame: tuple[float, float, float]) -> str:
-    from g3.actions.action_words import place_called  # noqa: PLC0415 - as above
-
-    if isinstance(thing, Place):
-        return thing.name or f"a place at {place_called(thing, frame)}, in metres"
-    return str(getattr(thing, "id", "what the robot does"))
-
-
-def _first_picture(path: Path, film: Film, picture: Image, places: Sequence[Place]) -> Picture:
-    """Write the first frame as PNG, and return the outlines of things and places in it."""
-    import cv2  # noqa: PLC0415 - as above
-
-    from corpus_tools.video.drawing.segmentation import describe  # noqa: PLC0415
-
-    _, content = cv2.imencode(".png", picture[..., ::-1])
-    write_bytes(path, content.tobytes())
-    start = replace(film.recording.start, places=tuple(places))
-    return _picture(describe(film.objects, start, film.cameras[0]))
-
-
-def _picture(outlines: dict[str, Any]) -> Picture:
-    things = {f"object {thing['id']}": thing["polygons"] for thing in outlines["objects"]}
-    areas = {
-        f"place {place['index']}": [place["polygon"]]
-        for place in outlines["places"]
-        if place["polygon"]
-    }
-    return Picture(outlines["width"], outlines["height"], {**things, **areas})
+        total = sum(found[node].values())
+        candidates = [
+            Candidate(list(things), words[things], round(weight / total, 4))
+            for things, weight in found[node].items()
+        ]
+        candidates.sort(key=lambda c: (-c.probability, c.words))
+        yield Clause(node, clauses[node].sdc.type, clauses[node].text, candidates)

@@ -18,9 +18,17 @@ from flask import Flask, current_app
 
 from annotation_app.core.problems import Refusal
 from annotation_app.core.random_ids import new_id
-from annotation_app.trying.attempt import Asked, Shown, attempt, read_state, write_state
+from annotation_app.trying.attempt import (
+    Asked,
+    Shown,
+    attempt,
+    prepare,
+    read_state,
+    write_state,
+)
+from annotation_app.trying.start_scene import Scene, read_scene
 
-FOLDER = "tries"
+FOLDER, SCENES = "tries", "scenes"
 _NAME = "attempts"
 LONGEST_QUEUE = 4
 KEPT_S = 24 * 3600.0
@@ -48,6 +56,7 @@ class Attempts:
         self._pool: ProcessPoolExecutor | None = None
         self._stop: Connection | None = None
         self._waiting: list[Future[None]] = []
+        self._prepared: dict[str, Future[None]] = {}
 
     def install(self, app: Flask) -> None:
         """Give them to an app."""
@@ -64,16 +73,36 @@ class Attempts:
             folder = self.folder / name
             folder.mkdir(parents=True)
             write_state(folder, Shown(asked))
-            if self._pool is None:
-                context = multiprocessing.get_context("spawn")  # OpenGL doesn't survive a fork
-                ended, self._stop = context.Pipe(duplex=False)
-                self._pool = ProcessPoolExecutor(
-                    1, mp_context=context, initializer=_begin, initargs=(ended,)
-                )
-            future = self._pool.submit(attempt, folder, self.model)
+            future = self._process().submit(attempt, folder, self.model)
             future.add_done_callback(lambda done: self._ended(folder, done))
             self._waiting.append(future)
             return name
+
+    def scene(self, scenario: str) -> Scene | None:
+        """Return a scenario's scene; None while it is made, which this begins."""
+        folder = self.scene_folder(scenario)
+        found = read_scene(folder)
+        with self._lock:
+            if scenario not in self._prepared or (
+                found is None and self._prepared[scenario].done()
+            ):
+                future = self._process().submit(prepare, folder, scenario, self.model)
+                self._prepared[scenario] = future
+        return found
+
+    def scene_folder(self, scenario: str) -> Path:
+        """Return the folder of a scenario's scene."""
+        return self.folder / SCENES / scenario
+
+    def _process(self) -> ProcessPoolExecutor:
+        if self._pool is None:
+            context = multiprocessing.get_context("spawn")  # OpenGL doesn't survive a fork
+            ended, self._stop = context.Pipe(duplex=False)
+            self._pool = ProcessPoolExecutor(
+                1, mp_context=context, initializer=_begin, initargs=(ended,)
+            )
+            self._prepared.clear()
+        return self._pool
 
     def state(self, name: str) -> Shown | None:
         """Return the progress of an attempt; None if there is no such attempt."""
@@ -105,7 +134,7 @@ class Attempts:
 
     def _forget(self) -> None:
         for folder in self.folder.glob("*"):
-            if time.time() - folder.stat().st_mtime > KEPT_S:
+            if _ID.fullmatch(folder.name) and time.time() - folder.stat().st_mtime > KEPT_S:
                 shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -16,15 +16,15 @@ from annotation_app.people.browser_sessions import current_person, unknown
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Person
-from annotation_app.trying.attempt import PICTURE, TREE, VIDEO, Asked, Shown, scenarios
+from annotation_app.trying.attempt import TREE, VIDEO, Asked, Shown
 from annotation_app.trying.attempt_queue import attempts
+from annotation_app.trying.start_scene import PICTURE, scenario_state, scenarios, scene_of
 from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.limits import limited, tries
 from annotation_app.web.who_asks import sign_in_page
-from g3.scene_drawing import scene_svg
 
 LONGEST_COMMAND = 500
-FILES = {TREE: "image/svg+xml", PICTURE: "image/png", VIDEO: "video/mp4"}
+FILES = {TREE: "image/svg+xml", VIDEO: "video/mp4"}
 
 blueprint = Blueprint("trying", __name__)
 
@@ -78,17 +78,30 @@ def tried(name: str) -> Response:
     return json_reply(_found(name))
 
 
-@blueprint.get("/try/scenes/<scenario>")
+@blueprint.get("/api/try/scenes/<scenario>")
 def scene(scenario: str) -> Response:
-    """Return a scenario's world from above, which people see before they type."""
-    from corpus_tools.following.start_states import scenario_start  # noqa: PLC0415 - only if asked
+    """Return a scenario's world, which people see before they type; 202 until it has a picture."""
+    _require_scenario(scenario)
+    found = attempts().scene(scenario)
+    if found is None:
+        return json_reply(scene_of(scenario_state(scenario), None), 202)
+    return json_reply(found)
 
+
+@blueprint.get("/try/scenes/<scenario>")
+def picture(scenario: str) -> Response:
+    """Return the picture of a scenario's world."""
+    _require_scenario(scenario)
+    path = attempts().scene_folder(scenario) / PICTURE
+    if not path.is_file():
+        raise Refusal(404, "There is no picture.")
+    return send_file(path, mimetype="image/png", conditional=True, max_age=3600)
+
+
+def _require_scenario(scenario: str) -> None:
     _require()
     if scenario not in scenarios():
         raise Refusal(404, "There is no such scenario.")
-    drawing = Response(scene_svg(scenario_start(scenario).context), mimetype="image/svg+xml")
-    drawing.headers["Cache-Control"] = "private, max-age=3600"
-    return drawing
 
 
 @blueprint.get("/try/<name>/<file>")

@@ -1,11 +1,12 @@
-// Trying a command: what it means, the plan, and the video of it.
+// Trying a command: the world at its start, what the command means, the plan, and a video of it.
 
 import { $, announce, h, s } from "./dom.js";
 import { labelLayer, unitOf } from "./label-layer.js";
 import { boxAround } from "./labels.js";
 import { here, send } from "./server.js";
 
-const LOOK_MS = 700;
+const LOOK_MS = 400;
+const MARGIN_M = 2;
 const PHASES = {
   waiting: "Waiting for those who came before",
   learning: "Getting the model ready; the very first time it is trained, which takes some minutes",
@@ -13,27 +14,111 @@ const PHASES = {
   moving: "Carrying the plan out in the simulated world",
   drawing: "Filming what happened",
 };
-const letter = (number) => String.fromCharCode(65 + (number % 26));
 const percent = (share) => (share > 0 && share < 0.005 ? "< 1 %" : `${Math.round(100 * share)} %`);
 
 let current = null; // the attempt that is shown
-let chosen = null; // the clause whose candidates are shown in the picture
+let chosen = null; // the clause whose candidates are marked
+let world = null; // the scene that is shown
 
 $("ask").addEventListener("submit", (event) => {
   event.preventDefault();
   begin({ scenario: $("scenario").value, text: $("text").value });
 });
-
-const showScene = () => { $("scene").src = here(`/try/scenes/${$("scenario").value}`); };
-$("scenario").addEventListener("change", showScene);
-showScene(); // browsers keep what was chosen before a page was loaded again
+$("scenario").addEventListener("change", () => {
+  current = null;
+  clear();
+  look();
+});
+look(); // browsers keep what was chosen before a page was loaded again
 $("go").disabled = false;
+
+function clear() {
+  chosen = null;
+  $("found").replaceChildren();
+  $("film").hidden = true;
+  complain("");
+  busy(null);
+}
+
+/** Show the scenario's world, as soon as there is a picture of it. */
+async function look() {
+  const scenario = $("scenario").value;
+  world = null;
+  $("picture").hidden = false;
+  $("picture").replaceChildren(h("p", { class: "note" }, "The picture is being made."));
+  $("map").replaceChildren();
+  for (;;) {
+    const { status, data } = await send("GET", `/api/try/scenes/${scenario}`).catch(() => ({ status: 0, data: {} }));
+    if (scenario !== $("scenario").value) return;
+    if (status === 200 || (status === 202 && !world)) {
+      world = data;
+      mark(null);
+    }
+    if (status === 200) {
+      $("picture").hidden = !world.width;
+      return;
+    }
+    if (status >= 400 && status < 500 && status !== 429) return complain(data.error);
+    await new Promise((done) => setTimeout(done, LOOK_MS));
+  }
+}
+
+/** Draw the world's picture and map; what a plan's chosen clause may mean is marked in both. */
+function mark(plan) {
+  if (!world) return;
+  const candidates = plan?.clauses.find((clause) => clause.node === chosen)?.candidates ?? [];
+  const share = new Map();
+  for (const { things, probability } of candidates) {
+    for (const thing of things) share.set(thing, Math.max(probability, share.get(thing) ?? 0));
+  }
+  const likeliest = new Set(candidates[0]?.things ?? []);
+  const unnamed = (plan?.places ?? []).map((place, i) => ({ ...place, key: `place ${i}` })).filter(({ key }) => share.has(key));
+  const isNamed = new Set(unnamed.map(({ name }) => name));
+  const shapes = [
+    ...world.things.map((thing) => ({ ...thing, key: `object ${thing.id}`, kind: "object" })),
+    ...world.places.filter(({ name }) => !isNamed.has(name)).map((place) => ({ ...place, key: place.name, kind: "place", outlines: [place.outline] })),
+    ...unnamed.map((place) => ({ ...place, kind: "place", outlines: [place.outline] })),
+  ].map((shape) => ({
+    ...shape,
+    isChosen: likeliest.has(shape.key),
+    text: share.has(shape.key) ? `${shape.name} ${percent(share.get(shape.key))}` : shape.name,
+  }));
+  if (world.width) {
+    const frame = { x: 0, y: 0, w: world.width, h: world.height };
+    const inPicture = shapes.map((shape) => ({ ...shape, parts: shape.outlines.filter((part) => part.length) }));
+    $("picture").replaceChildren(
+      h("img", { src: here(`/try/scenes/${$("scenario").value}`), alt: "", width: world.width, height: world.height }),
+      drawing("outlines", frame, inPicture),
+    );
+  }
+  const onMap = shapes.map((shape) => ({ ...shape, parts: [shape.footprint.map(([x, y]) => [x, -y])] }));
+  const around = boxAround(onMap.flatMap(({ parts }) => parts[0]));
+  const frame = { x: around.x - MARGIN_M, y: around.y - MARGIN_M, w: around.w + 2 * MARGIN_M, h: around.h + 2 * MARGIN_M };
+  $("map").replaceChildren(drawing("map", frame, onMap));
+}
+
+/** Shapes over a picture or on a map, with their names. */
+function drawing(kind, frame, shapes) {
+  const layer = s("svg", { class: kind, viewBox: `${frame.x} ${frame.y} ${frame.w} ${frame.h}`, "aria-hidden": "true" });
+  const seen = shapes.filter(({ parts }) => parts.length);
+  for (const { kind: sort, isChosen, is_robot: isRobot, parts } of [...seen].sort((a, b) => a.isChosen - b.isChosen)) {
+    const d = parts.map((corners) => `M${corners.map((xy) => xy.join(",")).join("L")}Z`).join("");
+    const of = `${sort === "place" ? "zone" : "thing"}${isChosen ? " chosen" : ""}${isRobot ? " robot" : ""}`;
+    layer.append(s("g", { class: of }, s("path", { class: sort === "place" ? "place-shape" : "shape", d })));
+  }
+  const caps = labelLayer();
+  layer.append(caps.element);
+  const labels = seen
+    .map(({ key, kind: sort, text, parts, isChosen }) => ({ id: key, kind: sort, text, box: boxAround(parts[0]), isChosen }))
+    .sort((a, b) => b.isChosen - a.isChosen || b.text.includes("%") - a.text.includes("%"));
+  new ResizeObserver(() => unitOf(layer) && caps.put(labels, frame, unitOf(layer))).observe(layer);
+  return layer;
+}
 
 async function begin(asked) {
   current = null;
-  chosen = null;
-  $("found").replaceChildren();
-  complain("");
+  clear();
+  mark(null);
   busy({ phase: "waiting", done: 0, total: 0 });
   const { status, data } = await send("POST", "/api/try", asked).catch(() => ({ status: 0, data: {} }));
   if (status !== 200) {
@@ -65,16 +150,19 @@ async function follow(id, before) {
   setTimeout(() => follow(id, seen), LOOK_MS);
 }
 
-const what = (state) => [state.plan !== null, state.picture !== null, state.phase === "done"].join();
+const what = (state) => [state.plan !== null, state.phase === "done"].join();
 
 function complain(message) {
+  $("problem").hidden = !message;
   $("problem").replaceChildren(...(message ? [h("p", { class: "problem" }, message)] : []));
 }
 
 function busy(state) {
-  $("under-way").hidden = !state;
   $("go").disabled = Boolean(state);
+  $("under-way").hidden = !state;
   if (!state) return;
+  $("film").hidden = false;
+  $("film").querySelector(".screen")?.remove();
   const words = PHASES[state.phase] ?? "";
   if ($("phase").textContent !== words) {
     $("phase").textContent = words;
@@ -87,24 +175,29 @@ function busy(state) {
   } else bar.removeAttribute("value");
 }
 
-function show(id, state) {
-  const { plan, picture, asked } = state;
+function show(id, { plan, asked, phase, has_video: hasVideo }) {
+  if (phase === "done") {
+    $("film").hidden = !hasVideo;
+    if (hasVideo) $("film").append(film(id));
+    announce(hasVideo ? "The video is ready." : plan?.note ?? "");
+  }
   if (!plan) return;
   const clauses = plan.clauses;
   if (!clauses.some((clause) => clause.node === chosen)) chosen = clauses[0]?.node ?? null;
   const draw = () => {
+    mark(plan);
     $("found").replaceChildren(
-      section("What the robot does", ...steps(plan), insisting(plan, asked), question(plan, asked)),
-      section("What the words mean", tree(id, clauses), ...meanings(clauses, draw, picture)),
-      picture ? section("What is where", ...shownPicture(id, picture, clauses)) : "",
-      state.phase === "done" && picture ? section("What happened", film(id)) : "",
+      section("", "What the robot does", ...steps(plan), insisting(plan, asked), question(plan, asked),
+        clauses.length ? h("h2", {}, "What the words mean") : null,
+        clauses.length ? h("p", { class: "note" }, "Choose words to see what they may mean. The likeliest is yellow in the picture and on the map.") : null,
+        h("div", { class: "meanings" }, meanings(clauses, draw))),
+      section(" all", "The clauses", tree(id, clauses)),
     );
   };
   draw();
-  if (state.phase === "done") announce(picture ? "The video is ready." : plan.note);
 }
 
-const section = (title, ...parts) => h("section", { class: "card", "aria-label": title }, h("h2", {}, title), ...parts);
+const section = (kind, title, ...parts) => h("section", { class: `card${kind}`, "aria-label": title }, h("h2", {}, title), ...parts);
 
 function steps(plan) {
   if (!plan.steps.length) return [h("p", { class: "problem" }, plan.missing.length ? `${plan.note}.` : `Nothing: ${plan.note}.`)];
@@ -126,65 +219,29 @@ function insisting(plan, asked) {
 function question(plan, asked) {
   if (!plan.question) return null;
   const answer = (thing) => begin({ ...asked, answers: { ...asked.answers, [plan.node]: thing } });
-  const known = plan.clauses.find((clause) => clause.node === plan.node)?.candidates ?? [];
-  const named = (thing) => {
-    const number = known.findIndex((candidate) => candidate.things.join() === `object ${thing}`);
-    return number < 0 ? thing : `${letter(number)}, ${thing}`;
-  };
   const options = plan.options.map(([thing, words]) =>
-    h("button", { type: "button", onclick: () => answer(thing) }, `${words} (${named(thing)})`));
+    h("button", { type: "button", onclick: () => answer(thing) }, `${words} (${thing})`));
   return h("div", { class: "stack" }, h("p", { dir: "auto" }, plan.question), h("div", { class: "row" }, options));
 }
 
 function tree(id, clauses) {
   const alt = clauses.map((clause) => `${clause.type} “${clause.text}”`).join(", ");
-  return h("div", { class: "drawing", tabindex: 0, role: "group", "aria-label": "The clauses as a tree" },
+  return h("div", { class: "drawing tree", tabindex: 0, role: "group", "aria-label": "The clauses as a tree" },
     h("img", { src: here(`/try/${id}/tree.svg`), alt: alt ? `Among them: ${alt}` : "There are no clauses." }));
 }
 
-function meanings(clauses, draw, picture) {
+function meanings(clauses, draw) {
   return clauses.map((clause) => {
-    const isChosen = clause.node === chosen;
     const choose = () => {
       chosen = clause.node;
       draw();
       document.querySelector(`[data-node="${clause.node}"]`)?.focus();
     };
     return h("div", { class: `meaning type-${clause.type}` },
-      h("button", { type: "button", class: "clause", "data-node": clause.node, "aria-pressed": String(isChosen), disabled: !picture, onclick: choose },
+      h("button", { type: "button", class: "clause", "data-node": clause.node, "aria-pressed": String(clause.node === chosen), onclick: choose },
         h("b", {}, clause.type), ` ${clause.text}`),
-      h("ul", {}, clause.candidates.map((candidate, number) =>
-        h("li", {}, h("b", {}, letter(number)), ` ${candidate.words}: ${percent(candidate.probability)}`))));
+      h("ul", {}, clause.candidates.map(({ words, probability }) => h("li", {}, `${words} `, h("b", {}, percent(probability))))));
   });
-}
-
-function shownPicture(id, picture, clauses) {
-  const clause = clauses.find((one) => one.node === chosen);
-  const layer = s("svg", { class: "outlines", viewBox: `0 0 ${picture.width} ${picture.height}`, "aria-hidden": "true" });
-  const caps = labelLayer();
-  const labels = [];
-  // The likeliest lies on top.
-  const candidates = clause?.candidates ?? [];
-  for (let number = candidates.length - 1; number >= 0; number--) {
-    for (const thing of candidates[number].things) {
-      const polygons = picture.outlines[thing];
-      if (!polygons?.length) continue;
-      const d = polygons.map((corners) => `M${corners.map((xy) => xy.join(",")).join("L")}Z`).join("");
-      layer.append(s("g", { class: number ? "thing" : "thing chosen" }, s("path", { class: "shape", d })));
-      const text = `${letter(number)} ${percent(candidates[number].probability)}`;
-      labels.unshift({ id: `${number} ${thing}`, kind: "object", text, box: boxAround(polygons[0]), isChosen: !number });
-    }
-  }
-  layer.append(caps.element);
-  const frame = { x: 0, y: 0, w: picture.width, h: picture.height };
-  new ResizeObserver(() => unitOf(layer) && caps.put(labels, frame, unitOf(layer))).observe(layer);
-  const caption = clause
-    ? `What “${clause.text}” may mean, as the world is at the start. The likeliest is yellow.`
-    : "The world at the start.";
-  return [
-    h("div", { class: "screen" }, h("img", { src: here(`/try/${id}/picture.png`), alt: "The world at the start", width: picture.width, height: picture.height }), layer),
-    h("p", { class: "note" }, caption),
-  ];
 }
 
 function film(id) {

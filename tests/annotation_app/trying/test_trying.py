@@ -15,13 +15,23 @@ from flask import Flask
 from annotation_app.serving.factory import create_app
 from annotation_app.trying import attempt as attempt_module
 from annotation_app.trying import attempt_queue as queue
-from annotation_app.trying.attempt import Asked, Shown, attempt, read_state, scenarios, write_state
+from annotation_app.trying.attempt import (
+    Asked,
+    Shown,
+    attempt,
+    prepare,
+    read_state,
+    write_state,
+)
 from annotation_app.trying.attempt_queue import FOLDER, Attempts
+from annotation_app.trying.attempt_queue import attempts as running_attempts
+from annotation_app.trying.start_scene import PICTURE, read_scene
 from g3.inference.grounder import Grounder
 from g3.inference.problem.costs import RandomCost
 from tests.annotation_app.browser import Browser, engine_of, installation_of
 
 SCENARIO = "dock_pick_up_tires"
+AISLES = "aisles_drive_past_person"
 COMMAND = {"scenario": SCENARIO, "text": "Pick up the tires."}
 
 
@@ -59,15 +69,55 @@ def test_strangers_are_asked_to_sign_in_but_not_in_the_demo(app: Flask, open_app
     assert SCENARIO in page.text
 
 
-def test_the_scene_is_seen_before_somebody_types(app: Flask, open_app: Flask) -> None:
+def test_the_map_is_there_before_the_picture(app: Flask, open_app: Flask) -> None:
     client = open_app.test_client()
-    seen = [f'src="/try/scenes/{name}"' in client.get("/try").text for name in sorted(scenarios())]
-    assert seen.index(True) == 0
-    drawing = client.get(f"/try/scenes/{SCENARIO}")
-    assert drawing.mimetype == "image/svg+xml"
-    assert "tires" in drawing.text
-    assert client.get("/try/scenes/nothing").status_code == 404
-    assert app.test_client().get(f"/try/scenes/{SCENARIO}").status_code == 401
+    reply = client.get(f"/api/try/scenes/{SCENARIO}")
+    assert reply.status_code == 202
+    scene = reply.json
+    assert (scene["width"], scene["height"]) == (0, 0)
+    assert {"tires-1", "boxes-1"} <= {thing["id"] for thing in scene["things"]}
+    robot = next(thing for thing in scene["things"] if thing["is_robot"])
+    x, y = zip(*robot["footprint"], strict=True)
+    # The robot is in the middle of the map, and its heading goes up.
+    assert max(y) - min(y) > max(x) - min(x)
+    assert abs(sum(x)) < 0.1
+    assert all(place["name"] and len(place["footprint"]) > 2 for place in scene["places"])
+    assert client.get(f"/try/scenes/{SCENARIO}").status_code == 404  # until it is rendered
+    assert client.get("/api/try/scenes/nothing").status_code == 404
+    assert app.test_client().get(f"/api/try/scenes/{SCENARIO}").status_code == 401
+    with open_app.app_context():
+        running_attempts().stop()
+
+
+def test_a_scene_has_outlines_and_a_place_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grounders: dict[Path | None, Grounder] = {tmp_path: Grounder(RandomCost(1))}
+    monkeypatch.setattr(attempt_module, "_grounders", grounders)
+    prepare(tmp_path / "scene", AISLES, tmp_path)
+    scene = read_scene(tmp_path / "scene")
+    assert scene is not None
+    assert (tmp_path / "scene" / PICTURE).stat().st_size > 10_000
+    seen = {thing.id for thing in scene.things if thing.outlines}
+    assert {"boxes-1", "barrel-1", "forklift"} <= seen
+    names = [place.name for place in scene.places]
+    assert names == ["storage A", "storage B", "charging station"]
+    (inside,) = (p.outline for p in scene.places if p.name == "storage A")
+    assert all(0 <= x <= scene.width and 0 <= y <= scene.height for x, y in inside)
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_state(folder, Shown(Asked(AISLES, "Put the boxes down beside the barrel.", insist=True)))
+    attempt(folder, tmp_path)
+    shown = read_state(folder)
+    assert shown is not None
+    assert shown.plan is not None
+    for clause in shown.plan.clauses:
+        words = [candidate.words for candidate in clause.candidates]
+        assert sum(c.probability for c in clause.candidates) == pytest.approx(1, abs=1e-3)
+        assert not any("(" in word for word in words if word.startswith("a place"))
+    keys = [key for c in shown.plan.clauses for one in c.candidates for key in one.things]
+    places = {key for key in keys if key.startswith("place ")}
+    assert places == {f"place {n}" for n in range(len(shown.plan.places))}
 
 
 @pytest.mark.parametrize(
@@ -138,7 +188,7 @@ def test_what_the_forks_cannot_reach_is_said_and_nothing_moves(
     assert shown.phase == "done"
     assert "can't be carried out" in shown.problem
     assert "over truck-1" in shown.problem
-    assert shown.picture is None
+    assert not shown.has_video
     assert not (folder / "video.mp4").exists()
 
 
