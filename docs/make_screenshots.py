@@ -49,6 +49,8 @@ PAGES = {
     "setup": ("", "/setup/<setup>"),
     "welcome": ("", "/s/<study_name>/welcome"),
     "not-there": ("", "/s/nothing"),
+    "not-for-you": ("worker", "/dashboard/<study_name>"),
+    "offline": ("", "/offline"),
     "crowd-preview": (
         "",
         "/crowd/<provider_name>/<offer>?assignmentId=ASSIGNMENT_ID_NOT_AVAILABLE",
@@ -97,7 +99,7 @@ PAGES = {
 NO_PAGES = {
     "/dashboard/<study_name>/export/<form>", "/dashboard/<study_name>/queue/next",
     "/admin/studies/<name>/video/<int:number>", "/media/<media_id>", "/try/<name>/<file>",
-    "/try/scenes/<scenario>",
+    "/try/scenes/<scenario>", "/offline-worker.js",
     "/s/<study_name>/invitation/<token>",
 }  # fmt: skip
 """Addresses of files, or of redirects."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import flask
-from flask import Blueprint
+from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -58,6 +58,18 @@ def home() -> str:
         ]
     tries = may_try(person)
     return flask.render_template("home.html", studies=studies, person=person, tries=tries)
+
+
+@blueprint.get("/offline")
+def offline() -> str:
+    """Show what browsers keep for times without a connection."""
+    return flask.render_template("offline.html")
+
+
+@blueprint.get("/offline-worker.js")
+def offline_worker() -> Response:
+    """Return the script that shows the page; it works for the pages below its own address."""
+    return flask.current_app.send_static_file("js/offline-worker.js")
 
 
 @blueprint.get("/s/<study_name>")

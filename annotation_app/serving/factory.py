@@ -46,6 +46,7 @@ from annotation_app.web import api
 from annotation_app.web.limits import limiter
 from annotation_app.web.page_language import install as install_language
 from annotation_app.web.public_links import only_paths
+from annotation_app.web.who_asks import error_page
 from corpus_tools.corpus.corpus_records import (
     AnnotationRecord,
     CommandRecord,
@@ -216,8 +217,7 @@ def _failure(
     if wants_json():
         reply = {"error": f"{message} {advice}" if advice else message}
         return flask.make_response(reply | ({"problems": problems} if problems else {}), status)
-    page = flask.render_template("error.html", status=status, message=message, advice=advice)
-    return flask.make_response(page, status)
+    return flask.make_response(error_page(status, message, advice))
 
 
 _TYPED = N_("Nothing that you typed is lost: try again in a minute.")

@@ -16,9 +16,10 @@ from flask.typing import ResponseReturnValue as Reply
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
+from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.people import api_tokens
-from annotation_app.people.browser_sessions import required_person
+from annotation_app.people.browser_sessions import current_person, required_person
 from annotation_app.store.audit import name_of
 from annotation_app.store.database import OnlyReadError, reading, transaction
 from annotation_app.store.installation import installation
@@ -60,13 +61,34 @@ def refused(refusal: Refusal) -> Reply:
     """Redirect to sign in and back, or render the reason for the refusal."""
     if refusal.status == 401 and flask.request.method == "GET":
         return sign_in_page()
+    return error_page(refusal.status, refusal.message, signs_in=refusal.status in (401, 403))
+
+
+_ADVICE = {
+    403: N_("If you think that it is for you, ask the people who run the study."),
+    404: N_("The address may be mistyped, or what was here has been removed."),
+}
+
+
+def error_page(status: int, message: str, advice: str = "", *, signs_in: bool = False) -> Reply:
+    """Render an error, in the frame of all pages, with the next step.
+
+    `signs_in` offers to sign in to people who haven't; people of open studies need no login.
+    """
+    try:
+        with reading(installation().engine) as session:
+            person = current_person(session)
+    except (SQLAlchemyError, OSError):
+        person = None  # it may be the database that fails
     page = flask.render_template(
         "error.html",
-        status=refusal.status,
-        message=refusal.message,
-        to_sign_in=refusal.status == 401,
+        status=status,
+        message=message,
+        advice=advice or (gettext(_ADVICE[status]) if status in _ADVICE else ""),
+        person=person,
+        to_sign_in=signs_in and not (person and person.login),
     )
-    return page, refusal.status
+    return page, status
 
 
 def refused_on(

@@ -155,7 +155,8 @@ def chromium() -> Iterator[Browser]:
 @pytest.fixture
 def context(chromium: Browser) -> Iterator[BrowserContext]:
     """A new user's browser."""
-    made = chromium.new_context(viewport={"width": 1280, "height": 900})
+    # What a service worker asks for isn't seen by tests that hold requests up.
+    made = chromium.new_context(viewport={"width": 1280, "height": 900}, service_workers="block")
     made.set_default_timeout(PATIENCE_MS)
     yield made
     made.close()

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import BrowserContext, Page, Route, expect
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 from sqlalchemy import select
 
 from annotation_app.store.models import Draft, Event
@@ -152,3 +152,34 @@ def test_a_cookie_that_is_not_taken_is_no_answer_that_is_wrong(
     with page.expect_navigation():
         context.clock.fast_forward("00:40")
     assert len(site.answers("check")) == 1
+
+
+def test_without_a_connection_there_is_a_page_of_ours(site: Site, chromium: Browser) -> None:
+    context = chromium.new_context()
+    page = context.new_page()
+    page.goto(f"{site.url}/login")
+    page.wait_for_function("navigator.serviceWorker.ready.then(it => Boolean(it.active))")
+    page.reload()  # the worker has the page from now on
+    context.set_offline(True)
+    page.goto(f"{site.url}/s/sea")
+    expect(page.get_by_role("heading", level=1)).to_have_text("You are offline")
+    assert page.url == f"{site.url}/s/sea"
+    expect(page.locator(".card")).to_have_css("border-radius", "14px")
+    assert violations(page) == []
+    context.set_offline(False)
+    page.get_by_role("link", name="Try again").click()
+    expect(page.get_by_role("heading", level=1)).not_to_have_text("You are offline")
+    context.close()
+
+
+@pytest.mark.parametrize(("path", "status"), [("/nothing", 404), ("/dashboard/sea", 403)])
+def test_errors_are_pages_with_a_next_step(
+    site: Site, context: BrowserContext, path: str, status: int
+) -> None:
+    page = site.open(context, "describe")
+    reply = page.goto(site.url + path)
+    assert reply is not None
+    assert reply.status == status
+    assert page.get_by_role("link", name="Start page").is_visible()
+    assert (page.get_by_role("link", name="Sign in").count() == 1) == (status == 403)
+    assert violations(page) == []
