@@ -27,7 +27,8 @@ def described(action: Action, frame: Frame = MAP) -> str:
     target = " and ".join(_called(g, frame) for g in action.target if not isinstance(g, Path))
     words = [action.kind.name, action.object_id, target]
     if action.place is not None:
-        words.append(f"at {place_called(action.place, frame)}, {action.place.prism.z_min:.1f} m up")
+        up = round(float(action.place.prism.z_min), 1)
+        words.append(f"at {place_called(action.place, frame)}" + (f", {up} m up" if up else ""))
     if action.kind.unit == "rad":
         words.append(f"{np.rad2deg(action.amount):.0f} degrees")
     elif action.amount:  # also of a kind that mostly has none: "drive away", by so many metres

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from flask import Flask
-from sqlalchemy import and_, func, or_, select
+from sqlalchemy import and_, func, or_, select, update
 
 from annotation_app.items import assignment
 from annotation_app.items.assignment import ITEM, SLOT
 from annotation_app.pages.study_progress import progress
 from annotation_app.store.database import reading
-from annotation_app.store.models import Person
+from annotation_app.store.models import Person, Slot
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.work.handing_out import find_study
-from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of, execute
 from tests.annotation_app.conftest import NO_PRACTICE, study_of
+from tests.annotation_app.rendered import VIDEOS
 
 pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 
@@ -63,3 +66,20 @@ def test_progress_counts_what_somebody_may_do(app: Flask) -> None:
     other.do("rate", {"rating": 1})
     assert rating(app, other) == (1, 1)
     assert rating(app, Browser(app)) == (0, 0)
+
+
+def test_one_button_is_the_next_step(app: Flask) -> None:
+    person = Browser(app)
+    page = person.client.get("/s/tests").text
+    (button,) = re.findall(r'class="button primary" href="([^"]+)"', page)
+    assert button == "/s/tests/describe"
+    for _ in VIDEOS[1:]:
+        person.do("describe", described())
+    Browser(app).do("describe", described())
+    page = person.client.get("/s/tests").text
+    assert re.findall(r'class="button primary" href="([^"]+)"', page) == ["/s/tests/rate"]
+    everything = update(Slot).values(answered=True)
+    execute(engine_of(app), everything)
+    page = person.client.get("/s/tests").text
+    assert 'class="button primary"' not in page
+    assert "You have done all that there is for you here." in page
