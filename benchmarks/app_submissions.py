@@ -48,6 +48,7 @@ def add_study(config: Config, videos: Path, workers: int, slots: int, each: int)
     """Fill a new database with pairs to rate; return the workers' ids."""
     pairs = max(PAIRS, 2 * each)
     study = StudyConfig(
+        watching="flagged",
         name=STUDY,
         title="Load",
         tasks={"rate": TaskConfig(answers=-(-slots // pairs), practice=False)},

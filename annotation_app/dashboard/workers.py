@@ -17,14 +17,14 @@ from annotation_app.people.participants import platform_knowledge, subject_of
 from annotation_app.store.database import core
 from annotation_app.store.models import Answer, Item, Person, Record, TaskName
 from annotation_app.tasks.task_registry import task_names, tasks
-from annotation_app.work.answer_flags import UNREAD, WATCHED_LONGER, answer_flags
+from annotation_app.work.answer_flags import UNREAD, UNWATCHED, WATCHED_LONGER, answer_flags
 
 FEWEST = 5
 """Answers of a task by which a person can be distinguished from others."""
 FAST = 1 / 3
 """Share of the others' median time, below which work is fast."""
 FAILED_CHECKS, FAILED_SHARE = 2, 1 / 3
-FEWEST_FLAGS = {UNREAD: 3, WATCHED_LONGER: 2}
+FEWEST_FLAGS = {UNREAD: 3, UNWATCHED: 2, WATCHED_LONGER: 2}
 """Least number of odd answers that makes their author odd."""
 
 _ANSWER = core(Answer)

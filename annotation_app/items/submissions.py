@@ -107,6 +107,13 @@ def submit(
     return Receipt("surplus")
 
 
+def held_s(session: Session, item: AnyItem, who: str, now: float) -> float | None:
+    """Return the seconds since an item was handed to a person, None if no clock shows them."""
+    about = {"item": item.id, "who": who, "at_present": now, **since_boot()}
+    found: float | None = session.scalar(_HELD, about)
+    return found
+
+
 def was_received(session: Session, who: str, uuid: str) -> bool:
     """Check that a person has sent an event before."""
     lock_person(session, who)
@@ -230,6 +237,9 @@ def _seconds(now: BindParameter[float]) -> ColumnElement[float]:
         (HANDOUT.c.boot == boot, since_boot_s - HANDOUT.c.since_boot_s),
         (and_(by_clock >= 0, by_clock <= LONGEST_S), by_clock),
     )
+
+
+_HELD = select(_seconds(_NOW)).where(HANDOUT.c.item_id == _ITEM, HANDOUT.c.person_id == _WHO)
 
 
 @functools.cache

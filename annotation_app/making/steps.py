@@ -38,7 +38,7 @@ STEPS = (
     Step(
         "tasks",
         "Tasks",
-        ("tasks", "attention_checks", "known_commands", "pairs", "seed"),
+        ("tasks", "watching", "attention_checks", "known_commands", "pairs", "seed"),
         ("answers", "lease_minutes", "practice", "suggestions"),
     ),
     Step("people", "People", ("access", "qualification", "payment"), ("role",)),

@@ -13,6 +13,7 @@ Name: TypeAlias = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9-]*$", m
 Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=10_000)]
 Line: TypeAlias = Annotated[str, msgspec.Meta(min_length=1, max_length=1000)]
 Suggestions: TypeAlias = Literal["on", "off", "half"]
+Watching: TypeAlias = Literal["required", "flagged"]
 Language: TypeAlias = Annotated[
     str, msgspec.Meta(pattern=r"^[a-z]{2,3}(-[A-Za-z]+)*$", max_length=20)
 ]
@@ -173,6 +174,8 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         What attention checks are made of.
     pairs
         Commands with videos to be rated, beside those that people type.
+    watching
+        Whether answers of people who can't have watched the video are refused, or kept with a flag.
     seed
         What random videos and negatives are drawn with.
     retention_days
@@ -200,6 +203,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     attention_checks: Share = 0.0
     known_commands: tuple[KnownCommand, ...] = ()
     pairs: tuple[RatedPair, ...] = ()
+    watching: Watching = "required"
     seed: int = 0
     retention_days: Annotated[int, msgspec.Meta(ge=0, le=36_500)] | None = None
 

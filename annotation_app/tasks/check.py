@@ -120,6 +120,12 @@ def _check(
     return with_watching({"verdicts": dict(answer.verdicts)}, answer), problems
 
 
+def _watched(payload: Record) -> list[str]:
+    """Return the videos that show what happens: pictures of them show things and places."""
+    shown = payload["shown"].values()
+    return sorted({one["video"] for one in shown if not (one["objects"] or one["places"])})
+
+
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
     subject = about_answer(answer)
     shown = random_groundings(session, item, answer.body, draws(config, subject))
@@ -298,6 +304,7 @@ CHECK = Task(
     check=_check,
     example=_example,
     reads=("labels",),
+    watches=_watched,
     needs_scenes=True,
     source=Source(
         GROUNDINGS, _items, lambda payload, answer: payload.get("grounding") == answer.id

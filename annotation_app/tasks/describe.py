@@ -1,7 +1,8 @@
 """Describe: people watch a video and type the command that it fulfils.
 
 An item's payload is ``{"video"}``. The page sends ``{"text", "played_to_end", "watched_s",
-"speed"}``; all but the second are kept. An answer is a command at once.
+"speed"}``; all but the second, by which the page itself knows, are kept. An answer is a command at
+once.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from annotation_app.tasks.watched_videos import (
     Seconds,
     Speed,
     item_of_video,
-    not_watched,
+    its_video,
     video_payload,
     with_watching,
 )
@@ -40,7 +41,7 @@ class Described(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A command for what a video shows."""
 
     text: str
-    played_to_end: bool
+    played_to_end: bool = True
     watched_s: Seconds = 0.0
     speed: Speed | None = None
 
@@ -80,10 +81,7 @@ def _check(
     _session: Session, _item: AnyItem, answer: Described, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
     text = clean_text(answer.text)
-    problems = [*text_problems(text)]
-    if not answer.played_to_end:
-        problems.insert(0, not_watched())
-    return with_watching({"text": text}, answer), problems
+    return with_watching({"text": text}, answer), [*text_problems(text)]
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
@@ -118,6 +116,7 @@ DESCRIBE = Task(
     check=_check,
     example=lambda scene: scene.watched,
     hides_title=True,
+    watches=its_video,
     practises=("video",),
     gives=COMMAND,
     of_video=item_of_video("describe"),

@@ -50,7 +50,7 @@ from annotation_app.tasks.task_record import (
     write_csv,
 )
 from annotation_app.tasks.video_parts import must_be_chosen, read_parts, sent_parts
-from annotation_app.tasks.watched_videos import Seconds, Speed, with_watching
+from annotation_app.tasks.watched_videos import Seconds, Speed, its_video, with_watching
 from g3.geometry.plane import area, convex_hull
 from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import from_json
@@ -355,6 +355,7 @@ GROUND = Task(
     shown_suggestion=_shown_suggestion,
     likeness=shared_part,
     reads=("labels",),
+    watches=its_video,
     needs_scenes=True,
     gives=GROUNDINGS,
     source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),

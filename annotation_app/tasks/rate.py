@@ -32,7 +32,7 @@ from annotation_app.tasks.task_record import (
     Task,
     TaskWords,
 )
-from annotation_app.tasks.watched_videos import Seconds, Speed, with_watching
+from annotation_app.tasks.watched_videos import Seconds, Speed, its_video, with_watching
 from corpus_tools.world.scenarios.documents import Problem
 from g3.annotation import RATINGS, Judgment
 
@@ -173,6 +173,7 @@ RATE = Task(
     check=_check,
     example=lambda scene: {"command": scene.command, **scene.watched},
     reads=("statement", "scale"),
+    watches=its_video,
     practises=("video", "command"),
     source=Source(COMMAND, _items),
     of_study=_of_study,

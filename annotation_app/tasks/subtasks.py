@@ -29,7 +29,7 @@ from annotation_app.tasks.watched_videos import (
     Seconds,
     Speed,
     item_of_video,
-    not_watched,
+    its_video,
     video_payload,
     with_watching,
 )
@@ -53,7 +53,7 @@ class CutUp(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The subtasks of an episode in their order."""
 
     subtasks: Annotated[list[Subtask], msgspec.Meta(max_length=MOST_SUBTASKS)]
-    played_to_end: bool
+    played_to_end: bool = True
     watched_s: Seconds = 0.0
     speed: Speed | None = None
 
@@ -101,8 +101,6 @@ def _check(
 ) -> tuple[Record, list[FieldProblem]]:
     subtasks = [{"start_s": s.start_s, "text": clean_text(s.text)} for s in answer.subtasks]
     problems = list(_problems(subtasks, float(watched(session, item)["duration_s"])))
-    if not answer.played_to_end:
-        problems.insert(0, not_watched())
     return with_watching({"subtasks": subtasks}, answer), problems
 
 
@@ -169,6 +167,7 @@ SUBTASKS = Task(
     check=_check,
     example=lambda scene: scene.watched,
     hides_title=True,
+    watches=its_video,
     of_video=item_of_video("subtasks"),
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
     agreement=_measured,

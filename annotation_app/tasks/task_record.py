@@ -194,6 +194,8 @@ class Task:
     """Fields of a study's file that the page shows, in addition to those of the task itself."""
     needs_scenes: bool = False
     """True if the things in the videos and their places must be known."""
+    watches: Callable[[Record], Sequence[str]] = _none
+    """Videos, by their names, that people must have watched to answer an item of such a payload."""
     practises: tuple[str, ...] = ()
     """Content that a study's own practice items must have; empty if the task has none."""
     warm_up: Callable[[], None] | None = None

@@ -8,8 +8,6 @@ from typing import Annotated, Any, TypeAlias
 import msgspec
 from sqlalchemy.orm import Session
 
-from annotation_app.core.languages import gettext
-from annotation_app.core.problems import FieldProblem
 from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem, about_video
 from annotation_app.store.models import Item, Record, TaskName
@@ -29,9 +27,9 @@ def with_watching(body: Record, answer: Any) -> Record:
     return body | {name: value for name, value in told.items() if value is not None}
 
 
-def not_watched() -> FieldProblem:
-    """Return the fault of an answer that was sent before the video's end."""
-    return FieldProblem("played_to_end", gettext("Watch the video to its end first."))
+def its_video(payload: Record) -> tuple[str]:
+    """Return the video of an item whose question is about it (`Task.watches`)."""
+    return (payload["video"],)
 
 
 def video_payload(session: Session, item: Item, _salt: bytes) -> Record:

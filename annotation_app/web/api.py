@@ -27,7 +27,7 @@ from annotation_app.web.limits import limited, submissions
 from annotation_app.web.public_links import here
 from annotation_app.work import adjudicating, adoption
 from annotation_app.work.answer_flags import odd_below
-from annotation_app.work.answer_reading import gist_of, read_answer
+from annotation_app.work.answer_reading import checked_watching, gist_of, read_answer
 from annotation_app.work.handing_out import EXPLANATIONS, item_of, lease_s, take_work, visit
 from annotation_app.work.page_data import opened_page, page_data, provenance
 
@@ -146,6 +146,7 @@ def answer(item_id: str) -> Response:
     with reading(engine) as session:
         found = item_of(session, item_id)
         kept = read_answer(session, found, request.body, installation().salt)
+        kept = checked_watching(session, found, kept, now())
         origin = provenance(session, found, found.who, kept)
     with transaction(engine) as session:
         receipt = submit(

@@ -19,6 +19,7 @@ MARGIN = 1e-3
 
 UNREAD = "unchanged suggestion, sent before it could be read"
 WATCHED_LONGER = "watched longer than the item was there"
+UNWATCHED = "sent without watching the video to its end"
 
 
 def is_untouched(provenance: Record | None) -> bool:
@@ -30,6 +31,13 @@ def is_untouched(provenance: Record | None) -> bool:
     )
 
 
+def watched_too_long(body: Record, seconds: float | None) -> bool:
+    """Check that an answer reports more watching than its seconds allow, None if unknown."""
+    # Who says nothing of the speed had no choice of it.
+    allowed = math.inf if seconds is None else seconds * body.get("speed", 1.0) + SLACK_S
+    return bool(body.get("watched_s", 0.0) > allowed)
+
+
 def odd_below(payload: Record, body: Record, provenance: Record | None) -> float | None:
     """Return the seconds from which on :func:`answer_flags` surely finds nothing odd.
 
@@ -37,6 +45,8 @@ def odd_below(payload: Record, body: Record, provenance: Record | None) -> float
 
     It is None where the answer may be odd however long it took.
     """
+    if body.get("unwatched"):
+        return None
     words = len(payload.get("text", "").split())
     read = QUICK_S + QUICK_WORD_S * words if is_untouched(provenance) else 0.0
     watched = (body.get("watched_s", 0.0) - SLACK_S) / body.get("speed", 1.0)
@@ -48,11 +58,12 @@ def answer_flags(
     payload: Record, body: Record, provenance: Record | None, seconds: float | None
 ) -> Iterator[str]:
     """Yield oddities of an answer to an item that took a person some seconds, None if unknown."""
+    if body.get("unwatched"):
+        yield UNWATCHED
     if seconds is None:
         return
     words = len(payload.get("text", "").split())
     if is_untouched(provenance) and seconds < QUICK_S + QUICK_WORD_S * words:
         yield UNREAD
-    # Who says nothing of the speed had no choice of it.
-    if body.get("watched_s", 0.0) > seconds * body.get("speed", 1.0) + SLACK_S:
+    if watched_too_long(body, seconds):
         yield WATCHED_LONGER

@@ -124,4 +124,4 @@ def exported(app: Flask, form: str, study: str = "tests") -> bytes:
 
 
 def described(text: str = COMMAND) -> dict[str, Any]:
-    return {"text": text, "played_to_end": True, "watched_s": 1.0}
+    return {"text": text, "played_to_end": True, "watched_s": 2.0}

@@ -33,8 +33,8 @@ NO_PRACTICE = TaskConfig(practice=False)
 
 
 def study_of(**tasks: TaskConfig) -> StudyConfig:
-    """A study with these tasks and nothing else of its own."""
-    return StudyConfig(name="tests", title="A study", tasks=tasks)
+    """A study with these tasks, for people who don't wait until a video ends."""
+    return StudyConfig(name="tests", title="A study", tasks=tasks, watching="flagged")
 
 
 STUDY = StudyConfig(
@@ -47,6 +47,7 @@ STUDY = StudyConfig(
         "check": NO_PRACTICE,
         "rate": TaskConfig(answers=2, practice=False),
     },
+    watching="flagged",  # who sends answers by program plays no videos
     attention_checks=0.5,
     known_commands=(KnownCommand("Wait here.", VIDEOS[0], VIDEOS[1]),),
 )

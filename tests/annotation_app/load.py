@@ -202,6 +202,7 @@ def add_study(config: Config, videos: Path, workers: int, answers: int) -> list[
     study = StudyConfig(
         name=STUDY,
         title="Load",
+        watching="flagged",
         tasks={
             "describe": TaskConfig(answers=answers, practice=False),
             "rate": TaskConfig(answers=RATINGS, practice=False),

@@ -44,7 +44,7 @@ def test_people_get_its_page(seen: dict[str, Any]) -> None:
     assert "script-src 'self'" in seen["policy"]
     assert "begin(" in seen["script"]
     assert seen["payload"]["command"] == COMMAND
-    assert seen["payload"]["duration_s"] == 10.0
+    assert seen["payload"]["duration_s"] == 1.0
 
 
 def test_its_answers_are_checked_and_kept(seen: dict[str, Any]) -> None:

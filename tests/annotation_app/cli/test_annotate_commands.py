@@ -62,7 +62,7 @@ def annotate_all(app: Flask) -> None:
         expert.answer(page["item"], {"verdicts": verdicts})
     rater = Browser(app)
     while rater.lease("rate").status_code == 200:
-        rater.do("rate", {"rating": 4})
+        rater.do("rate", {"rating": 4, "watched_s": 1.0})
     assert len(names) == 2 * len(VIDEOS)
 
 
@@ -101,7 +101,7 @@ def test_an_export_without_annotations_says_how_to_get_some(
     assert json.loads(told.out)["annotations"] == 0
     assert "no annotations yet" in told.err
     assert all(task in told.err for task in ("Describe", "Segment", "Ground"))
-    Browser(app).do("rate", {"rating": 4})
+    Browser(app).do("rate", {"rating": 4, "watched_s": 1.0})
     assert run([*command, "--json", "--force"]) == 0
     told = capsys.readouterr()
     assert (json.loads(told.out)["annotations"], json.loads(told.out)["judgments"]) == (0, 1)

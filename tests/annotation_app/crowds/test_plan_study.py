@@ -64,6 +64,6 @@ def test_ratings_are_read_while_they_come_in(file: Path) -> None:
     rater = Browser(app, study="plans")
     for number in (1, 2):
         item = rater.lease("rate", "plans").json["item"]
-        assert rater.answer(item, {"rating": 5}).status_code == 200
+        assert rater.answer(item, {"rating": 5, "watched_s": 1.0}).status_code == 200
         assert [j.rating for j in received(file.parent)] == ["SA"] * number
     engine_of(app).dispose()

@@ -219,7 +219,7 @@ def test_nobody_rates_their_own_command(app: Flask) -> None:
     while author.lease("rate").status_code == 200:
         page = author.take("rate")
         assert page["payload"]["command"] != "Go over there"
-        author.answer(page["item"], {"rating": 3})
+        author.answer(page["item"], {"rating": 3, "watched_s": 1.0})
 
 
 def test_attention_checks_are_mixed_in(app: Flask) -> None:
@@ -230,7 +230,7 @@ def test_attention_checks_are_mixed_in(app: Flask) -> None:
         page = rater.take("rate")
         assert "right" not in str(page)
         commands.append(page["payload"]["command"])
-        rater.answer(page["item"], {"rating": 1})
+        rater.answer(page["item"], {"rating": 1, "watched_s": 1.0})
     assert commands.count("Wait here.") == 2
 
 

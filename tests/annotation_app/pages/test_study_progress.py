@@ -56,14 +56,14 @@ def test_progress_counts_what_somebody_may_do(app: Flask) -> None:
     author.do("describe", described())
     assert rating(app, author) == (0, 0)  # nobody rates their own command
     assert rating(app, rater) == (0, 2)
-    rater.do("rate", {"rating": 5})
+    rater.do("rate", {"rating": 5, "watched_s": 1.0})
     assert rating(app, rater) == (1, 2)
     assert rating(app, other) == (0, 1)
     held = rater.take("rate")["item"]
     assert (rating(app, rater), rating(app, other)) == ((1, 2), (0, 1))
     rater.note(held, "skip", "too dark")
     assert rating(app, rater) == (1, 1)
-    other.do("rate", {"rating": 1})
+    other.do("rate", {"rating": 1, "watched_s": 1.0})
     assert rating(app, other) == (1, 1)
     assert rating(app, Browser(app)) == (0, 0)
 

@@ -118,7 +118,7 @@ def worked(app: Flask) -> tuple[Browser, Browser]:
         check(bob)
     for _ in range(3):
         bob.lease("rate")
-        bob.do("rate", {"rating": 4})
+        bob.do("rate", {"rating": 4, "watched_s": 1.0})
     return ada, bob
 
 
@@ -224,7 +224,7 @@ def test_others_can_do_the_work_again(app: Flask, worked: tuple[Browser, Browser
     check(carol)
     for _ in range(3):
         assert carol.lease("rate").status_code == 200
-        carol.do("rate", {"rating": 2})
+        carol.do("rate", {"rating": 2, "watched_s": 1.0})
 
 
 @BOTH
@@ -344,7 +344,7 @@ def test_whatever_people_did(app: Flask, deeds: list[tuple[int, int]]) -> None:
         if task == "describe":
             person.do("describe", described(f"Pick up the {words[who]}"))
         elif task == "rate":
-            person.do("rate", {"rating": 3})
+            person.do("rate", {"rating": 3, "watched_s": 1.0})
         else:
             {"segment": segment, "ground": ground, "check": check}[task](person)
     config = installation_of(app).config

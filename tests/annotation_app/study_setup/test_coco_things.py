@@ -152,7 +152,9 @@ def test_groundings_name_the_annotations(lab: Path) -> None:
         page = worker.lease("check", "arm").json  # things are drawn, too
         assert {c["type"] for c in page["payload"]["clauses"]} <= {"EVENT", "OBJECT"}
         verdicts = {str(c["node"]): False for c in page["payload"]["clauses"]}
-        assert worker.answer(page["item"], {"verdicts": verdicts}).status_code == 200
+        assert (
+            worker.answer(page["item"], {"verdicts": verdicts, "watched_s": 2.0}).status_code == 200
+        )
     export = ["annotate", "export", "--instance", str(lab / "instance"), "--format"]
     assert run([*export, "groundings.csv", str(lab / "g.csv")]) == 0
     (row,) = csv.DictReader(io.StringIO((lab / "g.csv").read_text()))

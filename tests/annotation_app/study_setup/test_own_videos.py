@@ -82,7 +82,7 @@ def test_from_a_folder_to_exported_answers(
         sdcs = to_json(parse_brackets(TREE, command="Push the cup."))
         assert other.answer(page["item"], {"sdcs": sdcs}).status_code == 200
         page = other.lease("rate", "my-arm").json
-        assert other.answer(page["item"], {"rating": 4}).status_code == 200
+        assert other.answer(page["item"], {"rating": 4, "watched_s": 1.0}).status_code == 200
     rows = list(csv.DictReader(io.StringIO(export(file, "csv").read_text())))
     assert [row["task"] for row in rows] == ["describe", "describe", "segment", "rate"]
     assert {row["video"] for row in rows} == {"push", "lift"}

@@ -51,7 +51,7 @@ def test_people_rate_what_the_file_names(app: Flask, videos: Path, tmp_path: Pat
         for _ in PAIRS:
             page = rater.lease("rate", "plans").json
             assert page["payload"]["command"] == "Go there."
-            assert rater.answer(page["item"], {"rating": 5}).status_code == 200
+            assert rater.answer(page["item"], {"rating": 5, "watched_s": 1.0}).status_code == 200
         assert rater.lease("rate", "plans").status_code != 200
     with reading(engine_of(app)) as session:
         export_corpus(session, find_study(session, "plans")).save(tmp_path / "ratings")
@@ -67,6 +67,7 @@ def test_a_pair_of_no_video_is_refused(app: Flask, videos: Path) -> None:
     study = StudyConfig(
         name="other",
         title="Other",
+        watching="flagged",
         tasks={"rate": TaskConfig(practice=False)},
         pairs=(RatedPair("Go.", "nowhere", OWN),),
     )

@@ -77,7 +77,8 @@ def test_people_describe_cut_and_rate_episodes(tmp_path: Path, capsys: pytest.Ca
         for rating in (5, 2):
             rater = Browser(app, study="robot")
             while (taken := rater.lease("rate", "robot")).status_code == 200:
-                assert rater.answer(taken.json["item"], {"rating": rating}).status_code == 200
+                body = {"rating": rating, "watched_s": 1.2}
+                assert rater.answer(taken.json["item"], body).status_code == 200
     capsys.readouterr()
     copy = export(tmp_path)
     assert "3 episodes, 3 wordings, 4 steps" in capsys.readouterr().out
@@ -168,7 +169,7 @@ def test_a_models_subtasks_get_verdicts(tmp_path: Path):
             page = taken.json
             payload = page["payload"]
             durations.setdefault(payload["command"], set()).add(payload["duration_s"])
-            assert rater.answer(page["item"], {"rating": 4}).status_code == 200
+            assert rater.answer(page["item"], {"rating": 4, "watched_s": 1.2}).status_code == 200
     assert set(durations) == {"reach", "grasp", "push"}
     assert any(d == pytest.approx(0.7) for d in durations["grasp"])
     copy = export(tmp_path)
@@ -194,7 +195,7 @@ def test_answers_that_are_no_steps(tmp_path: Path):
             (cut((0, "reach"), (0.4, "a"), (0.4, "b")), "Step 3 must begin after"),
             (cut((0, "reach"), (60, "a")), "after the video's end"),
             (cut((0, "x" * 301)), "at most 300"),
-            (cut((0, "reach")) | {"played_to_end": False}, "Watch the video"),
+            (cut((0, "reach")) | {"watched_s": 0.0}, "Watch the video"),
         ):
             refused = person.answer(item, body)
             assert refused.status_code == 422

@@ -47,7 +47,6 @@ def test_texts_are_kept(app: Flask, text: str, kept: str) -> None:
         ({"text": "x" * 2001}, "2001 characters long. Use at most 2000"),
         ({"text": "a " * 201}, "at most 200 words"),
         ({"text": "Go\0there"}, "invisible character NUL"),
-        ({"played_to_end": False}, "Watch the video to its end"),
         ({"text": 5}, "can't be read"),
         ({"more": 5}, "can't be read"),
     ],

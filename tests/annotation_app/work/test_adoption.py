@@ -58,7 +58,7 @@ def test_answers_become_a_corpus(app: Flask) -> None:
     assert author.answer(page["item"], {"verdicts": verdicts}).status_code == 200
 
     assert author.lease("rate").json["reason"] in ("done", "nothing to do")
-    ratings = [other.do("rate", {"rating": 5}) for _ in range(3)]
+    ratings = [other.do("rate", {"rating": 5, "watched_s": 1.0}) for _ in range(3)]
     assert all(r["state"] == "accepted" for r in ratings)
 
     with reading(engine_of(app)) as session:
