@@ -104,7 +104,7 @@ def _texts(value: Value, form: Form) -> None:
         if task.name not in value["tasks"]:
             continue
         of_task = value["tasks"][task.name]
-        for name in ("title", "summary", "instructions"):
+        for name in ("title", "summary", "prompt", "instructions"):
             _put(of_task, name, text_of(form, f"{name}-{task.name}"), "")
         if task.practises:
             rows = (_practice_item(form, f"item-{task.name}-{i}") for i in range(MOST_ROWS))

@@ -46,7 +46,7 @@ STEPS = (
         "texts",
         "Texts",
         ("title", "locale", "robot", "statement", "scale", "labels"),
-        ("title", "summary", "instructions", "practice_items"),
+        ("title", "summary", "prompt", "instructions", "practice_items"),
     ),
     Step("consent", "Consent", ("consent", "questions", "retention_days")),
 )
@@ -191,6 +191,7 @@ LABELS = {
     "payment": "Payment",
     "practice_items": "Practice item",
     "summary": "Summary",
+    "prompt": "Prompt",
     "instructions": "Instructions",
     "retention_days": "Days",
 }

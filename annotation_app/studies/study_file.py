@@ -35,14 +35,15 @@ Scale: TypeAlias = tuple[Line, Line, Line, Line, Line]
 
 
 class PracticeItem(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A practice item of a study's own, for the tasks describe and rate.
+    """A practice item of a study's own.
 
     Parameters
     ----------
     video
         Which of the study's videos it shows.
     good
-        What people read whose answer is right. Any description is.
+        What people read whose rating is right; of other tasks, which judge nothing, some answers to
+        compare theirs with.
     command
         What is rated.
     right
@@ -84,7 +85,7 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         does, or for half of the items, drawn from the study's seed and the item's id.
     practice_items
         What people practise with, instead of the example with the boat.
-    title, summary
+    title, summary, prompt
         What people read of the task, instead of its own words.
     instructions
         The same, as Markdown without HTML and pictures.
@@ -98,6 +99,7 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     practice_items: tuple[PracticeItem, ...] = ()
     title: Line | None = None
     summary: Line | None = None
+    prompt: Line | None = None
     instructions: Text = ""
 
 

@@ -58,7 +58,7 @@ class CommandCounts:
 def text_problems(text: str) -> Iterator[FieldProblem]:
     """Yield the faults of a command that a person has typed."""
     if not any(character.isalnum() for character in text):
-        yield FieldProblem("text", gettext("Type what you would tell the operator to do."))
+        yield FieldProblem("text", gettext("Type a command."))
     elif len(text) > LONGEST_TEXT:
         told = gettext("This is %(long)s characters long. Use at most %(most)s.")
         yield FieldProblem("text", told % {"long": len(text), "most": LONGEST_TEXT})
@@ -109,6 +109,7 @@ DESCRIBE = Task(
             N_("Write as you would speak. There is no single right answer."),
         ),
         keys=(*VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
+        prompt=N_("Type the command you would give an expert operator"),
     ),
     template="tasks/describe.html",
     answer=Described,

@@ -168,6 +168,7 @@ SUBTASKS = Task(
     example=lambda scene: scene.watched,
     hides_title=True,
     watches=its_video,
+    practises=("video",),
     of_video=item_of_video("subtasks"),
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
     agreement=_measured,

@@ -49,6 +49,8 @@ class TaskWords:
     """Preparatory instructions, a sentence or two each."""
     keys: tuple[tuple[str, str], ...] = ((N_("Ctrl Enter"), N_("send")),)
     """Each key of the page, and what it does."""
+    prompt: str = ""
+    """Request beside the control that people fill in, if the page shows it."""
 
 
 @short_repr

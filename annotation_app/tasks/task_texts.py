@@ -44,6 +44,7 @@ def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
         offer=own.summary or gettext(words.offer),
         instructions=tuple(map(gettext, words.instructions)),
         keys=tuple((gettext(key), gettext(does)) for key, does in words.keys),
+        prompt=own.prompt or gettext(words.prompt),
     )
 
 

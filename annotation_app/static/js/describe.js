@@ -25,7 +25,7 @@ const work = begin({
     const found = [];
     if (!state.played_to_end) found.push(_("Watch the video to its end first."));
     if (!/[\p{L}\p{N}]/u.test(state.text)) {
-      found.push(_("Type what you would tell the operator to do."));
+      found.push(_("Type a command."));
     }
     if (countOf(state.text) > MOST_WORDS) found.push(_("Use at most %(most)s words for the command.", { most: MOST_WORDS }));
     return found;

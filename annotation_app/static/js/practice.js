@@ -5,9 +5,10 @@ import { _ } from "./speech.js";
 
 const answer = (good, text) => ({ good, text });
 
-/** What the study's file says to an answer to a practice item of its own. */
+/** What the study's file says to an answer to a practice item of its own: no verdict where nothing is judged. */
 export function ownFeedback({ rating }) {
-  const isRight = rating === undefined || data.own.right.includes(rating);
+  if (rating === undefined) return { text: _("Compare yours: %(examples)s", { examples: data.own.good }) };
+  const isRight = data.own.right.includes(rating);
   return answer(isRight, isRight ? data.own.good : data.own.again);
 }
 
