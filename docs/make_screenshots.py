@@ -170,7 +170,8 @@ def settle(page: Page, name: str) -> None:
         page.get_by_text("You have watched it to the end").wait_for()
     if name == "segment" and page.get_by_text("start from nothing").count():
         page.get_by_text("start from nothing").click()
-        page.get_by_role("button", name="What is done?").click()
+        page.locator(".word").first.click()
+        page.get_by_role("button", name="What to do?").click()
         page.locator(".word").nth(2).click()
         page.locator(".word").nth(3).click()
         page.locator(".place").first.click()

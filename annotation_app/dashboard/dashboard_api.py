@@ -16,12 +16,14 @@ from annotation_app.dashboard.study_statistics import (
     Duration,
     History,
     Progress,
+    SuggestionUse,
     collected,
     collected_type,
     durations,
     histories,
     progress_by_task,
     progress_by_video,
+    suggestion_uses,
 )
 from annotation_app.dashboard.workers import Worker, workers
 from annotation_app.store.database import reading
@@ -78,6 +80,9 @@ _VIEWS = {
     "videos": _View("adjudicator", _by_video, list[Progress], f"{_GIVEN} and video"),
     "times": _View("annotator", durations, list[Duration], "Quartiles of the time that items take"),
     "history": _View("annotator", _history, list[History], "How the answers to each task came"),
+    "suggestions": _View(
+        "annotator", suggestion_uses, list[SuggestionUse], "How often suggestions were changed"
+    ),
     "corpus": _View("annotator", collected, collected_type(), "What has been collected"),
     "agreement": _View("adjudicator", agreement, list[Measured], "How much people agree"),
     "disagreements": _View(

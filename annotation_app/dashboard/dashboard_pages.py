@@ -33,6 +33,7 @@ from annotation_app.dashboard.study_statistics import (
     histories,
     progress_by_task,
     progress_by_video,
+    suggestion_uses,
 )
 from annotation_app.dashboard.workers import workers
 from annotation_app.export import answer_tables
@@ -102,6 +103,7 @@ def overview(study_name: str) -> str:
                 "agreement": charts.agreement_chart(agreed.over_time),
             },
             collected=collected(session, study.id),
+            suggestion_uses=suggestion_uses(session, study.id),
             counts=[task.counts for task in tasks() if task.counts is not None],
             agreement=agreed.overall,
             over_time=agreed.over_time,

@@ -117,6 +117,44 @@ def _quantile(session: Session, in_order: Select[float | None], place: float) ->
 
 
 @dataclass(frozen=True, slots=True)
+class SuggestionUse:
+    """Answers to a task by the fate of a program's suggestion, and their mean likeness to it."""
+
+    task: TaskName
+    shown: int
+    changed: int
+    likeness: float | None
+    unsure: int
+    """Answers where the suggestion was too improbable to be shown."""
+    unsure_likeness: float | None
+
+
+def suggestion_uses(session: Session, study_id: str) -> list[SuggestionUse]:
+    """Return how often suggestions were changed, for each task that has some."""
+    state = Answer.provenance["suggestion"].as_string()
+    unchanged = Answer.provenance["unchanged"].as_boolean()
+    rows = session.execute(
+        select(
+            Answer.task,
+            state,
+            func.count(),
+            func.count().filter(unchanged.is_(False)),
+            func.avg(Answer.provenance["likeness"].as_float()),
+        )
+        .where(*_counting(study_id), state.in_(("shown", "unsure")))
+        .group_by(Answer.task, state)
+    )
+    found = {(task, how): tuple(counts) for task, how, *counts in rows}
+    uses = []
+    for task in task_names():
+        shown, changed, likeness = found.get((task, "shown"), (0, 0, None))
+        unsure, _, unsure_likeness = found.get((task, "unsure"), (0, 0, None))
+        if shown or unsure:
+            uses.append(SuggestionUse(task, shown, changed, likeness, unsure, unsure_likeness))
+    return uses
+
+
+@dataclass(frozen=True, slots=True)
 class History:
     """Number of answers to a task by certain times, in seconds since 1970."""
 

@@ -68,6 +68,7 @@ def _tasks(value: Value, form: Form) -> None:
         if task.suggestion is not None:
             suggestions = form.get(f"suggestions-{task.name}", "")
             _put(of_task, "suggestions", suggestions, usual["suggestions"])
+            _put(of_task, "suggestions_from", number_of(form, f"from-{task.name}"), None)
     _put(value, "watching", form.get("watching", ""), defaults()["watching"])
     if "attention" in form:
         _put(value, "attention_checks", number_of(form, "attention"), 0)

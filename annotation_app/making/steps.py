@@ -39,7 +39,7 @@ STEPS = (
         "tasks",
         "Tasks",
         ("tasks", "watching", "attention_checks", "known_commands", "pairs", "seed"),
-        ("answers", "lease_minutes", "practice", "suggestions"),
+        ("answers", "lease_minutes", "practice", "suggestions", "suggestions_from"),
     ),
     Step("people", "People", ("access", "qualification", "payment"), ("role",)),
     Step(
@@ -176,6 +176,7 @@ LABELS = {
     "tasks": "Tasks",
     "answers": "Answers",
     "lease_minutes": "Minutes",
+    "suggestions_from": "Suggest from",
     "attention_checks": "Attention checks",
     "known_commands": "Command",
     "wrong_video": "another video",

@@ -83,6 +83,8 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     suggestions
         Whether people see what a program suggests, if the task has suggestions: all do, nobody
         does, or for half of the items, drawn from the study's seed and the item's id.
+    suggestions_from
+        Least probability of a program's suggestion that is shown; the task's own if there is none.
     practice_items
         What people practise with, instead of the example with the boat.
     title, summary, prompt
@@ -96,6 +98,7 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     role: Literal["worker", "annotator"] = "worker"
     practice: bool = True
     suggestions: Suggestions = "on"
+    suggestions_from: Annotated[float, msgspec.Meta(ge=0, le=1)] | None = None
     practice_items: tuple[PracticeItem, ...] = ()
     title: Line | None = None
     summary: Line | None = None

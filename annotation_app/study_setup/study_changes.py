@@ -16,7 +16,10 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.task_registry import find_task
 from corpus_tools.world.scenarios.documents import Field, field_name
 
-SHOWN = ("title", "summary", "prompt", "instructions", "practice_items", "suggestions", "practice")
+SHOWN = (
+    "title", "summary", "prompt", "instructions", "practice_items", "suggestions",
+    "suggestions_from", "practice",
+)  # fmt: skip
 """Settings of a task that people see or meet before they answer."""
 AGREED = ("consent", "questions", "qualification", "payment")
 ROBOT = "{robot}"

@@ -24,6 +24,7 @@ from annotation_app.store.installation import installation
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.tasks.clause_words import HAPPENING
 from annotation_app.tasks.corpus_parts import World
+from annotation_app.tasks.task_record import Suggestion
 from g3.annotation import Annotation, Command
 from g3.errors import CorpusError
 from g3.geometry.footprints import covers
@@ -134,22 +135,22 @@ def as_answered(groundings: Iterable[Grounding], context: Context) -> Record:
     }
 
 
-def suggested(session: Session, item: Item) -> Record | None:
-    """Return ``{"groundings": {node: grounding}}``; None without a model or without anything to do.
+def suggested(session: Session, item: Item) -> Suggestion | None:
+    """Suggest ``{"groundings": {node: grounding}}``; None without a model or anything to do.
 
     An item may come with a suggestion of its own.
     """
     given: Record | None = item.payload.get("suggestion")
     model = installation().config.model
     if given is not None or model is None:
-        return given
+        return Suggestion(given) if given is not None else None
     scene = scene_of(session, item.study_id, item.payload["video"])
     if scene.is_picture:  # where things lie in a picture is no world
         return None
     return _proposed(model, from_json(item.payload["sdcs"]), scene.context)
 
 
-def _proposed(model: Path, sdcs: tuple[SDC, ...], context: Context) -> Record | None:
+def _proposed(model: Path, sdcs: tuple[SDC, ...], context: Context) -> Suggestion | None:
     try:
         with _ONE_AT_A_TIME:
             plan = _grounder(model).follow(sdcs, context, least=0.0, insist=True).plan
@@ -161,7 +162,7 @@ def _proposed(model: Path, sdcs: tuple[SDC, ...], context: Context) -> Record | 
         if clause.sdc.type in ("OBJECT", "PLACE") and not clause.sdc.is_implicit
     }
     named = {node: one for node, one in found.items() if one["objects"] or one["places"]}
-    return {"groundings": named} if named else None
+    return Suggestion({"groundings": named}, plan.probability) if plan and named else None
 
 
 @functools.lru_cache(maxsize=1)

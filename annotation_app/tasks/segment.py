@@ -21,14 +21,14 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from annotation_app.core.languages import N_, gettext
+from annotation_app.core.languages import N_, SOURCE, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
-from annotation_app.studies.study_file import StudyConfig
-from annotation_app.studies.suggestions import suggest, warm_up
+from annotation_app.studies.study_file import StudyConfig, language_of
+from annotation_app.studies.suggestions import action_starts, suggest, warm_up
 from annotation_app.tasks.agreement import Measure, Measured, Part, mean_pairwise, tree_f
 from annotation_app.tasks.clause_words import words_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
@@ -41,6 +41,7 @@ from annotation_app.tasks.task_record import (
     Compared,
     Counts,
     Source,
+    Suggestion,
     Task,
     TaskWords,
 )
@@ -99,10 +100,12 @@ def segmentation_problems(sdcs: tuple[SDC, ...], text: str) -> Iterator[FieldPro
             yield FieldProblem(str(node), told)
 
 
-def _suggestion(_session: Session, item: Item) -> Any:
-    if item.payload.get("corrects") and "suggestion" in item.payload:
-        return item.payload["suggestion"]
-    return item.payload.get("suggestion") or suggest(item.payload["text"])
+def _suggestion(_session: Session, item: Item) -> Suggestion | None:
+    given = item.payload.get("suggestion")
+    if given or (item.payload.get("corrects") and given is not None):
+        return Suggestion(given)
+    found = suggest(item.payload["text"])
+    return Suggestion(*found) if found is not None else None
 
 
 def _likeness(suggestion: Any, body: Record) -> float:
@@ -113,7 +116,15 @@ def _payload(session: Session, item: Item, _salt: bytes) -> Record:
     text = item.payload["text"]
     corrects = bool(item.payload.get("corrects"))
     shown = {"command": text, "words": list(words_of(text)), **watched(session, item)}
-    return {**shown, "corrects": corrects}
+    return {**shown, "corrects": corrects, "actions": _actions(session, item)}
+
+
+def _actions(session: Session, item: Item) -> list[int]:
+    """Return the numbers of words that say what to do, where a program knows the language."""
+    text = item.payload["text"]
+    config = session.get_one(Study, item.study_id).config
+    starts = action_starts(text) if language_of(config).split("-")[0] == SOURCE else frozenset()
+    return [number for number, word in enumerate(words_of(text)) if word["start"] in starts]
 
 
 def _check(
@@ -291,8 +302,13 @@ SEGMENT = Task(
         offer=N_("Tell what belongs together in short commands."),
         instructions=(
             N_(
-                "The next word is chosen for you. If others belong with it, choose them too: “the"
-                " cup”. Then choose the place that they answer: “Put what?”"
+                "First choose the words that say what to do, wherever they stand, and press “What "
+                "to do?”. If there are none, as in “The cup on the table, please”, press “No word "
+                "says it”."
+            ),
+            N_(
+                "The next word is chosen for you then. If others belong with it, choose them too:"
+                " “the cup”. Then choose the place that they answer: “Put what?”"
             ),
             N_(
                 "“On”, “to”, “next to” and the like have places of their own. What follows them "
@@ -302,9 +318,7 @@ SEGMENT = Task(
                 "In “Take the cup on the table”, “on” tells which cup. Its place is “the cup: "
                 "which one?”."
             ),
-            N_(
-                "Words need not stand side by side: in “Put it down”, what is done is “Put … down”."
-            ),
+            N_("Words need not stand side by side: in “Put it down”, what to do is “Put … down”."),
         ),
         keys=(
             ("← →", N_("go from word to word")),
@@ -331,6 +345,11 @@ SEGMENT = Task(
         "right": scene.sdcs,
     },
     suggestion=_suggestion,
+    suggested_from=0.5,
+    suggested_from_why=(
+        "Measured on 51 commands by imitated people whom the parser has not seen: of its 28 trees "
+        "from 0.5 on 22 were right as a whole (from 0.9 on 8 of 9), of the 23 below 8."
+    ),
     likeness=_likeness,
     warm_up=warm_up,
     gives=CLAUSES,

@@ -70,6 +70,17 @@ class Source:
 
 @short_repr
 @dataclass(frozen=True, slots=True)
+class Suggestion:
+    """A program's proposal for an item's answer."""
+
+    value: Any
+    """In the form that `Task.shown_suggestion` and `Task.likeness` take."""
+    probability: float | None = None
+    """Probability that it is right; None for what a corpus has or nobody has measured."""
+
+
+@short_repr
+@dataclass(frozen=True, slots=True)
 class Compared:
     """Several answers to an item, as the page shows them that decides between them."""
 
@@ -185,9 +196,14 @@ class Task:
     """Data of the practice page; without them there is no practice."""
     hides_title: bool = False
     """True if the page leaves out the study's title, which may name the videos' contents."""
-    suggestion: Callable[[Session, Item], Any] | None = None
-    """Program's suggestion for an item, None if there is none. The page gets it, or None where the
-    study or the draw withholds it, as ``"suggestion"`` of its payload."""
+    suggestion: Callable[[Session, Item], Suggestion | None] | None = None
+    """Program's suggestion for an item, None if there is none. The page gets its value, or None
+    where the study, the draw or its probability withholds it, as ``"suggestion"`` of its
+    payload."""
+    suggested_from: float = 0.0
+    """Least probability of a suggestion that is shown, unless the study has one."""
+    suggested_from_why: str = ""
+    """Measurement behind `suggested_from`, for those who set up studies."""
     shown_suggestion: Callable[[Session, Item, Any, bytes], Any] = _as_kept
     """Suggestion in the page's form, if that differs: with the names that people read."""
     likeness: Callable[[Any, Record], float] | None = None

@@ -4,6 +4,7 @@ An offer is ``{"state", "suggestion"}``, kept with the handout when somebody fir
 page. So it stays as they saw it, even if the program or the study's file changes. States:
 
 - ``shown``: the person saw the suggestion;
+- ``unsure``: there is one, less probable than what the study shows;
 - ``withheld``: there is one, and the draw of a study with ``half`` has left it out;
 - ``off``: the study shows none;
 - ``none``: the program had nothing to suggest, isn't installed, or doesn't know the language.
@@ -23,7 +24,7 @@ from annotation_app.core.languages import SOURCE
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.new_items import draws
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import Draft, Handout, Item, Record, Study
+from annotation_app.store.models import Draft, Handout, Item, Record, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.work.handing_out import task_config
@@ -82,7 +83,15 @@ def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | Non
     if found is None:
         return {"state": "none", "suggestion": None}
     is_shown = wanted == "on" or draws(config, f"suggestion for {item.id}").random() < 0.5
-    return {"state": "shown" if is_shown else "withheld", "suggestion": found}
+    state = "shown" if is_shown else "withheld"
+    if found.probability is not None and found.probability < _least(config, item.task):
+        state = "unsure"
+    return {"state": state, "suggestion": found.value}
+
+
+def _least(config: StudyConfig, task_name: TaskName) -> float:
+    least = task_config(config, task_name).suggestions_from
+    return task_of(task_name).suggested_from if least is None else least
 
 
 def seen(session: Session, item: Item, offer: Record | None, salt: bytes) -> Any:

@@ -8,7 +8,7 @@ import { _ } from "./speech.js";
 
 /** What a part says. */
 export const ROLES = {
-  done: _("what is done"),
+  done: _("what to do"),
   who: _("who does it"),
   what: _("what"),
   where: _("where"),
@@ -59,38 +59,51 @@ export function lineOf(state, id) {
   return line;
 }
 
-/** The places that a part has for words: {key, of, role, label, example, isFilled}. */
-export function placesOf(part, chosen) {
+/** The places that a part has for words: {key, of, role, example, isFilled}; the current part takes more words. */
+export function placesOf(part, chosen, isCurrent = false) {
   const roles = {
-    done: ["what", "where", "way", ...(chosen[0] < part.words[0] ? ["who"] : [])],
+    done: ["what", "where", "way", ...(part.words.length && chosen[0] < part.words[0] ? ["who"] : [])],
     where: ["what"],
     way: ["what"],
     which: ["what"],
     what: part.type === "OBJECT" && part.words.length ? ["which"] : [],
     who: ["which"],
   }[part.role];
-  return roles.map((role) => ({
+  const places = roles.map((role) => ({
     key: `${part.id} ${role}`,
     of: part.id,
     role,
     example: EXAMPLES[role],
     isFilled: part.parts.some((below) => below.role === role),
   }));
+  return isCurrent && part.words.length ? [...places, moreOf(part)] : places;
 }
 
 export const TOP = { key: "done", of: null, role: "done" };
-export const moreOf = (part) => ({ key: `${part.id} more`, of: part.id, role: "more" });
+const moreOf = (part) => ({ key: `${part.id} more`, of: part.id, role: "more" });
 
-/** What a place asks: "Put where?", "by what?". */
-export function question(role, words, isFilled = false) {
-  if (role === "done") return isFilled ? _("What is done next?") : _("What is done?");
+/** What a place asks: "Put where?", "by what?". Hints and buttons both say it so. */
+export function question(role, words, isNext = false) {
+  if (role === "done") return isNext ? _("What to do next?") : _("What to do?");
   if (role === "more") return _("More of “%(words)s”", { words });
   if (role === "which") return _("%(words)s: which one?", { words });
   if (role === "who") return _("Who is to %(words)s?", { words: words.toLowerCase() });
-  if (role === "what") return isFilled ? _("%(words)s what else?", { words }) : _("%(words)s what?", { words });
-  if (role === "where") return isFilled ? _("%(words)s where else?", { words }) : _("%(words)s where?", { words });
-  return isFilled ? _("%(words)s which way else?", { words }) : _("%(words)s which way?", { words });
+  if (role === "what") return _("%(words)s what?", { words });
+  if (role === "where") return _("%(words)s where?", { words });
+  return _("%(words)s which way?", { words });
 }
+
+/** What a part is called: by its words, else by those in it; "Do" where no word says what to do. */
+export function nameOf(part, words) {
+  if (part.words.length) return text(part.words, words);
+  return part.type === "EVENT" ? _("Do") : allParts(part.parts).map((below) => text(below.words, words)).join(" ");
+}
+
+/** Whether something says what to do, if only that no word does. */
+export const hasAction = (state) => state.clauses.some(({ type }) => type === "EVENT");
+
+/** Have an action that no word says: "Tires to the truck". */
+export const addUnsaid = (state) => add(state, "EVENT", null, null, []);
 
 /** Put words into a place; the part that they make is the current one, with what belonged to them. */
 export function put(state, { of, role }, words) {
@@ -100,12 +113,21 @@ export function put(state, { of, role }, words) {
     const whole = around(state, find(state, from.id)).id;
     return closedUp(state, pruned({ ...move(settling, whole, parent, field), current: from.id }));
   }
+  if (from?.type === "OBJECT" && role === "done") return actionOf(state, find(state, from.id));
   const below = from ? sdcBelow(state, from) : [];
   const without = { ...free(state, words), left: (state.left ?? []).filter((word) => !words.includes(word)) };
   const made = placed(without, of, role, words);
   if (role === "more") return pruned(made);
   const moved = below.reduce((next, child) => move(next, child.id, made.current, child.field), made);
   return closedUp(state, pruned({ ...moved, current: made.current }));
+}
+
+/** Make a thing an action: where the thing was described, the description says where. */
+function actionOf(state, thing) {
+  const whole = around(state, thing);
+  const retyped = (c) => (c.id === thing.id ? { ...c, type: "EVENT", f: [], r: c.f, parent: null, field: null }
+    : c.id === whole.id ? { ...c, type: "PLACE", parent: thing.id, field: "l" } : c);
+  return pruned({ ...state, clauses: state.clauses.map(retyped), current: thing.id });
 }
 
 /** Where an EVENT's first landmark has gone elsewhere, the second is the first. */
@@ -177,13 +199,22 @@ export function nextWord(state, words) {
 
 /** What must be changed before it is sent, in plain words. */
 export function problems(state, words) {
-  if (!state.clauses.length) return [_("Give the words their places first: begin with what is done.")];
+  if (!state.clauses.length) return [_("Give the words their places first: begin with those that say what to do.")];
   return state.clauses
     .filter((c) => !wordsOf(state, c.id).length)
     .map((c) => {
       const above = find(state, c.parent);
-      return above
+      return above && wordsOf(state, above.id).length
         ? _("A part of “%(words)s” has no words. Give it some, or remove it.", { words: text(wordsOf(state, above.id), words) })
         : _("A part has no words. Give it some, or remove it.");
     });
+}
+
+/** What people are asked before it is sent: `actions` are words that nearly always say what to do. */
+export function doubts(state, words, actions) {
+  if (!hasAction(state)) return [_("Nothing says what to do. Choose the words that do, or “No word says it”.")];
+  return actions
+    .filter((word) => holder(state, word)?.type === "OBJECT" && holder(state, word).f.includes(word))
+    .map((word) => _("“%(words)s” is a thing here. Does it say what to do? Then choose it, and “%(place)s”.", {
+      words: words[word].text, place: question("done", "", true) }));
 }

@@ -27,7 +27,7 @@ export function differences(state, right, words) {
   for (const word of [...wanted.keys()].sort((a, b) => a - b)) {
     const is = found.get(word);
     const be = wanted.get(word);
-    const place = _("“%(quoted)s”", { quoted: question(be.role, be.above ? text(be.above, words) : "") });
+    const place = _("“%(quoted)s”", { quoted: question(be.role, be.above ? text(be.above, words) : "", found.size > 0) });
     const values = { right: said(be.words), place };
     if (!is) return bad(be.words, _("%(word)s has no place yet. Choose %(right)s, then %(place)s.", { ...values, word: said([word]) }));
     if (!same(is.words, be.words)) {
@@ -48,8 +48,8 @@ const bad = (words, why) => ({ good: false, text: why, words });
 
 /** The steps to the right tree: {taken, place(state), said}. */
 export function lesson(right, words) {
-  return allParts(outline(right)).map(({ words: taken, role, above }) => {
-    const label = question(role, above ? text(above.words, words) : "");
+  return allParts(outline(right)).map(({ words: taken, role, above }, at) => {
+    const label = question(role, above ? text(above.words, words) : "", at > 0);
     const place = (state) => {
       if (!above) return TOP;
       const there = allParts(outline(state)).find((part) => same(part.words, above.words));

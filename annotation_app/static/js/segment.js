@@ -3,7 +3,7 @@
 import { $, announce, h, isShortcut, redraw } from "./dom.js";
 import { differences, lesson } from "./segment-practice.js";
 import {
-  ROLES, TOP, allParts, lineOf, moreOf, nextWord, outline, partWith, placesOf, problems, put, question,
+  ROLES, TOP, addUnsaid, allParts, doubts, hasAction, lineOf, nameOf, nextWord, outline, partWith, placesOf, problems, put, question,
 } from "./outline.js";
 import "./player.js";
 import { begin, payload } from "./work.js";
@@ -51,6 +51,7 @@ const work = begin({
   body: (state) => ({ sdcs: sdc.toJson(state, words) }),
   // A command of a corpus that is corrected may ask for nothing.
   problems: (state) => (payload.corrects && !state.clauses.length ? [] : problems(state, words)),
+  doubts: (state) => (payload.corrects && !state.clauses.length ? [] : doubts(state, words, payload.actions ?? [])),
   feedback,
 });
 
@@ -68,7 +69,7 @@ function showExample() {
     l2: [{ type: "PLACE", r: [on], l: [{ type: "OBJECT", f: [the2, table] }] }],
   }], example);
   $("example").replaceChildren(
-    h("div", { class: "outline-box" }, branches(outline(state), (part) => row("span", part, sdc.text(part.words, example)))),
+    h("div", { class: "outline-box" }, branches(outline(state), (part) => row("span", part, nameOf(part, example)))),
     h("figcaption", { class: "quiet" }, _("“Put the cup on the table”: Put what? The cup. Put where? On. On what? The table.")),
   );
 }
@@ -181,7 +182,7 @@ document.addEventListener("keydown", (event) => {
 
 function draw(state) {
   if (shown === null || shown.clauses !== state.clauses || shown.left !== state.left) {
-    proposed = nextWord(state, words);
+    proposed = hasAction(state) ? nextWord(state, words) : null;
     chosen = new Set(proposed === null ? [] : [proposed]);
     focused = anchor = proposed ?? focused;
   }
@@ -199,7 +200,7 @@ function draw(state) {
   });
   if (notice && !state.clauses.length) notice.hidden = true; // nothing of it is left
   prompt.replaceChildren(...asked(state, taken));
-  redraw(tools, ...toolParts(taken));
+  redraw(tools, ...toolParts(state, taken));
   shortcuts = [];
   redraw(tree, ...treeParts(state, taken));
   change.hidden = changing !== state.current || !sdc.find(state, state.current);
@@ -208,15 +209,26 @@ function draw(state) {
 
 function asked(state, taken) {
   if (taken.length) {
-    const more = taken.length === 1 ? _("Add words that belong with it, or choose its place.") : _("Now choose its place.");
+    const more = !hasAction(state) ? _("If that is all that says what to do, choose “%(place)s”.", { place: topQuestion(state) })
+      : taken.length === 1 ? _("Add words that belong with it, or choose its place.") : _("Now choose its place.");
     return [h("b", {}, pieces(_("%(words)s is chosen."), { words: quoted(taken) })), " ", more];
   }
+  if (!hasAction(state)) return [h("b", {}, _("Which words say what to do?")), " ", _("Choose them, wherever they stand.")];
   if (nextWord(state, words) !== null) return [h("b", {}, _("Choose words that belong together."))];
   return [h("b", {}, _("Every word has its place.")), " ", _("Read it once more. To move something, choose its words.")];
 }
 
-function toolParts(taken) {
+function topQuestion(state) {
+  return question("done", "", outline(state).length > 0);
+}
+
+function sayNothing() {
+  apply(addUnsaid(work.state), _("No word says it"));
+}
+
+function toolParts(state, taken) {
   return [
+    !taken.length && !hasAction(state) ? h("button", { type: "button", class: "small", "data-key": "unsaid", onclick: sayNothing }, _("No word says it")) : null,
     taken.length ? h("button", { type: "button", class: "small", "data-key": "leave", onclick: leaveOut }, _("Leave it out"), " ", h("kbd", { "aria-hidden": "true" }, "X")) : null,
     right && teacher.hidden ? h("button", { type: "button", class: "small", "data-key": "show", onclick: teach }, _("Show me how")) : null,
   ].filter(Boolean);
@@ -230,15 +242,15 @@ function treeParts(state, taken) {
   const everywhere = allParts(parts).map((part) => part.id).filter((id) => !moving.includes(id));
   const line = !taken.length ? [] : isMoving ? everywhere : lineOf(state, state.current);
   const current = (part) => part.id === state.current;
-  const places = (part) => (line.includes(part.id) ? [...placesOf(part, taken), ...(current(part) ? [moreOf(part)] : [])] : []);
+  const places = (part) => (line.includes(part.id) ? placesOf(part, taken, current(part)) : []);
   const made = branches(
     parts,
-    (part) => row("button", part, phrase(part.words), {
+    (part) => row("button", part, nameOf(part, words), {
       type: "button", "aria-current": current(part) ? "true" : null, "data-key": `part ${part.id}`,
       class: wrong.length && part.words.some((word) => wrong.includes(word)) ? "wrong" : "",
       onclick: () => pick(part.id),
     }),
-    (part) => placeBar(places(part), phrase(part.words)),
+    (part) => placeBar(places(part), nameOf(part, words)),
   );
   const top = taken.length ? placeBar([{ ...TOP, isFilled: parts.length > 0 }], "") : null;
   return [made, top, parts.length || top ? null : h("p", { class: "quiet" }, _("Nothing has a place yet."))];
@@ -256,7 +268,7 @@ function row(tag, part, said, more = {}) {
   return h(
     tag,
     { ...more, class: `part type-${part.type} ${more.class ?? ""}` },
-    h("bdi", {}, said || "…"), " ", h("small", {}, ROLES[part.role]),
+    h("bdi", { class: part.words.length ? null : "unsaid" }, said), " ", h("small", {}, ROLES[part.role]),
   );
 }
 
@@ -285,7 +297,7 @@ function changeParts(state) {
   const kind = select("type", kinds, current.type, (value) => apply(sdc.retype(work.state, current.id, value), _("Changed"), current.id));
   const above = select(
     "inside",
-    [["", _("nothing")], ...others.map((part) => [part.id, phrase(part.words) || "…"])],
+    [["", _("nothing")], ...others.map((part) => [part.id, nameOf(part, words)])],
     current.parent ?? "",
     (value) => apply(sdc.move(work.state, current.id, value ? Number(value) : null, current.field ?? "l"), _("Moved"), current.id),
   );

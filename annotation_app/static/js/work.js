@@ -19,9 +19,10 @@ const LOST = _("Somebody else may have got this one meanwhile. You can go on, or
  * initial: the state without a draft; anything that JSON can say. `data.start` goes over it: where
  * somebody decides between answers, parts of one of these.
  * draw(state): show it. body(state): the answer. problems(state): messages, before it is sent.
+ * doubts(state): questions before it is sent; who has read them may send it all the same.
  * feedback(state): for practice, {good, text}; without `good` there is no verdict. undoable: whether undo is offered.
  */
-export function begin({ initial, draw, body, problems, feedback, undoable = true }) {
+export function begin({ initial, draw, body, problems, doubts = () => [], feedback, undoable = true }) {
   const drafts = new Drafts(data.who, data, show);
   let state = drafts.latest?.body ?? (data.start ? { ...initial, ...data.start } : initial);
   let past = [];
@@ -70,12 +71,18 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
     );
   }
 
-  async function submit() {
+  async function submit(isSure = false) {
     if (isSending) return;
     const found = problems(state);
     tell(found);
     if (found.length) return;
     if (data.practice) return practise();
+    const open = isSure ? [] : doubts(state);
+    if (open.length) {
+      tell(open);
+      $("problems").append(h("button", { type: "button", onclick: () => submit(true) }, _("Send it all the same")));
+      return;
+    }
     const entry = {
       item: data.item,
       uuid: uuid(),
@@ -175,7 +182,7 @@ export function begin({ initial, draw, body, problems, feedback, undoable = true
     singleKeys.addEventListener("change", () => useSingleKeys(singleKeys.checked));
     singleKeys.disabled = false;
   }
-  $("submit").addEventListener("click", submit);
+  $("submit").addEventListener("click", () => submit());
   $("undo").addEventListener("click", undo);
   $("redo").addEventListener("click", redo);
   $("skip")?.addEventListener("click", () => note("skip"));

@@ -146,7 +146,7 @@ def rate(app: Flask, ratings: dict[bool | None, int], count: int, seconds: float
         item = one.take("rate")["item"]
         with reading(one.engine) as session:
             right = session.get_one(Item, item).payload["right"]
-        one.answer(item, {"rating": ratings[right]})
+        one.answer(item, {"rating": ratings[right], "watched_s": 1.0})
     execute(
         one.engine, update(Answer).where(Answer.person_id == one.person.id).values(seconds=seconds)
     )
@@ -345,7 +345,7 @@ def test_the_interface_is_described(app: Flask) -> None:
         for path in described_["paths"]
         if path.startswith("/api/dashboard") and not of_answers.search(path)
     ]
-    assert len(paths) == 10
+    assert len(paths) == 11
     for path in paths:
         assert list(described_["paths"][path].keys() - {"parameters"}) == ["get"]
         reply = admin.client.get(path.format(study="tests"))

@@ -141,7 +141,7 @@ def segment(page: Page, address: str, question: str) -> list[str]:
     """Give the words their places; people don't agree where "the cup" belongs."""
     page.goto(f"{address}/segment")
     start_from_nothing(page)
-    place(page, (0,), "What is done?")
+    place(page, (0,), "What to do?")
     place(page, (1, 2), question)
     expect(page.locator("#prompt")).to_contain_text("Every word has its place.")
     found = look(page, "segment")

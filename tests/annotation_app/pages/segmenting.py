@@ -51,7 +51,7 @@ def make_tree_by_keys(page: Page) -> None:
         tab_to(page, ".notice button")
         page.keyboard.press("Enter")
     tab_to(page, ".word")
-    for key in ("1", "3", "Shift+ArrowRight", "Shift+ArrowRight", "4"):
+    for key in ("Space", "1", "3", "Shift+ArrowRight", "Shift+ArrowRight", "4"):
         page.keyboard.press(key)
     expect(page.locator(".places .part")).to_have_count(3)
     page.keyboard.press("Control+z")
@@ -76,8 +76,13 @@ class Reader:
     lost: int = 0
 
     def give(self, said: str, question: str) -> None:
-        """Choose words that belong together, as far as they aren't chosen, and their place."""
-        expect(self.page.locator("#prompt")).to_contain_text("is chosen")
+        """Choose words that belong together, and their place."""
+        self.choose(said)
+        self.answer(question)
+
+    def choose(self, said: str) -> None:
+        """Choose words that belong together, as far as they aren't chosen."""
+        expect(self.page.locator("#prompt")).not_to_be_empty()
         wanted = said.split()
         for word in words_of(self.page).all():
             if wanted and word.inner_text() == wanted[0] and self._is_free(word):
@@ -85,6 +90,9 @@ class Reader:
                 if word.get_attribute("aria-pressed") != "true":
                     self._press(word)
         expect(self.page.locator("#prompt")).to_contain_text(f"{said} is chosen.")
+
+    def answer(self, question: str) -> None:
+        """Give the chosen words the place that asks this."""
         asked = self.page.locator(".place").filter(has_text=question)
         if asked.count() != 1:
             self.lost += 1

@@ -98,7 +98,7 @@ def test_draft_comes_back_in_another_tab(site: Site, context: BrowserContext, en
 def test_draft_comes_back_from_the_server(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "segment")
     start_from_nothing(page)
-    place(page, (0,), "What is done?")
+    place(page, (0,), "What to do?")
     saved(page)
     before = page.locator(".places").inner_text()
     page.evaluate("localStorage.clear()")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
@@ -21,7 +23,7 @@ pytestmark = pytest.mark.slow
 
 PRACTISED = "/practice/segment?study=sea"
 PRACTICE = (
-    ("Sail", "What is done?"),
+    ("Sail", "What to do?"),
     ("to", "Sail which way?"),
     ("the buoy", "to what?"),
     ("by", "the buoy: which one?"),
@@ -46,7 +48,7 @@ def test_who_follows_the_page_practises_without_a_wrong_turn(
     expect(reader.page.locator("#prompt")).to_contain_text("Every word has its place.")
     check(reader.page)
     expect(reader.page.locator("#feedback")).to_contain_text("Well done")
-    assert (reader.steps, reader.lost) == (7, 0)
+    assert (reader.steps, reader.lost) == (8, 0)
 
 
 def test_practice_names_the_word_that_is_wrong(site: Site, context: BrowserContext) -> None:
@@ -71,10 +73,10 @@ def test_practice_names_the_word_that_is_wrong(site: Site, context: BrowserConte
     ("placed", "told"),
     [
         (
-            (("Sail", "What is done?"),),
+            (("Sail", "What to do?"),),
             "“to” has no place yet. Choose “to”, then “Sail which way?”.",
         ),
-        ((("Sail to", "What is done?"),), "“to” doesn't belong with “Sail”."),
+        ((("Sail to", "What to do?"),), "“to” doesn't belong with “Sail”."),
         ((*PRACTICE[:2], ("the", "to what?")), "“the buoy” belong together."),
     ],
 )
@@ -108,23 +110,27 @@ def test_words_and_places_are_in_sight(
     reader = Reader(site.visit(context, PRACTISED))
     page = reader.page
     page.set_viewport_size({"width": width, "height": height})
+    if width == 390:
+        page.get_by_text("Instructions", exact=True).click()  # they have been read
     for said, question in PRACTICE:
+        reader.choose(said)
         places = page.locator(".place").filter(has_text=question)
         for element in (page.locator(".words"), page.locator("#prompt"), places):
             box = element.bounding_box()
             assert box is not None
             assert box["y"] >= 0
             assert box["y"] + box["height"] <= height, question
-        reader.give(said, question)
+        reader.answer(question)
     assert width_of(page) <= width
     if width == 1280:
         sending = page.get_by_role("button", name="Check my answer").bounding_box()
-        last = page.locator(".places").bounding_box()
+        last = page.locator(".places .part").last.bounding_box()
         assert sending is not None
         assert last is not None
         assert last["y"] + last["height"] <= sending["y"]
         assert sending["y"] + sending["height"] <= height
-    assert page.evaluate("scrollY") == 0
+    else:
+        assert page.evaluate("scrollY") == 0
 
 
 def test_pages_in_use_have_no_violations(site: Site, context: BrowserContext) -> None:
@@ -152,8 +158,8 @@ def test_segment(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "segment")
     start_from_nothing(page)
     page.get_by_role("button", name="Send", exact=True).click()
-    expect(page.get_by_role("alert")).to_contain_text("begin with what is done")
-    place(page, (0,), "What is done?")
+    expect(page.get_by_role("alert")).to_contain_text("begin with those that say what to do")
+    place(page, (0,), "What to do?")
     place(page, (1,), "Go which way?")
     place(page, (2, 3, 4), "Go where?")
     undo, redo = (page.get_by_role("button", name=name, exact=True) for name in ("Undo", "Redo"))
@@ -174,17 +180,17 @@ def test_segment(site: Site, context: BrowserContext) -> None:
     [
         (
             "Take the cup on the table",
-            ("What is done?", "Take what?", "the cup: which one?", "on what?"),
+            ("What to do?", "Take what?", "the cup: which one?", "on what?"),
             "EVENT(r = Take, l = OBJ(f = OBJ(f = the cup), r = on, l = OBJ(f = the table)))",
         ),
         (
             "Put the cup on the table",
-            ("What is done?", "Put what?", "Put where?", "on what?"),
+            ("What to do?", "Put what?", "Put where?", "on what?"),
             "EVENT(r = Put, l = OBJ(f = the cup), l2 = PLACE(r = on, l = OBJ(f = the table)))",
         ),
         (
             "Drive the box to the truck",
-            ("What is done?", "Drive what?", "Drive which way?", "to what?"),
+            ("What to do?", "Drive what?", "Drive which way?", "to what?"),
             "EVENT(r = Drive, l = OBJ(f = the box), l2 = PATH(r = to, l = OBJ(f = the truck)))",
         ),
     ],
@@ -213,12 +219,12 @@ def test_words_need_not_stand_side_by_side_and_may_be_left_out(
     site.only("segment", text)
     page = site.open(context, "segment")
     start_from_nothing(page)
-    place(page, (1, 3), "What is done?")
+    place(page, (1, 3), "What to do?")
     place(page, (0,), "Who is to put down?")
     place(page, (2,), "put down what?")
     expect(page.locator("#prompt")).to_contain_text("kindly is chosen")
     page.get_by_role("button", name="Leave it out").click()
-    place(page, (7,), "What is done next?")
+    place(page, (7,), "What to do next?")
     expect(page.locator("#prompt")).to_contain_text("Every word has its place.")
     send(page, "segment")
     (answer,) = site.answers("segment")
@@ -229,11 +235,11 @@ def test_words_need_not_stand_side_by_side_and_may_be_left_out(
 def test_parts_can_be_changed(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "segment")
     start_from_nothing(page)
-    place(page, (0,), "What is done?")
+    place(page, (0,), "What to do?")
     place(page, (1,), "Go where?")
     place(page, (2, 3), "Go what?")
     place(page, (4,), "More of “the red”")
-    page.locator(".places .part", has_text="to").click()
+    page.get_by_role("button", name="to where").click()
     page.get_by_label("It says").select_option("which way")
     page.get_by_label("There it comes").select_option("first")
     page.locator(".places .part", has_text="the red crate").click()
@@ -241,6 +247,94 @@ def test_parts_can_be_changed(site: Site, context: BrowserContext) -> None:
     send(page, "segment")
     (answer,) = site.answers("segment")
     assert answer.body["sdcs"] == TREE
+
+
+@pytest.mark.parametrize(
+    ("text", "placed", "notation"),
+    [
+        (
+            "The one with tires - take it over to the trailer",
+            (
+                ((5,), "What to do?"),
+                ((0, 1), "take what?"),
+                ((2,), "The one: which one?"),
+                ((3,), "with what?"),
+                ((7, 8), "take which way?"),
+                ((9, 10), "over to what?"),
+            ),
+            "EVENT(r = take, l = OBJ(f = OBJ(f = The one), r = with, l = OBJ(f = tires)), "
+            "l2 = PATH(r = over to, l = OBJ(f = the trailer)))",
+        ),
+        (
+            "Tires to the truck",
+            (((0,), "Do what?"), ((1,), "Do which way?"), ((2, 3), "to what?")),
+            "EVENT(l = OBJ(f = Tires), l2 = PATH(r = to, l = OBJ(f = the truck)))",
+        ),
+    ],
+)
+def test_what_to_do_is_asked_first_wherever_it_stands(
+    site: Site,
+    context: BrowserContext,
+    text: str,
+    placed: tuple[tuple[tuple[int, ...], str], ...],
+    notation: str,
+) -> None:
+    site.only("segment", text)
+    page = site.open(context, "segment")
+    start_from_nothing(page)
+    expect(page.locator("#prompt")).to_contain_text("Which words say what to do?")
+    expect(page.locator(".word[aria-pressed=true]")).to_have_count(0)
+    if not placed[0][1].startswith("What to do"):
+        page.get_by_role("button", name="No word says it").click()
+    for words, question in placed:
+        place(page, words, question)
+    for label in page.locator(".place bdi, .part bdi").all_inner_texts():
+        assert re.search(r"\w", label.removesuffix("what?").removesuffix("where?")), label
+    send(page, "segment")
+    (answer,) = site.answers("segment")
+    assert answer.body["sdcs"] == to_json(parse_brackets(notation, command=text))
+
+
+def test_a_tree_without_an_action_is_asked_about(site: Site, context: BrowserContext) -> None:
+    text = "Land on the white van"
+    thing = "OBJ(f = OBJ(f = Land), r = on, l = OBJ(f = the white van))"
+    site.only("segment", text, suggestion=to_json(parse_brackets(thing, command=text)))
+    page = site.open(context, "segment")
+    expect(page.locator("#prompt")).to_contain_text("Which words say what to do?")
+    page.get_by_role("button", name="Send", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("Nothing says what to do.")
+    assert violations(page) == []
+    place(page, (0,), "What to do next?")
+    send(page, "segment")
+    (answer,) = site.answers("segment")
+    right = "EVENT(r = Land, l = PLACE(r = on, l = OBJ(f = the white van)))"
+    assert answer.body["sdcs"] == to_json(parse_brackets(right, command=text))
+
+
+def test_a_verb_as_a_thing_is_asked_about_and_may_be_sent(
+    site: Site, context: BrowserContext
+) -> None:
+    text = "Take the box and lift it"
+    wrong = "EVENT(r = Take, l = OBJ(f = the box lift it))"
+    site.only("segment", text, suggestion=to_json(parse_brackets(wrong, command=text)))
+    page = site.open(context, "segment")
+    page.get_by_role("button", name="Send", exact=True).click()
+    asked = page.get_by_role("alert")
+    expect(asked).to_contain_text("“lift” is a thing here. Does it say what to do?")
+    assert site.answers("segment") == []
+    with page.expect_navigation():
+        asked.get_by_role("button", name="Send it all the same").click()
+    assert len(site.answers("segment")) == 1
+
+
+def test_instructions_are_open_until_one_was_sent(site: Site, context: BrowserContext) -> None:
+    site.add("segment", STEPS)
+    page = site.open(context, "segment")
+    expect(page.locator("#instructions")).to_have_attribute("open", "")
+    start_from_nothing(page)
+    place(page, (0,), "What to do?")
+    send(page, "segment")
+    expect(page.locator("#instructions")).not_to_have_attribute("open", "")
 
 
 def test_a_draft_of_an_earlier_version_can_be_finished(site: Site, context: BrowserContext) -> None:

@@ -42,8 +42,8 @@ def test_texts_are_kept(app: Flask, text: str, kept: str) -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"text": " "}, "Type what you would tell"),
-        ({"text": "?!"}, "Type what you would tell"),
+        ({"text": " "}, "Type a command"),
+        ({"text": "?!"}, "Type a command"),
         ({"text": "x" * 2001}, "2001 characters long. Use at most 2000"),
         ({"text": "a " * 201}, "at most 200 words"),
         ({"text": "Go\0there"}, "invisible character NUL"),

@@ -8,6 +8,7 @@ from functools import partial
 
 import pytest
 from flask import Flask
+from msgspec.structs import replace
 from sqlalchemy import update
 
 from annotation_app.dashboard.consensus import agreement
@@ -64,6 +65,34 @@ def test_a_study_can_do_without_suggestions(app: Flask, study: StudyConfig) -> N
     assert page["payload"]["suggestion"] is None
     person.answer(page["item"], {"sdcs": SUGGESTED})
     assert [of(row) for row in rows(app)] == [("off", None, None)]
+
+
+@pytest.mark.parametrize(("least", "state"), [(0.0, "shown"), (1.0, "unsure")])
+def test_suggestions_are_shown_from_a_probability_on(
+    app: Flask, study: StudyConfig, least: float, state: str
+) -> None:
+    config = replace(study.tasks["segment"], suggestions_from=least)
+    suggesting.put(app, replace(study, tasks={"segment": config}), "on")
+    person = Browser(app)
+    page = person.take("segment")
+    assert (page["payload"]["suggestion"] is not None) == (state == "shown")
+    person.answer(page["item"], {"sdcs": OTHER})
+    ((found, _, likeness),) = map(of, rows(app))
+    assert found == state
+    assert likeness < 1, "also where nobody saw it"
+    reader = Browser(app, "adjudicator")
+    (use,) = reader.client.get("/api/dashboard/studies/tests/suggestions").json["data"]
+    counts = {"shown": (1, 1, 0), "unsure": (0, 0, 1)}[state]
+    assert (use["shown"], use["changed"], use["unsure"]) == counts
+    overview = reader.client.get("/dashboard/tests").text
+    assert ("people changed 1 of the 1 suggestions" in overview) == (state == "shown")
+
+
+def test_a_sure_suggestion_is_shown_without_a_word_of_the_study(
+    app: Flask, study: StudyConfig
+) -> None:
+    suggesting.put(app, study, "on", text="Put the pallet on the truck")
+    assert Browser(app).take("segment")["payload"]["suggestion"]
 
 
 def test_half_of_the_items_have_theirs_for_everybody(app: Flask, study: StudyConfig) -> None:
