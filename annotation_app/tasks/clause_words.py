@@ -9,11 +9,13 @@ from typing import Any
 from annotation_app.store.models import Record
 from g3.language.discourse.anaphora import anaphors
 from g3.language.discourse.groups import group
-from g3.sdc.clauses import SDC, all_words, breadth_first, child_indices
+from g3.sdc.clauses import SDC, Field, all_words, breadth_first, child_indices
 
 WORD = re.compile(r"\w+(?:[-'’]\w+)*|[^\w\s]")
 HAPPENING = ("EVENT", "PATH")
 """The types of clauses that say what happens, which videos show."""
+INDEFINITE = {"a", "an", "another", "one", "some", "something"}
+"""First words of phrases that mean another thing each time."""
 
 
 def words_of(text: str) -> Iterator[dict[str, Any]]:
@@ -42,20 +44,69 @@ def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
     clause, and a pronoun's possible referents before the pronoun. EVENTs and PATHs follow, each
     EVENT before its PATHs.
 
-    Each record has the fields of :func:`clauses_of`, ``several``: true if its words name several
-    things, and ``during``: the EVENT that a PATH is within, or None.
+    Each record has the fields of :func:`clauses_of`, and
+
+    - ``several``: true if its words name several things;
+    - ``follows``: an OBJECT that probably is the same thing, so that nobody need be asked;
+    - ``at``: the OBJECT that a PLACE is told by, which is all that a picture shows of it;
+    - ``during``: the EVENT that a PATH or an EVENT is within.
+
+    The last three are None where there is none.
     """
     nodes = list(breadth_first(sdcs))
     known = {clause["node"]: clause for clause in clauses_of(sdcs)}
-    events = _events(sdcs, nodes)
+    events, sources = _events(sdcs, nodes), _sources(sdcs, nodes, known)
     return [
         {
             **known[node],
             "several": nodes[node].type == "OBJECT" and group(nodes[node]).number == "plural",
+            "follows": sources.get(node),
+            "at": _told_by(node, nodes, child_indices(sdcs)[node]),
             "during": events.get(node),
         }
         for node in (*_things(sdcs, nodes, known), *_happenings(nodes, known))
     ]
+
+
+def _sources(
+    sdcs: tuple[SDC, ...], nodes: Sequence[SDC], known: Mapping[int, Record]
+) -> Mapping[int, int]:
+    """Return the OBJECT from whose thing that of another one follows.
+
+    It is the OBJECT around a thing that is described, the antecedent of "it", or the first of
+    several with the same words.
+    """
+    found: dict[int, int] = {}
+
+    def add(node: int, source: int) -> None:
+        chain = source
+        while chain in found:
+            chain = found[chain]
+        if {node, source} <= known.keys() and node not in found and chain != node:
+            found[node] = source
+
+    objects = [node for node in known if nodes[node].type == "OBJECT"]
+    for node, children in enumerate(child_indices(sdcs)):
+        figures = children.get("f", ())
+        if nodes[node].type == "OBJECT" and len(figures) == 1:
+            add(figures[0], node)
+    for anaphor in anaphors(sdcs):
+        if anaphor.kind == "same" and anaphor.antecedents:
+            add(anaphor.index, anaphor.antecedents[0].index)
+    first: dict[str, int] = {}
+    for node in sorted(objects, key=lambda node: _extent(nodes[node])):
+        words = phrase_of(nodes[node]).casefold()
+        if words.split(" ")[0] not in INDEFINITE and first.setdefault(words, node) != node:
+            add(node, first[words])
+    return found
+
+
+def _told_by(
+    node: int, nodes: Sequence[SDC], children: Mapping[Field, Sequence[int]]
+) -> int | None:
+    landmarks = [*children.get("l", ()), *children.get("l2", ())]
+    is_told = nodes[node].type == "PLACE" and "f" not in children and len(landmarks) == 1
+    return landmarks[0] if is_told and nodes[landmarks[0]].type == "OBJECT" else None
 
 
 def _things(
@@ -98,10 +149,10 @@ def _extent(sdc: SDC) -> tuple[int, int, int]:
 
 
 def _events(sdcs: tuple[SDC, ...], nodes: Sequence[SDC]) -> Mapping[int, int]:
-    """Return the EVENT that each PATH is within."""
+    """Return the EVENT that each PATH, and each other EVENT, is within."""
     inside: dict[int, int] = {}
     for node, of in enumerate(child_indices(sdcs)):
         event = node if nodes[node].type == "EVENT" else inside.get(node)
         if event is not None:
             inside |= {child: event for children in of.values() for child in children}
-    return {node: event for node, event in inside.items() if nodes[node].type == "PATH"}
+    return {node: event for node, event in inside.items() if nodes[node].type in HAPPENING}

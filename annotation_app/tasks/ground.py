@@ -315,14 +315,11 @@ GROUND = Task(
                 "“Next”."
             ),
             N_(
-                "Several questions may have the same answer: “the cup” and “the cup on the table”"
-                " are one cup."
+                "What follows from your answers, such as what “it” is, is shown at the end: say "
+                "yes, or click what isn't right and choose another thing."
             ),
             N_("If the words mean a place, choose a dashed one on the map, or mark it there."),
-            N_(
-                "If a command has several steps, you are also asked when the video shows each of "
-                "them."
-            ),
+            N_("If a command has several steps, you are also asked when each of them begins."),
             N_("Choose “Can't tell” if you have looked and still don't know."),
         ),
         keys=(
@@ -330,7 +327,8 @@ GROUND = Task(
             ("[ ]", N_("back, next")),
             ("S", N_("several things, or one")),
             ("X", N_("can't tell")),
-            ("Y", N_("keep what a program suggests")),
+            ("Y", N_("yes, to what is proposed")),
+            ("E", N_("a step begins here")),
             ("M", N_("mark a place: arrows move, + and − size, Enter sets, Esc ends")),
             ("← →", N_("on a handle of the timeline: a frame; with Shift a second")),
             (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),

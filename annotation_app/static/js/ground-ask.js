@@ -1,7 +1,7 @@
 // The question about a clause, and what can be done besides clicking.
 
 import { h } from "./dom.js";
-import { groundingOf, isDone, isSeveral, isThing, isUnsure, isWhole, partOf, WATCH } from "./ground-state.js";
+import { CUTS, groundingOf, isDone, isProposed, isSeveral, isThing, isUnsure, isWhole, partOf, REVIEW, WATCH } from "./ground-state.js";
 import { _, number, pieces } from "./speech.js";
 
 const button = (key, onclick, properties, ...text) => h("button", { type: "button", "data-key": key, onclick, ...properties }, ...text);
@@ -10,6 +10,8 @@ const cap = (key) => h("kbd", { "aria-hidden": "true" }, key);
 /** The question's parts. `acts` is what the page does; `all` tells whether everything is done. */
 export function question(clause, state, acts) {
   if (clause.node === WATCH) return watch(state, acts);
+  if (clause.node === CUTS) return cuts(state, acts);
+  if (clause.node === REVIEW) return review(acts);
   return isThing(clause) ? thing(clause, state, acts) : happening(clause, state, acts);
 }
 
@@ -38,15 +40,42 @@ function watch(state, acts) {
   ];
 }
 
+/** When each of several steps begins that follow one another. */
+function cuts(state, acts) {
+  const { step, isSet } = acts.cuts;
+  const hint = acts.cuts.problem ? acts.cuts.problem : acts.isReady ? acts.ready
+    : isSet ? _("“Again” changes it.")
+    : _("Play the video. At the moment at which this begins, press “It begins here”.");
+  return [
+    words(acts, isSet ? _("When each step begins") : _("When does %(phrase)s begin?"), step, hint),
+    h("div", { class: "actions" },
+      isSet ? null : button("cut", acts.cuts.here, { class: "primary" }, _("It begins here"), " ", cap("E")),
+      acts.cuts.again ? button("again", acts.cuts.again, {}, _("Again")) : null,
+      button("single", acts.cuts.single, {}, _("Another order, or gaps")),
+      ...onwards(acts, isSet && !acts.isReady)),
+  ];
+}
+
+/** What follows from the answers, to be confirmed with one key. */
+function review(acts) {
+  return [
+    words(acts, _("Is this right, too?"), null, _("It follows from your answers. Click what isn’t right.")),
+    h("ul", { class: "follows" }, acts.proposals.map(({ clause, said, go }) =>
+      h("li", {}, button(`proposed ${clause.node}`, go, { class: `clause type-${clause.type}` }, h("bdi", { class: "phrase" }, clause.phrase), h("span", { class: "said" }, said))))),
+    h("div", { class: "actions" }, button("right", acts.send, { class: "primary" }, _("Yes: %(button)s", { button: acts.sendWord }), " ", cap("Y")), button("back", acts.back, {}, _("Back"))),
+  ];
+}
+
 function thing(clause, state, acts) {
   const grounding = groundingOf(state, clause.node);
   const several = isSeveral(state, clause);
   const isPlace = clause.type === "PLACE";
   const marked = grounding.places.map((place, i) => [place, i]).filter(([place]) => place.xy).map(([, i], n) =>
     h("span", { class: "marked" }, _("Marked place %(number)s", { number: n + 1 }), " ", button(`unmark ${i}`, () => acts.unmark(i), { class: "link" }, _("remove"))));
-  const is = isDone(state, clause, false);
-  const unsure = isUnsure(state, clause.node);
-  const hint = acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is, Boolean(acts.mark));
+  const is = isDone(state, clause);
+  const follows = isProposed(state, clause.node);
+  const unsure = follows || isUnsure(state, clause.node);
+  const hint = follows ? FOLLOWS : acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is, Boolean(acts.mark));
   return [
     words(acts, isPlace ? _("Where is %(phrase)s?") : several ? _("What are %(phrase)s?") : _("What is %(phrase)s?"), clause, hint),
     h("div", { class: "actions" },
@@ -59,6 +88,7 @@ function thing(clause, state, acts) {
   ];
 }
 
+const FOLLOWS = _("This follows from your other answers. Say yes, or choose what is right.");
 const SUGGESTED = _("A program suggests what is marked. It makes mistakes, so look yourself: say yes, or choose what is right.");
 
 function severalBox(several, acts) {
@@ -80,25 +110,26 @@ function happening(clause, state, acts) {
   const [start, end] = partOf(state, clause.node);
   const whole = isWhole(state, clause.node);
   const isSet = start !== null && end !== null;
+  const follows = isProposed(state, clause.node);
   const steps = acts.steps.length > 1
     ? acts.steps.map(([from, to], i) => button(`part ${i}`, () => acts.part([from, to]), {}, _("Part %(number)s: %(from)s–%(to)s s", { number: i + 1, from: number(from), to: number(to) }))) : [];
   return [
-    words(acts, _("When does the video show %(phrase)s?"), clause, acts.isReady ? acts.ready : partHint(acts, start, end, whole, isSet)),
+    words(acts, _("When does the video show %(phrase)s?"), clause, follows ? FOLLOWS : acts.isReady ? acts.ready : partHint(start, end, whole, isSet)),
     h("div", { class: "actions" },
-      button("starts", acts.starts, { class: start === null && !whole && acts.asksParts ? "primary" : null }, _("It starts here")),
+      follows ? button("right", acts.confirm, { class: "primary" }, _("Yes, %(chosen)s", acts), " ", cap("Y")) : null,
+      button("starts", acts.starts, { class: start === null && !whole ? "primary" : null }, _("It starts here")),
       button("ends", acts.ends, { class: start !== null && end === null ? "primary" : null }, _("It ends here")),
       ...steps,
       acts.same ? button("same", acts.same.act, {}, ...pieces(_("The same as %(phrase)s"), { phrase: h("q", {}, h("bdi", {}, acts.same.phrase)) })) : null,
-      button("whole", acts.whole, { "aria-pressed": whole || (!isSet && !acts.asksParts) }, _("The whole video")),
-      ...onwards(acts, isSet && !acts.isReady)),
+      button("whole", acts.whole, { "aria-pressed": whole && !follows }, _("The whole video")),
+      ...onwards(acts, isSet && !acts.isReady && !follows)),
   ];
 }
 
-function partHint(acts, start, end, whole, isSet) {
+function partHint(start, end, whole, isSet) {
   if (whole) return _("It is the whole video. You can choose a part instead.");
   if (isSet) return _("From %(start)s s to %(end)s s. Move the handles if that isn't right, or press Next.", { start: number(start), end: number(end) });
   if (start !== null) return _("Play on until it is over, then press “It ends here”.");
   if (end !== null) return _("Go to the moment when it begins, then press “It starts here”.");
-  return acts.asksParts ? _("Play the video. When it begins, press “It starts here”; when it is over, “It ends here”.")
-    : _("The command has one step, so it is the whole video. You can choose a part instead.");
+  return _("Play the video. When it begins, press “It starts here”; when it is over, “It ends here”.");
 }

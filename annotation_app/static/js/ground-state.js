@@ -2,10 +2,14 @@
 //
 // {groundings: {node: {objects, places, cant_tell, time_s}}, trims: {node: [start, end]}, whole: [nodes],
 //  half: {node: [start or null, end or null]}, several: {node: bool},
-//  unsure: {node: true} for what a program suggested and nobody has looked at, current:
-//  a node or "watch", watched_s}
+//  unsure: {node: true} for what a program suggested and nobody has looked at, cuts: [moments at which
+//  the next step begins], current: a node, "watch", "cuts" or "review", watched_s}
+//
+// What is shown and sent is a state that is `filled` with what follows from its answers.
 
 export const WATCH = "watch";
+export const CUTS = "cuts";
+export const REVIEW = "review";
 const NOTHING = { objects: [], places: [], cant_tell: false, time_s: 0 };
 
 export const isThing = (clause) => clause.type === "OBJECT" || clause.type === "PLACE";
@@ -25,14 +29,56 @@ export function isSeveral(state, clause) {
   return state.several?.[clause.node] ?? (clause.several || count(groundingOf(state, clause.node)) > 1);
 }
 
-export function isDone(state, clause, asksParts) {
-  if (clause.node === WATCH) return state.watched_s !== undefined;
-  if (!isThing(clause)) {
-    const isBegun = state.half?.[clause.node]?.some((end) => end !== null);
-    return Boolean(state.trims[clause.node]) || isWhole(state, clause.node) || (!asksParts && !isBegun);
+/** Whether something is said of a clause, by people or as a proposal. */
+export function isSaid(state, { node, type }) {
+  if (!isThing({ type })) return Boolean(state.trims[node]) || isWhole(state, node);
+  const grounding = groundingOf(state, node);
+  return grounding.cant_tell || count(grounding) > 0;
+}
+
+export const isDone = (state, clause) =>
+  clause.node === WATCH ? state.watched_s !== undefined : isSaid(state, clause) && !isUnsure(state, clause.node) && !isProposed(state, clause.node);
+
+/** Whether what is said of a clause follows from other answers, in a filled state. */
+export const isProposed = (state, node) => Boolean(state.proposed?.[node]);
+
+/**
+ * A state with what follows from its answers: the same thing under another name, a place by the thing
+ * that it is told by where there is no map, the part of the video that shows what is around it, and the
+ * whole video where there is but one step.
+ */
+export function filled(state, clauses, { hasMap, hasSteps }) {
+  let next = { ...state, groundings: { ...state.groundings }, trims: { ...state.trims }, whole: [...(state.whole ?? [])], proposed: {} };
+  const isOpen = (clause) => (!isSaid(next, clause) || isUnsure(next, clause.node)) && !next.half?.[clause.node];
+  const isKnown = (source) => isSaid(next, source) && !isUnsure(next, source.node);
+  const open = clauses.filter(isOpen);
+  for (let pass = 0; pass < open.length; pass += 1) {
+    for (const clause of open.filter(isOpen)) {
+      const source = clauses.find(({ node }) => node === sourceOf(clause, hasMap));
+      if (isThing(clause)) {
+        if (!source || !isKnown(source)) continue;
+        next.groundings[clause.node] = groundingOf(next, source.node);
+        next.unsure = without(next.unsure, clause.node);
+      } else if (source ? isKnown(source) : !hasSteps) {
+        if (source && next.trims[source.node]) next.trims[clause.node] = next.trims[source.node];
+        else next.whole.push(clause.node);
+      } else continue;
+      next.proposed[clause.node] = true;
+    }
   }
-  const grounding = groundingOf(state, clause.node);
-  return !isUnsure(state, clause.node) && (grounding.cant_tell || count(grounding) > 0);
+  return next;
+}
+
+/** The clause from whose answer that of another one follows; null if there is none. */
+export const sourceOf = (clause, hasMap) =>
+  (isThing(clause) ? clause.follows ?? (hasMap ? null : clause.at) : clause.during) ?? null;
+
+/** Have the parts of steps that follow each other begin and end at certain moments. */
+export function setCuts(state, steps, cuts, duration) {
+  let next = { ...state, cuts };
+  if (cuts.length + 1 < steps.length) return steps.reduce((found, { node }) => setPart(found, node, [null, null]), next);
+  steps.forEach(({ node }, i) => { next = setPart(next, node, [cuts[i - 1] ?? 0, cuts[i] ?? duration]); });
+  return next;
 }
 
 /** Keep what a program suggested for a clause. */
@@ -86,7 +132,7 @@ export function setPart(state, node, part) {
   return {
     ...state,
     trims: isSet ? { ...state.trims, [node]: part } : without(state.trims, node),
-    half: isSet ? without(state.half, node) : { ...state.half, [node]: part },
+    half: isSet || part.every((end) => end === null) ? without(state.half, node) : { ...state.half, [node]: part },
     whole: (state.whole ?? []).filter((one) => one !== node),
   };
 }

@@ -4,7 +4,7 @@ import { $, announce, h, isShortcut, redraw } from "./dom.js";
 import { neighbour, showCommand } from "./clauses.js";
 import { question } from "./ground-ask.js";
 import * as ground from "./ground-state.js";
-import { chosenWords, stepList } from "./ground-steps.js";
+import { saidOf, stepList } from "./ground-steps.js";
 import { labelKeys } from "./label-keys.js";
 import { showMap } from "./map.js";
 import { showPicture } from "./picture.js";
@@ -14,7 +14,7 @@ import { showTimeline } from "./timeline.js";
 import { begin, data, payload } from "./work.js";
 import { _ } from "./speech.js";
 
-const { isThing, WATCH } = ground;
+const { CUTS, isThing, REVIEW, WATCH } = ground;
 const scene = numbered(payload);
 const { clauses } = scene;
 const LABELS = data.labels;
@@ -22,8 +22,17 @@ const asksParts = payload.asks_parts;
 const mustWatch = Boolean(scene.video);
 const hasMap = !scene.map.missing;
 const steps = [...(mustWatch ? [{ node: WATCH, type: "WATCH", phrase: _("Watch the video") }] : []), ...clauses];
-const asked = steps.filter((clause) => clause.node === WATCH || isThing(clause) || asksParts);
-const first = asked[0] ?? clauses[0];
+// What one step shows is the whole video; of several that follow each other people tell when each begins.
+const stages = clauses.filter(({ type, during }) => type === "EVENT" && during === null);
+const hasSteps = stages.length > 1;
+const cutting = { node: CUTS, type: "CUTS", phrase: _("When each step begins") };
+const reviewing = { node: REVIEW, type: "REVIEW", phrase: _("What follows from your answers") };
+const asked = [
+  ...steps.filter((clause) => clause.node === WATCH || (isThing(clause) && ground.sourceOf(clause, hasMap) === null)),
+  ...(hasSteps ? [cutting, ...clauses.filter(({ type, during }) => type === "PATH" && during === null)] : []),
+];
+const first = asked[0] ?? reviewing;
+let complaint = ""; // about the moment at which a step is to begin
 
 let map = null;
 let timeline = null;
@@ -53,16 +62,37 @@ const unsure = Object.fromEntries(Object.keys(suggested).map((node) => [node, tr
 const work = begin({
   initial: { groundings: suggested, unsure, trims: {}, whole: [], current: first?.node },
   draw,
-  body: ({ groundings, trims, whole = [], watched_s, speed }) => ({ groundings, trims, whole: whole.map(String), watched_s, speed }),
-  problems: (state) => [
+  body(state) {
+    const { groundings, trims, whole, watched_s, speed } = full(state);
+    return { groundings, trims, whole: asksParts ? whole.map(String) : (state.whole ?? []).map(String), watched_s, speed };
+  },
+  problems,
+  feedback: (state) => groundFeedback(full(state)),
+});
+
+/** The state with what follows from its answers. */
+function full(state) {
+  return ground.filled(state, clauses, { hasMap, hasSteps });
+}
+
+function problems(state) {
+  const found = full(state);
+  const open = clauses.filter((clause) => !ground.isSaid(found, clause) || ground.isUnsure(found, clause.node));
+  const told = [
     ...(mustWatch && state.watched_s === undefined ? [_("Watch the video to its end first.")] : []),
-    ...clauses.filter((clause) => !isDone(state, clause)).map((clause) => ground.isUnsure(state, clause.node)
+    ...open.map((clause) => ground.isUnsure(found, clause.node)
       ? _("Look at what is suggested for “%(phrase)s”: say yes, or choose what is right.", clause)
       : isThing(clause) ? _("Show what “%(phrase)s” is, or choose “can't tell”.", clause)
       : _("Choose which part of the video shows “%(phrase)s”.", clause)),
-  ],
-  feedback: groundFeedback,
-});
+  ];
+  if (told.length || state.current === REVIEW || !proposals(found).length) return told;
+  go(REVIEW);
+  return [_("Look at what follows from your answers first: say yes, or choose what is right.")];
+}
+
+function proposals(found) {
+  return clauses.filter(({ node }) => ground.isProposed(found, node));
+}
 
 if (mustWatch) {
   picture.requireWatching(work.state.watched_s !== undefined, (watched) => {
@@ -71,7 +101,8 @@ if (mustWatch) {
   });
   // Things can be clicked at the first moment.
   video.addEventListener("ended", () => {
-    if (!isHappening(clauseOf(work.state))) picture.seek(0);
+    const clause = clauseOf(work.state);
+    if (clause.node === WATCH || isThing(clause)) picture.seek(0);
   });
 }
 map.board.addEventListener("stopped", () => ask.querySelector('[data-key="mark"]')?.focus());
@@ -82,15 +113,23 @@ function moved(t) {
 }
 
 function isDone(state, clause) {
-  return ground.isDone(state, clause, asksParts);
+  return clause.node === CUTS ? stages.every((stage) => ground.isSaid(state, stage)) : ground.isDone(state, clause);
 }
 
 function isHappening(clause) {
-  return clause.node !== WATCH && !isThing(clause);
+  return clause.type === "EVENT" || clause.type === "PATH";
 }
 
 function clauseOf(state) {
-  return steps.find((clause) => clause.node === state.current) ?? steps[0];
+  return [...steps, cutting, reviewing].find((clause) => clause.node === state.current) ?? first;
+}
+
+/** The question after another one: the next that is open, then what follows from the answers; null if nothing is left. */
+function questionAfter(node, state) {
+  const found = full(state);
+  const isStage = stages.some((stage) => stage.node === node);
+  const inTurn = isStage ? [...stages, ...asked.filter((one) => one !== cutting)] : asked;
+  return ground.nextOpen(inTurn, node, (clause) => isDone(found, clause)) ?? (proposals(found).length ? REVIEW : null);
 }
 
 function time_s() {
@@ -106,7 +145,7 @@ function nameOf(kind, id) {
 /** Keep an answer, and go on where it is complete. */
 function answer(next, said, isComplete) {
   const { current } = work.state;
-  const to = isComplete ? ground.nextOpen(asked, current, (clause) => isDone(next, clause)) : null;
+  const to = isComplete ? questionAfter(current, next) : null;
   work.change({ ...next, current: to ?? current });
   if (to !== null) enter(current);
   announce(to === null ? said : `${said}. ${spoken()}`);
@@ -135,7 +174,34 @@ function cantTell() {
 
 function confirm() {
   const { current } = work.state;
-  if (ground.isUnsure(work.state, current)) answer(ground.confirmed(work.state, current), _("Kept"), true);
+  const found = full(work.state);
+  if (current === REVIEW) return $("submit").click();
+  if (ground.isProposed(found, current)) {
+    const { groundings, trims, whole } = work.state;
+    const isWhole = ground.isWhole(found, current);
+    const kept = found.groundings[current] ? { groundings: { ...groundings, [current]: found.groundings[current] } }
+      : isWhole ? { whole: [...(whole ?? []), current] } : { trims: { ...trims, [current]: found.trims[current] } };
+    answer(ground.confirmed({ ...work.state, ...kept }, current), _("Kept"), true);
+  } else if (ground.isUnsure(work.state, current)) answer(ground.confirmed(work.state, current), _("Kept"), true);
+}
+
+/** The next step begins at this moment of the video. */
+function cut() {
+  const cuts = [...(work.state.cuts ?? []), time_s()];
+  video.pause();
+  complaint = "";
+  if (cuts.at(-1) <= (cuts.at(-2) ?? 0) || cuts.at(-1) >= scene.duration_s) {
+    complaint = _("It can’t begin at this moment: play on, and press when it does.");
+    draw(work.state);
+    return announce(complaint);
+  }
+  answer(ground.setCuts(work.state, stages, cuts, scene.duration_s), _("Set"), cuts.length + 1 === stages.length);
+}
+
+function cutAgain() {
+  complaint = "";
+  picture.seek(0);
+  work.change(ground.setCuts(work.state, stages, [], scene.duration_s));
 }
 
 function setSeveral(is) {
@@ -150,6 +216,8 @@ function setPart(part) {
 function setEnd(i) {
   video.pause();
   timeline.set(i, picture.time);
+  const { state } = work;
+  if (state.trims[state.current]) answer(state, _("Set"), true);
 }
 
 /** Go to a clause; when it is about a thing again, to the moment at which things can be clicked. */
@@ -162,14 +230,13 @@ function go(node) {
 }
 
 function enter(before) {
-  const was = steps.find((clause) => clause.node === before);
-  if (was && isHappening(was) && isThing(clauseOf(work.state)) && video.paused) picture.seek(0);
+  const wasAboutVideo = before === CUTS || clauses.some((clause) => clause.node === before && isHappening(clause));
+  if (wasAboutVideo && isThing(clauseOf(work.state)) && video.paused) picture.seek(0);
 }
 
 function goOn() {
   const { current } = work.state;
-  const to = ground.nextOpen(asked, current, (clause) => isDone(work.state, clause));
-  go(to ?? neighbour(steps, current, 1));
+  go(questionAfter(current, work.state) ?? neighbour(steps, steps.some(({ node }) => node === current) ? current : steps[0].node, 1));
 }
 
 function spoken() {
@@ -186,7 +253,8 @@ document.addEventListener("keydown", (event) => {
   if (!isShortcut(event) || map.isMarking) return;
   const key = event.key.toLowerCase();
   const clause = clauseOf(work.state);
-  if (key === "[" || key === "]") go(neighbour(steps, work.state.current, key === "]" ? 1 : -1));
+  if (key === "[" || key === "]") go(neighbour(inOrder(full(work.state)), clause.node, key === "]" ? 1 : -1));
+  else if (key === "e" && clause.node === CUTS) cut();
   else if (key === "x" && isThing(clause)) cantTell();
   else if (key === "y") confirm();
   else if (key === "m" && hasMap && isThing(clause)) map.startMarking();
@@ -195,47 +263,64 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 
-/** What the question's buttons do. */
+/** All questions, of things and of the video, in the order in which the keys go through them. */
+function inOrder(state) {
+  const at = steps.findIndex(({ type }) => type === "EVENT" || type === "PATH");
+  const happening = at < 0 ? steps.length : at;
+  return [...steps.slice(0, happening), ...(hasSteps ? [cutting] : []), ...steps.slice(happening), ...(proposals(state).length ? [reviewing] : [])];
+}
+
+/** What the question's buttons do. `state` is filled. */
 function actsOn(clause, state) {
-  const isReady = asked.every((one) => isDone(state, one));
+  const isReady = asked.every((one) => isDone(state, one)) && !proposals(state).length;
   const at = asked.findIndex((one) => one.node === clause.node);
   const during = clauses.find((one) => one.node === clause.during);
-  const hasPart = during && asksParts && isDone(state, during);
+  const hasPart = during && asksParts && ground.isSaid(state, during);
+  const cuts = state.cuts ?? [];
   return {
-    asksParts,
+    cuts: {
+      step: isDone(state, cutting) ? null : stages[cuts.length + 1],
+      isSet: isDone(state, cutting),
+      problem: complaint,
+      here: cut,
+      again: cuts.length ? cutAgain : null,
+      single: () => go(stages[0].node),
+    },
+    proposals: proposals(state).map((one) => ({ clause: one, said: saidOf(state, one, scene), go: () => go(one.node) })),
     count: at < 0 ? "" : _("%(number)s of %(count)s", { number: at + 1, count: asked.length }),
     isReady,
     ready: _("All questions are answered. Look over the list, then press “%(button)s”.", { button: $("submit").textContent }),
     send: () => $("submit").click(),
     sendWord: $("submit").textContent,
-    back: at > 0 ? () => go(asked[at - 1].node) : null,
-    next: isReady && at === asked.length - 1 ? null : isDone(state, clause) ? goOn : () => go(neighbour(asked, clause.node, 1)),
+    back: clause.node === REVIEW ? () => go(asked.at(-1).node) : at > 0 ? () => go(asked[at - 1].node) : null,
+    next: isReady && at === asked.length - 1 ? null : at < 0 || isDone(state, clause) ? goOn : () => go(neighbour(asked, clause.node, 1)),
     play: () => video.play(),
     mark: hasMap ? map.startMarking : null,
     several: setSeveral,
     cantTell,
     confirm,
-    chosen: chosenWords(state, clause, scene).replace("?", ""),
+    chosen: saidOf(state, clause, scene),
     unmark: (i) => work.change(ground.removePlace(work.state, clause.node, i, time_s())),
     steps: scene.steps.map(([from, to]) => [from, Math.min(to, scene.duration_s)]),
-    part: setPart,
+    part: (part) => answer(ground.setPart(work.state, clause.node, part), _("Set"), true),
     starts: () => setEnd(0),
     ends: () => setEnd(1),
     whole: () => answer(ground.setWhole(work.state, clause.node), _("The whole video"), true),
-    same: hasPart ? { phrase: during.phrase, act: () => answer(asDuring(work.state, clause.node, during.node), _("The same part"), true) } : null,
+    same: hasPart && !ground.isProposed(state, clause.node) ? { phrase: during.phrase, act: () => answer(asDuring(full(work.state), clause.node, during.node), _("The same part"), true) } : null,
   };
 }
 
-function asDuring(state, node, during) {
-  return state.trims[during] ? ground.setPart(state, node, state.trims[during]) : ground.setWhole(state, node);
+function asDuring(found, node, during) {
+  return found.trims[during] ? ground.setPart(work.state, node, found.trims[during]) : ground.setWhole(work.state, node);
 }
 
-function draw(state) {
+function draw(answers) {
+  const state = full(answers);
   const clause = clauseOf(state);
   if (!clause) return;
   const isAboutThing = isThing(clause);
   const grounding = ground.groundingOf(state, clause.node);
-  showCommand(clause.node === WATCH ? null : clause.node);
+  showCommand(typeof clause.node === "number" ? clause.node : clause.node === CUTS ? stages[(state.cuts ?? []).length + 1]?.node ?? null : null);
   picture.mark(grounding.objects);
   map.prefer(clause.type === "PLACE" ? "place" : "object");
   map.mark(
@@ -246,11 +331,11 @@ function draw(state) {
   redraw(words, ...question(clause, state, actsOn(clause, state)));
   timeline.element.hidden = !isHappening(clause);
   timeline.show(ground.partOf(state, clause.node));
-  redraw(list, stepList({ steps, state, scene, asksParts, done: (one) => isDone(state, one), go }));
+  redraw(list, stepList({ steps: inOrder(state), state, scene, done: (one) => isDone(state, one), go }));
   showCurrent();
   redraw(lists, isAboutThing ? chips(grounding) : []);
   lists.hidden = !isAboutThing;
-  document.body.classList.toggle("all-done", asked.every((one) => isDone(state, one)));
+  document.body.classList.toggle("all-done", asked.every((one) => isDone(state, one)) && !proposals(state).length);
 }
 
 /** Scroll the list, and not the page, to the current question. */

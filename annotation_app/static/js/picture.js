@@ -34,7 +34,8 @@ export function showPicture(scene, pick, moved) {
   const player = equip(element, (t) => {
     const isFirst = t <= FIRST_MOMENT_S;
     layer.classList.toggle("away", !isFirst);
-    hint.textContent = isFirst ? "" : _("Outlines are shown at the start of the video. The map moves with it.");
+    hint.textContent = isFirst ? "" : scene.map.missing ? _("Outlines are shown at the start of the video.")
+      : _("Outlines are shown at the start of the video. The map moves with it.");
     moved(t);
   });
   element.append(hint);

@@ -62,11 +62,49 @@ def test_words_for_several_things_are_told_and_the_event_of_a_path() -> None:
     assert found["Drive to the tires"]["during"] is None
 
 
+def follows(notation: str, command: str) -> dict[str, str]:
+    """What follows from what, by the phrases."""
+    found = asked_clauses(parse_brackets(notation, command=command))
+    phrases = {clause["node"]: clause["phrase"] for clause in found}
+    return {c["phrase"]: phrases[c["follows"]] for c in found if c["follows"] is not None}
+
+
+def test_what_need_not_be_asked_follows_from_something_that_is() -> None:
+    command = "Take the cup by the sink, wash it and put it by the sink, not by a sink"
+    notation = (
+        "EVENT(r = Take, l = OBJ(f = OBJ(f = the cup), r = by, l = OBJ(f = the sink))); EVENT(r = "
+        "wash, l = OBJ(f = it)); EVENT(r = put, l = OBJ(f = it), l2 = PLACE(r = by, l = OBJ(f = the"
+        " sink))); EVENT(r = not, l = PLACE(r = by, l = OBJ(f = a sink)))"
+    )
+    assert follows(notation, command) == {
+        "the cup": "the cup by the sink",
+        "it": "it",  # the second; the first is the cup
+        "the sink": "the sink",
+    }
+    by_node = {
+        clause["node"]: clause
+        for clause in asked_clauses(parse_brackets(notation, command=command))
+    }
+
+    def source(node: int) -> int:
+        before = by_node[node]["follows"]
+        return node if before is None else source(before)
+
+    it = [node for node, clause in by_node.items() if clause["phrase"] == "it"]
+    assert {by_node[source(node)]["phrase"] for node in it} == {"the cup by the sink"}
+
+
 @settings(max_examples=40)
 @given(st.lists(sdc_trees(), min_size=1, max_size=3))
 def test_each_clause_is_asked_once_and_after_what_it_needs(trees: list) -> None:
     _, sdcs = with_text(tuple(trees))
     order = [clause["node"] for clause in asked_clauses(sdcs)]
+    sources = {clause["node"]: clause["follows"] for clause in asked_clauses(sdcs)}
+    for node in order:  # it ends: something is asked
+        for _ in order:
+            before = sources[node]
+            node = node if before is None else before  # noqa: PLW2901
+        assert sources[node] is None
     assert sorted(order) == sorted(clause["node"] for clause in clauses_of(sdcs))
     types = {c["node"]: c["type"] for c in clauses_of(sdcs)}
     things = [node for node in order if types[node] in ("OBJECT", "PLACE")]
