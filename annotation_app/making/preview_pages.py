@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Annotated, Any
 
 import flask
+import msgspec
 from flask import Blueprint, Response
 from flask.typing import ResponseReturnValue
 
@@ -13,7 +16,6 @@ from annotation_app.core.languages import speak
 from annotation_app.core.problems import Refusal
 from annotation_app.items.clips import ensure
 from annotation_app.items.media import TYPES, WEBM
-from annotation_app.items.scenes import read_film
 from annotation_app.making.step_pages import config_of, opened_draft
 from annotation_app.making.steps import parts_of
 from annotation_app.pages.study_progress import TaskProgress
@@ -23,17 +25,20 @@ from annotation_app.studies.study_file import PracticeItem, StudyConfig, in_its_
 from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.study_setup.prepared_videos import played_file, prepare
 from annotation_app.study_setup.rendered_study import FILES, Rendered
-from annotation_app.study_setup.study_drafts import StudyDraft
-from annotation_app.tasks.practice_example import practice_example
+from annotation_app.study_setup.study_drafts import StudyDraft, keep_draft
+from annotation_app.tasks.practice_example import OwnPractice, practice_example
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, tasks
 from annotation_app.tasks.task_texts import task_words
+from annotation_app.web.api import json_reply, read_request
 from annotation_app.web.public_links import here
 from annotation_app.web.task_page import render_practice
 from annotation_app.web.who_asks import refused, seen_by
 from g3.errors import CorpusError
+from g3.sdc.sdc_notation import format_brackets, from_json
 
 WELCOME, OVERVIEW = "welcome", "tasks"
+MOST_WRONG = 50
 
 blueprint = Blueprint("making_previews", __name__, url_prefix="/admin/studies")
 blueprint.register_error_handler(Refusal, refused)
@@ -117,7 +122,7 @@ def _task_page(
     number = flask.request.args.get("item", 0, type=int)
     item = own[number] if 0 <= number < len(own) else None
     assert task.example is not None  # noqa: S101 - the page was asked for such a task
-    payload = _payload(draft, item) if item is not None else task.example(practice_example())
+    payload = _payload(draft, task, item) if item is not None else task.example(practice_example())
     onwards = flask.url_for(".preview", name=draft.name, page=task.name)
     data = {
         "item": f"preview-{draft.name}-{task.name}-{number}",
@@ -125,26 +130,53 @@ def _task_page(
         "next": f"{onwards}?item={number + 1}" if number + 1 < len(own) else onwards,
         "who": "preview",
     }
+    if item is not None:
+        address = flask.url_for(".keep_answer", name=draft.name, page=task.name, number=number)
+        data["keep"] = address.removeprefix(here(""))
     title = None if task.hides_title else config.title
     return render_practice(task, config, payload, item, data, study=None, title=title, **shown)
 
 
-def _payload(draft: StudyDraft, item: PracticeItem) -> Record:
+def _payload(draft: StudyDraft, task: Task, item: PracticeItem) -> Record:
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
     videos = () if parts is None else parts.videos
     number = next((n for n, known in enumerate(videos) if known.video == item.video), None)
     if number is None:
         raise Refusal(422, f"There is no video {item.video}. Choose another to practise with.")
     shown = videos[number]
+    address = flask.url_for(".video", name=draft.name, number=number)
+    public = {"video": address.removeprefix(here(""))}
     try:
-        film = read_film(_prepared(draft, shown) if isinstance(shown, OwnVideo) else shown.folder)
+        folder = _prepared(draft, shown) if isinstance(shown, OwnVideo) else shown.folder
+        return task.own_example(OwnPractice(item, folder, public))
     except CorpusError as error:
         raise Refusal(422, str(error)) from error
-    address = flask.url_for(".video", name=draft.name, number=number)
-    return {
-        "command": item.command,
-        "video": address.removeprefix(here("")),
-        "poster": None,
-        "duration_s": film.duration_s,
-        "fps": film.fps,
-    }
+
+
+class KeptAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An answer to a practice item: the right one, or a wrong one with the reason why it is."""
+
+    body: dict[str, Any]
+    why: Annotated[str, msgspec.Meta(max_length=1000)] = ""
+
+
+@blueprint.post("/<name>/preview/<page>/<int:number>")
+def keep_answer(name: str, page: str, number: int) -> Response:
+    """Keep an answer to a draft's practice item with the draft."""
+    with seen_by("admin") as (session, _):
+        draft = opened_draft(session, name)
+    kept = read_request(KeptAnswer)
+    task, value = find_task(page), copy.deepcopy(dict(draft.value))
+    items = value.get("tasks", {}).get(page, {}).get("practice_items", [])
+    if task is None or not 0 <= number < len(items):
+        raise Refusal(404, "There is no such practice item.")
+    item = items[number]
+    if kept.why.strip():
+        wrong = {"answer": kept.body, "why": kept.why.strip()}
+        item["wrong"] = [*item.get("wrong", []), wrong][-MOST_WRONG:]
+    else:
+        item["answer"] = kept.body
+    if "sdcs" in (example := _payload(draft, task, msgspec.convert(item, PracticeItem))):
+        item["clauses"] = format_brackets(from_json(example["sdcs"]))  # nodes keep their numbers
+    keep_draft(installation().config.studies_folder, draft, value)
+    return json_reply({"kept": True})

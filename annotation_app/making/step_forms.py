@@ -109,7 +109,12 @@ def _texts(value: Value, form: Form) -> None:
             _put(of_task, name, text_of(form, f"{name}-{task.name}"), "")
         if task.practises:
             rows = (_practice_item(form, f"item-{task.name}-{i}") for i in range(MOST_ROWS))
-            items = [row for row in rows if row.keys() - {"right"}]
+            before = of_task.get("practice_items") or []
+            items = [
+                _with_answers(row, before[i] if i < len(before) else {})
+                for i, row in enumerate(rows)
+                if row.keys() - {"right"}
+            ]
             _put(of_task, "practice_items", items, [])
 
 
@@ -124,6 +129,13 @@ def _practice_item(form: Form, prefix: str) -> Value:
     if right and right != [4, 5]:
         row["right"] = right
     return row
+
+
+def _with_answers(row: Value, before: Value) -> Value:
+    """Return a practice item with the answers that were kept for the same video and command."""
+    if any(row.get(name) != before.get(name) for name in ("video", "command")):
+        return row
+    return {**row, **{n: before[n] for n in ("clauses", "answer", "wrong") if n in before}}
 
 
 def _consent(value: Value, form: Form) -> None:

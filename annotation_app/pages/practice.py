@@ -1,4 +1,4 @@
-"""Practice examples: a made-up scene at sea, so that they put no words into anybody's mouth."""
+"""Practice: a study's own items, or a made-up scene at sea, which suggests no words."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from sqlalchemy import select
 
 from annotation_app.core.languages import gettext, speak
 from annotation_app.core.problems import Refusal
-from annotation_app.items.item_scenes import watched_video
+from annotation_app.items.media import media_files
 from annotation_app.people.browser_sessions import current_person
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Study
 from annotation_app.studies.study_file import in_its_language, language_of, restored
-from annotation_app.tasks.practice_example import practice_example
+from annotation_app.tasks.practice_example import OwnPractice, practice_example
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.web.api import read_task
 from annotation_app.web.public_links import here
@@ -44,10 +44,9 @@ def practice_page(task_name: str) -> str:
         elif not 0 <= number < len(own):
             raise Refusal(404, gettext("There is no such practice item."))
         else:
-            payload = {
-                "command": own[number].command,
-                **watched_video(session, study.id, own[number].video),
-            }
+            files = media_files(session, study.id, own[number].video)
+            folder, corpus = files.paths["manifest"].parent, files.paths.get("corpus")
+            payload = of_task.own_example(OwnPractice(own[number], folder, files.public, corpus))
     onwards = f"/s/{study.name}/{task}" if study is not None else "/"
     if number + 1 < len(own):
         onwards = f"/practice/{task}?study={name}&item={number + 1}"

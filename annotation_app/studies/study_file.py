@@ -34,6 +34,13 @@ ROBOT = N_("forklift")
 Scale: TypeAlias = tuple[Line, Line, Line, Line, Line]
 
 
+class WrongAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An answer to a practice item as its page sends it, and the reason why it is wrong."""
+
+    answer: dict[str, Any]
+    why: Line
+
+
 class PracticeItem(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A practice item of a study's own.
 
@@ -45,16 +52,25 @@ class PracticeItem(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         What people read whose rating is right; of other tasks, which judge nothing, some answers to
         compare theirs with.
     command
-        What is rated.
+        What is rated, segmented, grounded or checked.
+    clauses
+        Its clauses in bracket notation, to ground and to check; if empty, the parser's.
+    answer
+        The right answer as its page sends it, if there is one.
+    wrong
+        Wrong answers.
     right
         The ratings that are right.
     again
-        What people read who rate otherwise.
+        What people read who answer otherwise.
     """
 
     video: Line
     good: Line
     command: Line | None = None
+    clauses: Text = ""
+    answer: dict[str, Any] | None = None
+    wrong: tuple[WrongAnswer, ...] = ()
     right: tuple[Annotated[int, msgspec.Meta(ge=1, le=5)], ...] = (4, 5)
     again: Line = N_("Watch the video again.")
 

@@ -14,6 +14,8 @@ from annotation_app.study_setup.every_problem import every_problem, together
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
 from corpus_tools.world.scenarios.documents import Problem, read_document
+from g3.errors import CorpusError
+from g3.sdc.sdc_notation import parse_brackets
 
 MANUAL = "docs/annotation.md"
 
@@ -80,3 +82,7 @@ def _practice_problems(of_task: TaskConfig, task: Task) -> Iterator[Problem]:
         for name in task.practises:
             if getattr(item, name) is None:
                 yield Problem((*field, i), f"there is no {name} to practise with", f"add {name}")
+        try:
+            parse_brackets(item.clauses, command=item.command)
+        except CorpusError as error:
+            yield Problem((*field, i, "clauses"), error.what, error.fix)

@@ -9,6 +9,7 @@ negatives (section 4.1).
 
 from __future__ import annotations
 
+import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -39,7 +40,7 @@ from annotation_app.tasks.agreement import (
 from annotation_app.tasks.clause_words import HAPPENING, clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import checked_negative
-from annotation_app.tasks.practice_example import PracticeExample
+from annotation_app.tasks.practice_example import OwnPractice, PracticeExample
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,
@@ -53,7 +54,7 @@ from annotation_app.tasks.task_record import (
 )
 from annotation_app.tasks.watched_videos import Seconds, Speed, with_watching
 from g3.sdc.clauses import breadth_first
-from g3.sdc.sdc_notation import from_json
+from g3.sdc.sdc_notation import from_json, to_json
 
 COLUMNS = (
     "item", "command", "video", "shown_video", "clause", "type", "phrase", "objects", "places",
@@ -254,6 +255,27 @@ def _example(practice: PracticeExample) -> Record:
     }
 
 
+def _own_example(own: OwnPractice) -> Record:
+    """Draw a thing for each OBJECT, the same each time; what happens is in the video."""
+    sdcs = own.sdcs()
+    shown = own.scene()
+    things = sorted(thing["id"] for thing in shown["map"]["objects"])
+    rng = np.random.default_rng(zlib.crc32(own.command.encode()))
+    clauses = []
+    for clause in clauses_of(sdcs):
+        drawn: list[str] = []
+        if clause["type"] == "OBJECT" and things:
+            drawn = [things[int(rng.integers(len(things)))]]
+        if drawn or clause["type"] in HAPPENING:
+            clauses.append({**clause, "shown": {"scene": 0, "objects": drawn, "places": []}})
+    return {
+        "command": own.command,
+        "sdcs": to_json(sdcs),
+        "clauses": clauses,
+        "scenes": [shown],
+    }
+
+
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     return CheckCounts(sum(len(body["verdicts"]) for body, _ in answers))
 
@@ -303,6 +325,8 @@ CHECK = Task(
     payload=_payload,
     check=_check,
     example=_example,
+    own_example=_own_example,
+    practises=("video", "command"),
     reads=("labels",),
     watches=_watched,
     needs_scenes=True,

@@ -37,6 +37,7 @@ from annotation_app.tasks.grounding_comparison import (
     grounding_key,
     shared_part,
 )
+from annotation_app.tasks.practice_example import OwnPractice
 from annotation_app.tasks.task_record import (
     CLAUSES,
     GROUNDINGS,
@@ -53,7 +54,7 @@ from annotation_app.tasks.video_parts import must_be_chosen, read_parts, sent_pa
 from annotation_app.tasks.watched_videos import Seconds, Speed, its_video, with_watching
 from g3.geometry.plane import area, convex_hull
 from g3.sdc.clauses import breadth_first
-from g3.sdc.sdc_notation import from_json
+from g3.sdc.sdc_notation import from_json, to_json
 
 MOST_THINGS = 50
 SMALLEST_PLACE_M2 = 0.01
@@ -297,6 +298,18 @@ def _json(value: object) -> str:
     return msgspec.json.encode(value).decode() if value else ""
 
 
+def _own_example(own: OwnPractice) -> Record:
+    sdcs = own.sdcs()
+    return {
+        "command": own.command,
+        "sdcs": to_json(sdcs),
+        "clauses": asked_clauses(sdcs),
+        "asks_parts": bool(must_be_chosen(sdcs)),
+        "suggestion": None,
+        **own.scene(),
+    }
+
+
 GROUND = Task(
     name="ground",
     words=TaskWords(
@@ -349,6 +362,8 @@ GROUND = Task(
         "suggestion": None,
         **scene.scene,
     },
+    own_example=_own_example,
+    practises=("video", "command"),
     suggestion=suggested,
     shown_suggestion=_shown_suggestion,
     likeness=shared_part,

@@ -32,6 +32,7 @@ from annotation_app.studies.suggestions import action_starts, suggest, warm_up
 from annotation_app.tasks.agreement import Measure, Measured, Part, mean_pairwise, tree_f
 from annotation_app.tasks.clause_words import words_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
+from annotation_app.tasks.practice_example import OwnPractice
 from annotation_app.tasks.task_record import (
     CLAUSES,
     COMMAND,
@@ -294,6 +295,17 @@ def to_conllu(session: Session, study: Study, file: IO[bytes]) -> None:
     file.writelines(f"{text}\n".encode() for text in sentences)
 
 
+def _own_example(own: OwnPractice) -> Record:
+    answer = own.item.answer
+    return {
+        "command": own.command,
+        "words": list(words_of(own.command)),
+        "suggestion": None,
+        **own.watched(),
+        "right": answer["sdcs"] if answer is not None else None,
+    }
+
+
 SEGMENT = Task(
     name="segment",
     words=TaskWords(
@@ -344,6 +356,8 @@ SEGMENT = Task(
         **scene.watched,
         "right": scene.sdcs,
     },
+    own_example=_own_example,
+    practises=("video", "command"),
     suggestion=_suggestion,
     suggested_from=0.5,
     suggested_from_why=(

@@ -23,7 +23,7 @@ from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, Part
 from annotation_app.tasks.corpus_parts import CorpusParts
-from annotation_app.tasks.practice_example import PracticeExample
+from annotation_app.tasks.practice_example import OwnPractice, PracticeExample
 from corpus_tools.exporters.csv_tables import write_rows
 from corpus_tools.world.scenarios.documents import Problem
 from g3.short_repr import short_repr
@@ -194,6 +194,11 @@ class Task:
     """Serves the files of a task that comes from another distribution."""
     example: Callable[[PracticeExample], Record] | None = None
     """Data of the practice page; without them there is no practice."""
+    own_example: Callable[[OwnPractice], Record] = lambda own: {
+        "command": own.item.command,
+        **own.watched(),
+    }
+    """The same for a study's own practice item, if the task has `practises`."""
     hides_title: bool = False
     """True if the page leaves out the study's title, which may name the videos' contents."""
     suggestion: Callable[[Session, Item], Suggestion | None] | None = None

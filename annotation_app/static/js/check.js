@@ -4,7 +4,7 @@ import { $, announce, choice, h, isShortcut, redraw } from "./dom.js";
 import { clauseBar, neighbour, showCommand } from "./clauses.js";
 import { showMap } from "./map.js";
 import { showPicture } from "./picture.js";
-import { checkFeedback } from "./practice.js";
+import { checkFeedback, different } from "./practice.js";
 import { numbered } from "./scene.js";
 import { begin, data, payload } from "./work.js";
 import { _, listed, pieces } from "./speech.js";
@@ -35,6 +35,7 @@ const work = begin({
     ...clauses.filter((c) => verdicts[c.node] === undefined).map((c) => _("Tell whether “%(phrase)s” matches.", c)),
   ],
   feedback: checkFeedback,
+  explain: (state, right) => different(clauses, state, right),
 });
 
 /** Whether the question is about a video, not about things in it. */

@@ -1,9 +1,9 @@
 // Describe: watch a video, type the command.
 
 import { $ } from "./dom.js";
-import { describeFeedback, ownFeedback } from "./practice.js";
+import { describeFeedback } from "./practice.js";
 import { playerOf, watchToEnd } from "./player.js";
-import { begin, data } from "./work.js";
+import { begin } from "./work.js";
 import { _, ngettext } from "./speech.js";
 
 const text = $("text");
@@ -30,7 +30,7 @@ const work = begin({
     if (countOf(state.text) > MOST_WORDS) found.push(_("Use at most %(most)s words for the command.", { most: MOST_WORDS }));
     return found;
   },
-  feedback: data.own ? ownFeedback : describeFeedback,
+  feedback: describeFeedback,
 });
 
 text.addEventListener("input", () => work.change({ ...work.state, text: text.value }));

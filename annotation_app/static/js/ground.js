@@ -8,7 +8,7 @@ import { saidOf, stepList } from "./ground-steps.js";
 import { labelKeys } from "./label-keys.js";
 import { showMap } from "./map.js";
 import { showPicture } from "./picture.js";
-import { groundFeedback } from "./practice.js";
+import { different, groundFeedback } from "./practice.js";
 import { numbered } from "./scene.js";
 import { showTimeline } from "./timeline.js";
 import { begin, data, payload } from "./work.js";
@@ -68,6 +68,7 @@ const work = begin({
   },
   problems,
   feedback: (state) => groundFeedback(full(state)),
+  explain: (state, right) => different(clauses, full(state), right),
 });
 
 /** The state with what follows from its answers. */
@@ -231,7 +232,7 @@ function go(node) {
 
 function enter(before) {
   const wasAboutVideo = before === CUTS || clauses.some((clause) => clause.node === before && isHappening(clause));
-  if (wasAboutVideo && isThing(clauseOf(work.state)) && video.paused) picture.seek(0);
+  if (wasAboutVideo && work.state.current !== CUTS && !isHappening(clauseOf(work.state)) && video.paused) picture.seek(0);
 }
 
 function goOn() {

@@ -1,15 +1,51 @@
-// What people are told about their answers to the practice examples, which are about a boat.
+// What people are told about their answers to practice items: the study's own, and the app's, which
+// are about a boat.
 
-import { data } from "./work.js";
 import { _ } from "./speech.js";
 
 const answer = (good, text) => ({ good, text });
 
-/** What the study's file says to an answer to a practice item of its own: no verdict where nothing is judged. */
-export function ownFeedback({ rating }) {
-  if (rating === undefined) return { text: _("Compare yours: %(examples)s", { examples: data.own.good }) };
-  const isRight = data.own.right.includes(rating);
-  return answer(isRight, isRight ? data.own.good : data.own.again);
+/**
+ * What a study says to an answer to a practice item of its own. There is a verdict only where the
+ * answer is like one that was kept as right or wrong, or has another form of right: a rating, or
+ * parts that `explain` can compare with those of the right answer.
+ */
+export function ownFeedback(own, body, explain) {
+  if (body.rating !== undefined) {
+    const isRight = own.right.includes(body.rating);
+    return answer(isRight, isRight ? own.good : own.again);
+  }
+  const wrong = own.wrong.find((one) => essence(one.answer) === essence(body));
+  if (wrong) return answer(false, wrong.why);
+  if (own.answer && essence(own.answer) === essence(body)) return answer(true, own.good);
+  if (own.answer && explain) return answer(false, explain(own.answer) || own.again);
+  return { text: _("Compare yours: %(examples)s", { examples: own.good }) };
+}
+
+/** What like answers share: no times, no capitals, no order of what was chosen. */
+function essence(body) {
+  const plain = (text) => text.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, " ").trim();
+  if (body.text !== undefined) return plain(body.text);
+  if (body.subtasks) return body.subtasks.map(({ text }) => plain(text)).join("; ");
+  if (body.groundings) {
+    return JSON.stringify(Object.entries(body.groundings).map(([node, one]) => [node, chosen(one)]).sort());
+  }
+  return JSON.stringify(sorted(body.verdicts ?? body.sdcs));
+}
+
+/** The same value with its fields in order, however it was written. */
+function sorted(value) {
+  if (Array.isArray(value)) return value.map(sorted);
+  return value instanceof Object ? Object.entries(value).sort().map(([name, inner]) => [name, sorted(inner)]) : value;
+}
+
+const chosen = ({ objects, places, cant_tell }) => [[...objects].sort(), places, Boolean(cant_tell)];
+
+/** The clauses of which an answer says something else than the right one. */
+export function different(clauses, one, other) {
+  const said = (body, node) => JSON.stringify(body.groundings?.[node] ? chosen(body.groundings[node]) : body.verdicts?.[node]);
+  const found = clauses.filter(({ node }) => said(one, node) !== said(other, node));
+  return found.length ? _("Look again at “%(phrase)s”.", found[0]) : "";
 }
 
 /** No pattern can tell a good command from a bad one: people compare theirs with some. */

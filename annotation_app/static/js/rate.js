@@ -2,8 +2,8 @@
 
 import { $, announce, isShortcut } from "./dom.js";
 import { playerOf, watchToEnd } from "./player.js";
-import { ownFeedback, rateFeedback } from "./practice.js";
-import { begin, data, payload } from "./work.js";
+import { rateFeedback } from "./practice.js";
+import { begin, payload } from "./work.js";
 import { _ } from "./speech.js";
 
 const radios = [...document.querySelectorAll('input[name="rating"]')];
@@ -22,7 +22,7 @@ const work = begin({
     if (!state.rating) found.push(_("Choose how much you agree."));
     return found;
   },
-  feedback: data.own ? ownFeedback : rateFeedback,
+  feedback: rateFeedback,
 });
 
 const rate = (rating) => work.change({ ...work.state, rating });

@@ -6,7 +6,7 @@ import {
   ROLES, TOP, addUnsaid, allParts, doubts, hasAction, lineOf, nameOf, nextWord, outline, partWith, placesOf, problems, put, question,
 } from "./outline.js";
 import "./player.js";
-import { begin, payload } from "./work.js";
+import { begin, data, payload } from "./work.js";
 import * as sdc from "./sdc.js";
 import { _, pieces } from "./speech.js";
 
@@ -53,10 +53,12 @@ const work = begin({
   problems: (state) => (payload.corrects && !state.clauses.length ? [] : problems(state, words)),
   doubts: (state) => (payload.corrects && !state.clauses.length ? [] : doubts(state, words, payload.actions ?? [])),
   feedback,
+  explain: (state) => (right ? feedback(state).text : ""),
 });
 
 /** What the instructions speak of, as it looks when it is done. */
 function showExample() {
+  if (data.own || $("instructions").querySelector(".told > div")) return $("example").remove(); // the study has its own words
   // Translators: six words of the same kinds in the same order.
   const said = _("Put the cup on the table");
   const spans = [...said.matchAll(/\S+/g)].map(({ 0: word, index }) => [word, index]);

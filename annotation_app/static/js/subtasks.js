@@ -2,8 +2,8 @@
 
 import { $, announce, h, isShortcut } from "./dom.js";
 import { playerOf, watchToEnd } from "./player.js";
-import { ownFeedback, subtasksFeedback } from "./practice.js";
-import { begin, data, payload } from "./work.js";
+import { subtasksFeedback } from "./practice.js";
+import { begin, payload } from "./work.js";
 import { _, number, pieces } from "./speech.js";
 
 const steps = $("steps");
@@ -32,7 +32,7 @@ const work = begin({
     });
     return found;
   },
-  feedback: data.own ? ownFeedback : subtasksFeedback,
+  feedback: subtasksFeedback,
 });
 
 /** A step's line. It finds its place by itself, as steps before it may go. */

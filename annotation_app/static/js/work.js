@@ -3,6 +3,7 @@
 import { $, announce, h, isTyping, useSingleKeys, usesSingleKeys } from "./dom.js";
 import { Drafts } from "./drafts.js";
 import { deliver, entries, put } from "./outbox.js";
+import { ownFeedback } from "./practice.js";
 import { send } from "./server.js";
 import { _ } from "./speech.js";
 
@@ -20,9 +21,10 @@ const LOST = _("Somebody else may have got this one meanwhile. You can go on, or
  * somebody decides between answers, parts of one of these.
  * draw(state): show it. body(state): the answer. problems(state): messages, before it is sent.
  * doubts(state): questions before it is sent; who has read them may send it all the same.
- * feedback(state): for practice, {good, text}; without `good` there is no verdict. undoable: whether undo is offered.
+ * feedback(state): for practice, {good, text}; without `good` there is no verdict. explain(state, right):
+ * the same as a text, for an answer that isn't the right one of a study's own practice. undoable: whether undo is offered.
  */
-export function begin({ initial, draw, body, problems, doubts = () => [], feedback, undoable = true }) {
+export function begin({ initial, draw, body, problems, doubts = () => [], feedback, explain, undoable = true }) {
   const drafts = new Drafts(data.who, data, show);
   let state = drafts.latest?.body ?? (data.start ? { ...initial, ...data.start } : initial);
   let past = [];
@@ -120,19 +122,33 @@ export function begin({ initial, draw, body, problems, doubts = () => [], feedba
   }
 
   async function practise() {
-    const { good, text } = feedback(state);
+    const { good, text } = data.own ? ownFeedback(data.own, body(state), explain && ((right) => explain(state, right))) : feedback(state);
     const verdict = { true: _("Well done."), false: _("Not quite.") }[good] ?? _("Thank you.");
     const box = $("feedback");
     box.hidden = false;
     box.dataset.good = good ?? "open";
     box.replaceChildren(h("p", {}, h("strong", {}, verdict), " ", text));
     box.focus();
+    if (data.keep) box.append(keeper(body(state)));
     if (good === false) return;
     // Kept before one can go on, and the focus stays where it is by then.
     if (data.signed_in) await send("POST", `/api/practice/${data.task}`, {}).catch(() => {});
     const onwards = h("p", {}, h("a", { class: "button primary", href: data.next }, _("Go on")));
     box.append(onwards);
     onwards.scrollIntoView({ block: "nearest" });
+  }
+
+  /** For those who set up a study: keep an answer to one of its practice items as right, or as wrong. */
+  function keeper(answer) {
+    const why = h("input", { "aria-label": "Why it is wrong", placeholder: "Why it is wrong", maxlength: 1000 });
+    const said = h("span", { role: "status" });
+    const keep = async (reason) => {
+      const sent = await send("POST", data.keep, { body: answer, why: reason }).catch(() => null);
+      said.textContent = sent?.status === 200 ? "Kept." : sent?.data.error ?? "There is no network.";
+    };
+    return h("fieldset", { class: "keeper" }, h("legend", {}, "For you, who set up the study"),
+      h("button", { type: "button", onclick: () => keep("") }, "Keep it as the right answer"),
+      why, h("button", { type: "button", onclick: () => (why.value.trim() ? keep(why.value) : why.focus()) }, "Keep it as a wrong one"), said);
   }
 
   async function note(name) {

@@ -89,7 +89,7 @@ def make_study(page: Page, folder: Path) -> list[str]:
     go_on(page)
     page.get_by_label("Instructions").first.fill("1. Watch.\n2. Type what the arm **does**.")
     page.get_by_label("Video").first.select_option("push")
-    page.get_by_label("What people are told who are right").first.fill("Well said!")
+    page.get_by_label("Some that would do").first.fill("Well said!")
     with page.context.expect_page() as opened:
         page.get_by_role("button", name="Save and look at Describe").click()
     preview = opened.value
