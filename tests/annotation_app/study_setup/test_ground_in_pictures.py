@@ -1,0 +1,93 @@
+"""Ground where a picture is all that is known: there is no map, and no question about one."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import BrowserContext, expect
+from sqlalchemy import select
+
+from annotation_app.cli import served_studies
+from annotation_app.core.config import open_instance
+from annotation_app.serving import server
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import opened
+from annotation_app.store.models import Answer
+from g3.sdc.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.browser import Browser, described, row_in
+from tests.annotation_app.in_browser import errors_of, look, serving, sign_in
+from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH, clip
+from tests.annotation_app.study_setup.test_coco_things import STUDY
+
+COMMAND = "Take the box from the bench, put it on the van, and then fly back to the left side."
+NOTATION = """\
+EVENT(r = Take, l = OBJ(f = the box), l2 = PATH(r = from, l = OBJ(f = the bench)))
+EVENT(r = put, l = OBJ(f = it), l2 = PLACE(r = on, l = OBJ(f = the van)))
+EVENT(r = fly, l = PATH(r = back), l2 = PATH(r = to, l = OBJ(f = the left side)))"""
+
+
+@pytest.mark.slow
+def test_twelve_clauses_take_six_answers(context: BrowserContext, tmp_path: Path) -> None:
+    clip(tmp_path / "clips/push.mp4", 40)
+    boxes = ([2, 3, 20, 30], [30, 3, 20, 30])
+    coco = {
+        "images": [{"id": 1, "file_name": "push.png", "width": WIDTH, "height": HEIGHT}],
+        "annotations": [
+            {"id": 7 + i, "image_id": 1, "category_id": 1, "bbox": box}
+            for i, box in enumerate(boxes)
+        ],
+        "categories": [{"id": 1, "name": "box"}],
+    }
+    (tmp_path / "things.json").write_text(json.dumps(coco))
+    (tmp_path / "arm.yaml").write_text(json.dumps(STUDY))
+    config = replace(open_instance(tmp_path / "instance"), rate_limits=False)
+    server.prepare(config)
+    served_studies.put_file(config, tmp_path / "arm.yaml")
+    with opened(config.database) as engine:
+        app = create_app(config, engine)
+        person = Browser(app, study="arm")
+        page = person.lease("describe", "arm").json
+        assert person.answer(page["item"], described(COMMAND)).status_code == 200
+        page = person.lease("segment", "arm").json
+        sdcs = to_json(parse_brackets(NOTATION, command=COMMAND))
+        assert person.answer(page["item"], {"sdcs": sdcs}).status_code == 200
+        with serving(app) as url:
+            sign_in(context, Browser(app, study="arm"), url)
+            ground = context.new_page()
+            errors = errors_of(ground)
+            ground.goto(f"{url}/s/arm/ground")
+            ground.get_by_role("button", name="Play the video").click()
+            expect(ground.locator(".ask q")).to_have_text("the box")
+            for key, words in (
+                ("1", "the box"),
+                ("2", "the bench"),
+                ("2", "the van"),
+                ("x", "the left side"),
+            ):
+                expect(ground.locator(".ask q")).to_have_text(words)
+                ground.keyboard.press(key)
+            for moment, words in (
+                ("0.3", "put it on the van"),
+                ("0.6", "fly back to the left side"),
+            ):
+                expect(ground.locator(".ask q")).to_have_text(words)
+                ground.get_by_label("Time in the video, in seconds").fill(moment)
+                expect(
+                    ground.get_by_text("Outlines are shown at the start of the video.")
+                ).to_be_visible()
+                ground.get_by_role("button", name="It begins here").click()
+            expect(ground.locator("body")).not_to_contain_text("The map moves with it")
+            expect(ground.locator(".follows .phrase")).to_have_text(
+                ["it", "on the van", "from the bench", "back", "to the left side"]
+            )
+            expect(ground.locator(".follows .said").nth(1)).to_have_text("2")
+            assert look(ground, "ground-follows") == []
+            with ground.expect_navigation():
+                ground.keyboard.press("y")
+            assert errors == []
+        answer = row_in(engine, select(Answer).where(Answer.task == "ground"))
+    assert len(answer.body["groundings"]) == 6
+    assert len(answer.body["trims"]) == 6
