@@ -114,7 +114,7 @@ def check(
             for error in errors:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
-            found += study_obstacles(study, logins, {}, has_scenes=parts.has_scenes)
+            found += study_obstacles(study, logins, {}, things_known=parts.things_known)
         if session is not None and not study_files:
             with progress_bar("looking at the videos") as on_progress:
                 found += obstacles(session, on_progress=on_progress)

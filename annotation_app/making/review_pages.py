@@ -152,7 +152,7 @@ def _review(session: Session, draft: StudyDraft) -> Review:
         changed = changes(read_study(draft.file), config, asked_so_far(session, study))
         lost = comments(draft.file.read_bytes())
     logins = people_by_role(session)
-    stopping = study_obstacles(config, logins, {}, has_scenes=parts.has_scenes)
+    stopping = study_obstacles(config, logins, {}, things_known=parts.things_known)
     return Review(parts, [], changed, lost, _sentences(stopping))
 
 

@@ -19,7 +19,7 @@ from corpus_tools.tables.file_names import find_file, normal_name
 from corpus_tools.tables.json_text import read_json
 from corpus_tools.tables.table_reading import OnNote, no_note
 from corpus_tools.video.picture_file import MOST_PIXELS
-from g3.errors import FormatError
+from g3.errors import CorpusError, FormatError
 
 if TYPE_CHECKING:
     from cv2.typing import MatLike
@@ -107,12 +107,13 @@ def read_things(
     parts
         Beginning and end in seconds, of the videos that are parts of their files.
     on_note
-        Takes lines about images that are no video's, or that were matched loosely.
+        Takes lines about images that are no video's, that were matched loosely, or in which nothing
+        is marked.
 
     Returns
     -------
     dict
-        By the videos' names. Several videos may show the same file.
+        By the names of the videos in which something is marked. Several may show the same file.
 
     Raises
     ------
@@ -151,13 +152,28 @@ def read_things(
         on_note(f"{path}: taken for images of videos: {_first(loose)}")
     labels = {category.id: category.name for category in coco.categories}
     things = {}
+    bare: list[str] = []
     for video, image in shown:
         still = find_file(path.parent, image.file_name).resolve()
         of_image = (one for one in coco.annotations if one.image_id == image.id)
         marked = tuple(_thing(one, labels[one.category_id]) for one in of_image)
+        if not marked:
+            bare.append(image.file_name)
+            continue
         picture = still if os.path.isfile(still) else None  # noqa: PTH113 - it may be too long
         things[video] = PictureThings(picture, image.width, image.height, marked)
+    if bare:
+        on_note(f"{path}: nothing is marked in: {_first(map(repr, bare))}")
     return things
+
+
+def is_coco(file: Path) -> bool:
+    """Check that a file has the form of a COCO file."""
+    try:
+        read_json(file, _Coco, what="COCO file", fix=FORM)
+    except CorpusError:
+        return False
+    return True
 
 
 class _Names:
@@ -244,8 +260,6 @@ def _image_problems(
         seen.add(video)
         size = image.height, image.width
         of_image = [one for one in coco.annotations if one.image_id == image.id]
-        if not of_image:
-            yield at, "nothing is marked in it", "mark things, or leave it out"
         if len(of_image) > MOST_THINGS:
             what = f"there are {len(of_image)} things, and people see at most {MOST_THINGS}"
             yield at, what, "leave some out"

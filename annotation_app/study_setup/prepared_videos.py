@@ -179,8 +179,8 @@ def prepare(item: OwnVideo, base: Path, on_progress: OnProgress = no_progress) -
     Parameters
     ----------
     base
-        Parent of the folder. Another film under the same name has another folder, so that the
-        video of earlier items stays as it was.
+        Parent of the folder. Another film or other things under the same name have another
+        folder, so that earlier items stay as they were.
 
     Returns
     -------
@@ -194,7 +194,11 @@ def prepare(item: OwnVideo, base: Path, on_progress: OnProgress = no_progress) -
     """
     info, part = looked_at(item.file, on_progress), part_of(item)
     sha256, of_part = part.digest(info.sha256), part.span(info)
-    folder = base / hashlib.sha256(f"{item.video}\0{sha256}".encode()).hexdigest()[:20]
+    key = f"{item.video}\0{sha256}"
+    things = things_key(item.things) if item.things is not None else ""
+    if things:
+        key += f"\0{things}"
+    folder = base / hashlib.sha256(key.encode()).hexdigest()[:20]
     content: dict[str, Any] = {
         "id": item.video,
         "has_scene": False,
@@ -205,8 +209,8 @@ def prepare(item: OwnVideo, base: Path, on_progress: OnProgress = no_progress) -
         "fps": constant_rate(info, of_part),
         "cut": CUT_VERSION,
     }
-    if item.things is not None:
-        content["things"] = things_key(item.things)
+    if things:
+        content["things"] = things
     if item.part is not None or not plays_alike(item.file, info):
         content["part"] = msgspec.to_builtins(part)
     manifest, poster = folder / MANIFEST, folder / POSTER

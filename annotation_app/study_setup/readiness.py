@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,8 +63,8 @@ def obstacles(
         )
         items: dict[TaskName, int] = dict(counts.all())
         films = films_of(session, study.id).values()
-        known = not films or any(film.has_things for film in films)
-        found += study_obstacles(restored(study.config), logins, items, has_scenes=known)
+        known = {film.has_things for film in films} or {True}
+        found += study_obstacles(restored(study.config), logins, items, things_known=known)
         wrong: list[CorpusError] = list(replaced(session, study.id))
         if on_progress is not None and not wrong and has_decoder():
             wrong += _not_watchable(session, study.id, on_progress)
@@ -113,19 +113,21 @@ def study_obstacles(
     logins: Mapping[Role, int],
     items: Mapping[TaskName, int],
     *,
-    has_scenes: bool = True,
+    things_known: Collection[bool] = (True,),
 ) -> Iterator[Obstacle]:
     """Find the obstacles to people's work in a study.
 
     `logins` are as :func:`people_by_role` counts them, `items` how many there are already, by task.
-    It `has_scenes` if it is known what is where in the videos.
+    `things_known` has True if the things in some videos are known, False if those in some aren't.
     """
     for task in tasks():
         if task.name in config.tasks:
-            source = task.source if has_scenes else task.without_scenes or task.source
+            sources = [task.source if known else task.without_scenes for known in things_known]
+            if task.without_scenes is None:
+                sources = [task.source]
             found = [*_nobody_does(config, task, logins)]
-            if source is not None and not items.get(task.name):
-                found += _nothing_comes(config, task, source)
+            if not items.get(task.name):
+                found += _nothing_comes(config, task, [one for one in sources if one is not None])
             yield from (Obstacle(config.name, what, fix) for what, fix in found)
     for name in config.tasks:
         if find_task(name) is None:
@@ -154,10 +156,13 @@ def _nobody_does(
         yield f"nobody may decide where answers to {task.name} differ", f"{invite} adjudicator"
 
 
-def _nothing_comes(config: StudyConfig, task: Task, source: Source) -> Iterator[tuple[str, str]]:
-    before = [other.name for other in tasks() if other.gives == source.made_of]
+def _nothing_comes(
+    config: StudyConfig, task: Task, sources: Sequence[Source]
+) -> Iterator[tuple[str, str]]:
+    made_of = [source.made_of for source in sources]
+    before = [other.name for other in tasks() if other.gives in made_of]
     has_own = any(not new.attention for new in task.of_study(config))
-    has_own |= source.made_of == COMMAND and config.commands is not None
+    has_own |= COMMAND in made_of and config.commands is not None
     if before and not has_own and not set(before) & (set(config.tasks) - {task.name}):
         fix = f"add the task {before[0]}, whose answers it is about"
         yield f"nothing ever comes to the task {task.name}", fix

@@ -32,6 +32,7 @@ from annotation_app.study_setup.every_problem import together
 from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.tasks.task_registry import tasks
 from corpus_tools.tables.file_names import normal_name
+from corpus_tools.world.scenarios.documents import Field
 from g3.errors import FormatError
 from g3.storage import regular_file
 
@@ -46,6 +47,20 @@ FILES = {
 
 _OF_VIDEOS = ("video", "wrong_video", "own_video")
 """The fields of a study's file that name videos."""
+
+
+class SettingError(FormatError):
+    """A setting of a study that its videos don't allow.
+
+    Parameters
+    ----------
+    field
+        The setting in the study's file.
+    """
+
+    def __init__(self, field: Field, what: str, *, where: str, fix: str) -> None:
+        self.field = field
+        super().__init__(what, where=where, fix=fix)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,13 +126,13 @@ def check_videos(config: StudyConfig, videos: Sequence[Rendered | OwnVideo]) -> 
     """Check that the videos that a study names are there, and show what its tasks need.
 
     A CorpusError lists all attention checks, pairs and practice items that name another one, and
-    whether a task needs to know what is where.
+    the tasks about things if the things are known in no video.
     """
     names = {normal_name(item.video) for item in videos}
     wrong = [*_named_elsewhere(config, names), *_without_scenes(config, videos)]
     if wrong:
         where = f"study {config.name}"
-        raise together([FormatError(what, where=where, fix=fix) for what, fix in wrong])
+        raise together(SettingError(at, what, where=where, fix=fix) for at, what, fix in wrong)
 
 
 def spelled_names(session: Session, study_id: str) -> Mapping[str, str]:
@@ -211,41 +226,41 @@ def _first_items(
             yield from task.of_study(config)
 
 
-def _named_elsewhere(config: StudyConfig, videos: set[str]) -> Iterator[tuple[str, str]]:
-    """Yield mentions of videos that don't exist, and their fixes."""
+def _named_elsewhere(config: StudyConfig, videos: set[str]) -> Iterator[tuple[Field, str, str]]:
+    """Yield the fields that name videos that don't exist, their faults and their fixes."""
     known = f"the videos are: {', '.join(sorted(videos)[:20])}"
-    for one in config.known_commands:
-        for video in (one.video, one.wrong_video):
+    for number, one in enumerate(config.known_commands):
+        for name, video in (("video", one.video), ("wrong_video", one.wrong_video)):
             if normal_name(video) not in videos:
-                yield f"a known command names the video {video!r}, which isn't there", known
-    for number, pair in enumerate(config.pairs, start=1):
+                what = f"a known command names the video {video!r}, which isn't there"
+                yield ("known_commands", number, name), what, known
+    for number, pair in enumerate(config.pairs):
         if normal_name(pair.video) not in videos:
             fix = "make the video with `ct render-videos`, or correct the name"
-            yield f"pair {number} names the video {pair.video!r}, which isn't there", fix
+            what = f"pair {number + 1} names the video {pair.video!r}, which isn't there"
+            yield ("pairs", number), what, fix
     for task, of_task in config.tasks.items():
-        for item in of_task.practice_items:
+        for number, item in enumerate(of_task.practice_items):
             if normal_name(item.video) not in videos:
                 what = (
                     f"a practice item of {task} names the video {item.video!r}, which isn't there"
                 )
-                yield what, known
+                yield ("tasks", task, "practice_items", number, "video"), what, known
 
 
 def _without_scenes(
     config: StudyConfig, videos: Sequence[Rendered | OwnVideo]
-) -> Iterator[tuple[str, str]]:
-    needing = [
-        task.name
-        for task in tasks()
-        if task.needs_scenes and task.without_scenes is None and task.name in config.tasks
-    ]
-    without = [item.video for item in videos if not knows_things(item)]
-    if needing and without:
-        what = (
-            f"the task {' and the task '.join(needing)} must know what is where in a video, "
-            f"which nobody has told of {without[0]!r}"
-        )
-        yield what, f"leave out {' and '.join(needing)}, or name a COCO file of its things: things"
+) -> Iterator[tuple[Field, str, str]]:
+    if not videos or any(map(knows_things, videos)):
+        return
+    for task in tasks():
+        if task.needs_scenes and task.without_scenes is None and task.name in config.tasks:
+            what = (
+                f"the task {task.name} asks about the things in videos, and there is no file of "
+                "the things in any of them"
+            )
+            fix = f"leave out {task.name}, or name a COCO file of boxes or outlines: things"
+            yield ("tasks", task.name), what, fix
 
 
 def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:

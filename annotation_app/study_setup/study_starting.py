@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from annotation_app.study_setup.coco_things import read_things
 from annotation_app.study_setup.corpus_study import put_commands
 from annotation_app.study_setup.every_problem import gathering, together
 from annotation_app.study_setup.own_videos import (
+    MOST_NAMED,
     GivenCommand,
     OwnVideo,
     given_commands,
@@ -39,6 +40,8 @@ from annotation_app.study_setup.rendered_study import (
     spelled_names,
 )
 from annotation_app.study_setup.study_reading import read_study
+from annotation_app.tasks.ground import named_things
+from annotation_app.work.adoption import catch_up
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.tables.file_names import normal_name
 from corpus_tools.tables.table_reading import TABLES, OnNote, no_note
@@ -58,9 +61,14 @@ class StudyParts:
     """Lines about files, rows and images that aren't used, or that were matched loosely."""
 
     @property
-    def has_scenes(self) -> bool:
-        """True if the things in the videos are known."""
-        return all(knows_things(video) for video in self.videos)
+    def without_things(self) -> list[str]:
+        """Names of the videos in which no things are known."""
+        return [item.video for item in self.videos if not knows_things(item)]
+
+    @property
+    def things_known(self) -> set[bool]:
+        """Which is so of any video: True that its things are known, False that they aren't."""
+        return {knows_things(item) for item in self.videos}
 
 
 def read_parts(file: Path, videos: Path | None = None) -> StudyParts:
@@ -159,7 +167,10 @@ def study_videos(
 
 
 def changed_since_asked(session: Session, parts: StudyParts) -> list[FormatError]:
-    """Find the videos of a study whose files were replaced since people had items about them."""
+    """Find what was replaced in a study's files since people were asked about it.
+
+    These are videos, and things of which answers and items hold the ids.
+    """
     study = session.scalars(select(Study).where(Study.name == parts.config.name)).first()
     if study is None:
         return []
@@ -172,7 +183,28 @@ def changed_since_asked(session: Session, parts: StudyParts) -> list[FormatError
         )
         for item in own
     }
-    return check_not_replaced(session, study.id, digests)
+    return [
+        *check_not_replaced(session, study.id, digests),
+        *_things_gone(session, study, own, there),
+    ]
+
+
+def _things_gone(
+    session: Session, study: Study, videos: Sequence[OwnVideo], there: Mapping[str, str]
+) -> Iterator[FormatError]:
+    """Yield an error for each video without things that answers or items name."""
+    named = named_things(session, study.id)
+    for item in videos:
+        things = () if item.things is None else item.things.things
+        video = there.get(normal_name(item.video), item.video)
+        gone = named.get(video, set()) - {thing["id"] for thing in things}
+        if gone:
+            yield FormatError(
+                f"people were asked about things in the video {item.video!r} that its COCO file no "
+                f"longer has: annotations {', '.join(sorted(gone)[:MOST_NAMED])}",
+                where=str(study.config.get("things") or study.file or study.name),
+                fix="put the old file back, or give the new boxes these ids",
+            )
 
 
 def prepare_parts(
@@ -194,8 +226,13 @@ def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: 
     """
     if replaced := changed_since_asked(session, parts):
         raise together(replaced)
+    before = session.scalars(select(Study).where(Study.name == parts.config.name)).first()
+    had = {} if before is None else before.config["tasks"]
+    added = [] if before is None else [name for name in parts.config.tasks if name not in had]
     study = put_study(session, parts.config, ready, parts.file)
     put_commands(session, study, parts.commands, salt)
+    if before is not None:
+        catch_up(session, study, added)
     return study
 
 

@@ -140,10 +140,15 @@ def random_groundings(
 ) -> Mapping[str, Record]:
     """Draw as many random groundings for each clause as it has right ones (section 4.1).
 
-    They come from all videos; what happens comes from another video than the command's.
+    Things come from all videos in which they are known; what happens comes from another video than
+    the command's.
     """
     own = item.payload["video"]
-    videos = videos_of(session, item.study_id)
+    videos = [
+        video
+        for video in videos_of(session, item.study_id)
+        if has_things(session, item.study_id, video)
+    ]
     others = other_videos(session, item.study_id, own)
     shown: dict[str, Record] = {}
     for node, sdc in enumerate(breadth_first(from_json(item.payload["sdcs"]))):

@@ -9,18 +9,20 @@ segmentation is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import IO, Annotated, Any, TypeAlias
 
 import msgspec
 import numpy as np
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.item_scenes import aliases_of, scene_of
+from annotation_app.items.item_scenes import aliases_of, has_things, scene_of
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer
 from annotation_app.items.scenes import Aliases, Scene, scene_payload
@@ -216,9 +218,10 @@ def _check_corners(
         refuse(gettext("The place is far outside of the map. Mark it again."))
 
 
-def _items(
-    _session: Session, _config: StudyConfig, item: Item, answer: Answer
-) -> Iterable[NewItem]:
+def _items(session: Session, _config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
+    """Yield an item about a command's clauses, if the things in its video are known."""
+    if not has_things(session, item.study_id, item.payload["video"]):
+        return
     about = {key: item.payload[key] for key in ("text", "command", "video")}
     yield NewItem("ground", about_answer(answer), {**about, "sdcs": answer.body["sdcs"]})
 
@@ -233,6 +236,24 @@ def _export(parts: CorpusParts) -> None:
         command = parts.commands[item.payload["command"]]
         parts.annotations.append(unchanged or positive(answer, item, command, parts.worlds))
     parts.annotations += [a for a in known.values() if a.source != "positive"]
+
+
+def named_things(session: Session, study_id: str) -> Mapping[str, set[str]]:
+    """Return the ids of the things that answers and items of a study name, by video."""
+    found: dict[str, set[str]] = defaultdict(set)
+    grounded = (
+        select(Item.video, Answer.body)
+        .join(Answer, Answer.item_id == Item.id)
+        .where(Item.study_id == study_id, Item.task == "ground")
+    )
+    for video, body in session.execute(grounded):
+        for grounding in body["groundings"].values():
+            found[video].update(grounding["objects"])
+    drawn = select(Item.payload).where(Item.study_id == study_id, Item.task == "check")
+    for payload in session.scalars(drawn):
+        for shown in payload["shown"].values():
+            found[shown["video"]].update(shown["objects"])
+    return found
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:

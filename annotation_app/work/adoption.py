@@ -6,16 +6,17 @@ were wanted agree. Else an adjudicator adopts one. Other answers are adopted at 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
-from sqlalchemy import bindparam, delete, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import String, bindparam, cast, delete, exists, func, literal, select
+from sqlalchemy.orm import Session, aliased
 
-from annotation_app.items.new_items import REPLACED, about_answer, add_item
+from annotation_app.items.item_scenes import has_things
+from annotation_app.items.new_items import REPLACED, about_answer, add_item, videos_of
 from annotation_app.items.submissions import add_event
 from annotation_app.store.models import Answer, Item, Person, Record, Slot, Study, TaskName
 from annotation_app.studies.study_file import restored
-from annotation_app.tasks.task_registry import makers, task_of
+from annotation_app.tasks.task_registry import makers, task_of, tasks
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_reading import gist_of
 
@@ -126,6 +127,41 @@ def _go_on(session: Session, study: Study, item: Item, answer: Answer) -> None:
     for task in makers(gives):
         for source in task.sources:
             if source.made_of == gives and task.name in config.tasks:
+                for new in source.items(session, config, item, answer):
+                    add_item(session, study, config, new)
+
+
+def catch_up(session: Session, study: Study, added: Collection[TaskName] = ()) -> None:
+    """Make the items that adopted answers lack.
+
+    They lack those of the tasks that a study has been `added`, and those about things that weren't
+    known when the answers came.
+    """
+    config = restored(study.config)
+    known = [v for v in videos_of(session, study.id) if has_things(session, study.id, v)]
+    about = literal("answer ") + cast(Answer.id, String)
+    made = aliased(Item)
+    for task in (task for task in tasks() if task.name in config.tasks):
+        is_new = task.name in added
+        for source in task.sources if is_new else (task.source,):
+            if source is None or not (is_new or task.needs_scenes):
+                continue
+            lacking = (
+                select(Answer, Item)
+                .join(Item, Item.id == Answer.item_id)
+                .where(
+                    Answer.study_id == study.id,
+                    Answer.task.in_([one.name for one in tasks() if one.gives == source.made_of]),
+                    Answer.adopted.is_(True),
+                    Answer.excluded.is_(False),
+                    ~exists().where(
+                        made.study_id == study.id, made.task == task.name, made.subject == about
+                    ),
+                    *(() if is_new else (Item.video.in_(known),)),
+                )
+                .order_by(Answer.id)
+            )
+            for answer, item in session.execute(lacking).all():
                 for new in source.items(session, config, item, answer):
                     add_item(session, study, config, new)
 

@@ -12,14 +12,21 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from sqlalchemy import select
 
+from annotation_app.cli import served_studies
+from annotation_app.core.config import open_instance
+from annotation_app.serving.factory import create_app
+from annotation_app.store.database import opened
+from annotation_app.store.models import Answer, Item
 from annotation_app.study_setup.coco_things import read_things
 from annotation_app.study_setup.study_starting import read_parts
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_model import Corpus
 from g3.errors import CorpusError, FormatError
 from g3.sdc.sdc_notation import parse_brackets, to_json
-from tests.annotation_app.browser import Browser, described
+from tests.annotation_app.browser import Browser, described, rows_in
+from tests.annotation_app.signing_in import signed_in
 from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH, clip
 from tests.annotation_app.study_setup.test_own_videos import TREE, set_up
 
@@ -55,6 +62,7 @@ STUDY = {
     "title": "An arm",
     "videos": "clips",
     "things": "things.json",
+    "watching": "flagged",  # nobody watches here
     "tasks": {task: {"practice": False} for task in ("describe", "segment", "ground", "check")},
 }
 
@@ -117,10 +125,77 @@ def test_a_picture_of_another_size_and_a_video_without_things_are_named(
     check = ["annotate", "check", str(lab / "arm.yaml"), "--instance", str(lab / "instance")]
     assert run(check) == 2
     assert "has 20 by 10 pixels" in capsys.readouterr().out
-    coco = {**COCO, "images": COCO["images"][:1], "annotations": COCO["annotations"][:2]}
-    (lab / "things.json").write_text(json.dumps(coco))
+    (lab / "things.json").write_text(json.dumps({**COCO, "annotations": []}))
     assert run(check) == 2
-    assert "which nobody has told of 'lift'" in capsys.readouterr().out
+    told = capsys.readouterr()
+    assert "the task ground asks about the things in videos" in told.out
+    assert "nothing is marked in: 'stills/push.png', 'lift.jpg'" in told.err
+
+
+def grounded_by(worker: Browser, *videos: str) -> list[str]:
+    """Describe and segment each video, and ground what there is; the ids that answers name."""
+    tree = to_json(parse_brackets(TREE, command="Push the cup."))
+    for _ in videos:
+        page = worker.lease("describe", "arm").json
+        worker.answer(page["item"], described("Push the cup."))
+    for _ in videos:
+        page = worker.lease("segment", "arm").json
+        assert worker.answer(page["item"], {"sdcs": tree}).status_code == 200
+    named = []
+    while (leased := worker.lease("ground", "arm")).status_code == 200:
+        page = leased.json
+        thing = page["payload"]["segmentation"]["objects"][0]["id"]
+        node = next(str(c["node"]) for c in page["payload"]["clauses"] if c["type"] == "OBJECT")
+        body = {"groundings": {node: {"objects": [thing]}}, "watched_s": 1}
+        reply = worker.answer(page["item"], body)
+        assert reply.status_code == 200, reply.text
+        named.append(thing)
+    return named
+
+
+def test_boxes_for_some_videos_suffice_and_more_may_come(
+    lab: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    some = {**COCO, "images": COCO["images"][:1], "annotations": COCO["annotations"][:2]}
+    (lab / "things.json").write_text(json.dumps(some))
+    parts = read_parts(lab / "arm.yaml")
+    assert parts.without_things == ["lift"]
+    with set_up(lab / "arm.yaml") as app:
+        worker = Browser(app, study="arm")
+        assert len(grounded_by(worker, "push", "lift")) == 1
+        seen = set()
+        while (leased := worker.lease("check", "arm")).status_code == 200:
+            page = leased.json
+            seen |= {c["type"] for c in page["payload"]["clauses"]}
+            verdicts = {str(c["node"]): False for c in page["payload"]["clauses"]}
+            assert worker.answer(page["item"], {"verdicts": verdicts}).status_code == 200
+        assert seen == {"EVENT", "OBJECT"}
+    (lab / "things.json").write_text(json.dumps(COCO))
+    with set_up(lab / "arm.yaml") as app:
+        assert len(grounded_by(Browser(app, study="arm"))) == 1  # the other video has boxes now
+    (lab / "things.json").write_text(json.dumps({**COCO, "annotations": COCO["annotations"][:1]}))
+    with pytest.raises(FormatError, match="people were asked about things in the video 'lift'"):
+        served_studies.put_file(open_instance(lab / "instance"), lab / "arm.yaml")
+    with opened(open_instance(lab / "instance").database) as engine:  # all is as it was
+        (answer,) = rows_in(engine, select(Answer).where(Answer.task == "ground").limit(1))
+        page = f"/dashboard/arm/answers/{answer.id}"
+        app = create_app(open_instance(lab / "instance"), engine)
+        assert signed_in(app, "ada", "admin").client.get(page).status_code == 200
+    capsys.readouterr()
+
+
+def test_a_task_that_is_added_later_asks_about_earlier_answers(lab: Path) -> None:
+    tasks = {"describe": {"practice": False}}
+    (lab / "arm.yaml").write_text(json.dumps({**STUDY, "tasks": tasks}))
+    with set_up(lab / "arm.yaml") as app:
+        worker = Browser(app, study="arm")
+        page = worker.lease("describe", "arm").json
+        worker.answer(page["item"], described("Push the cup."))
+        assert worker.lease("segment", "arm").status_code == 409
+    (lab / "arm.yaml").write_text(json.dumps(STUDY))
+    for _ in range(2):
+        with set_up(lab / "arm.yaml") as app:
+            assert len(rows_in(app, select(Item.id).where(Item.task == "segment"))) == 1
 
 
 def test_groundings_name_the_annotations(lab: Path) -> None:
@@ -164,4 +239,4 @@ def test_groundings_name_the_annotations(lab: Path) -> None:
     corpus = Corpus.load(lab / "corpus")
     assert len(corpus.commands) == 2
     assert not corpus.annotations  # a picture is no world
-    assert read_parts(lab / "arm.yaml").has_scenes
+    assert read_parts(lab / "arm.yaml").without_things == []

@@ -152,10 +152,10 @@ def test_a_task_that_needs_a_scene_is_refused(
     file.write_text(json.dumps(study))
     assert run(["annotate", "check", str(file), "--instance", str(tmp_path / "i")]) == 2
     told = capsys.readouterr().out
-    assert "the task ground must know what is where in a video" in told
+    assert "the task ground asks about the things in videos" in told
     assert "leave out ground" in told
     assert run(["annotate", str(file), "--instance", str(tmp_path / "i"), "--port", "0"]) == 2
-    assert "the task ground must know" in capsys.readouterr().err
+    assert "the task ground asks about" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
