@@ -83,4 +83,18 @@ def check_not_replaced(
     ]
 
 
+def asked_about(session: Session, study_id: str, file: Path) -> str:
+    """Return the video of a file about which people have been asked; empty if there is none."""
+    shown = session.execute(
+        select(Media.video, Media.path).where(Media.study_id == study_id, Media.role == "video")
+    )
+    videos = {video for video, path in shown if source_file(Path(path)) == file}
+    asked = select(Item.video).where(
+        Item.study_id == study_id,
+        Item.video.in_(videos),
+        Item.id.in_(select(Answer.item_id)) | Item.id.in_(_LEASED),
+    )
+    return session.scalar(asked.limit(1)) or ""
+
+
 _LEASED = select(Slot.item_id).where(Slot.person_id.is_not(None))

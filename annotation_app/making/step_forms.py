@@ -50,7 +50,22 @@ def _videos(value: Value, form: Form, draft: StudyDraft, root: Path) -> None:
         chosen = form.get(name, "")[:4000].replace("\0", "")
         if chosen == AS_BEFORE:
             continue
-        _put(value, name, os.path.relpath(root / chosen, draft.file.parent) if chosen else "", "")
+        use_file(value, name, root / chosen if chosen else None, draft)
+
+
+def use_file(value: Value, name: str, file: Path | None, draft: StudyDraft) -> None:
+    """Use a file for the videos, the commands or the things of a draft; None for no file.
+
+    With the first file of things come the tasks that ask about them.
+    """
+    if name == "things" and file is not None and not value.get("things"):
+        known: Value = value.get("tasks", {})
+        value["tasks"] = {
+            task.name: known.get(task.name, {})
+            for task in tasks()
+            if task.needs_scenes or task.name in known
+        }
+    _put(value, name, os.path.relpath(file, draft.file.parent) if file is not None else "", "")
 
 
 def _tasks(value: Value, form: Form) -> None:

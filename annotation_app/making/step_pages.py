@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import language_name, languages
 from annotation_app.core.problems import Refusal
+from annotation_app.making.added_files import added_files
 from annotation_app.making.step_forms import AS_BEFORE, read_form, text_of
 from annotation_app.making.steps import (
     REVIEW,
@@ -45,6 +46,7 @@ from annotation_app.study_setup.study_drafts import (
     keep_draft,
 )
 from annotation_app.study_setup.study_reading import study_problems
+from annotation_app.study_setup.study_starting import StudyParts
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.web.public_links import here
 from annotation_app.web.who_asks import cannot_be_done, refused, seen_by
@@ -82,7 +84,11 @@ def begin() -> ResponseReturnValue:
         "name": name,
         "title": title,
         "robot": robot or "robot",
-        "tasks": {task.name: {} for task in tasks() if not task.needs_scenes},
+        "tasks": {
+            task.name: {}
+            for task in tasks()
+            if not task.needs_scenes and (task.gives or task.sources)
+        },
     }
     keep_draft(folder, StudyDraft(name, folder / f"{name}.yaml"), value)
     return flask.redirect(flask.url_for(".step", name=name, step_name=STEPS[0].name), 303)
@@ -165,9 +171,9 @@ def _step(name: str) -> Step:
 
 def step_problems(draft: StudyDraft, step_name: str) -> list[StepProblem]:
     """Return the faults of a step."""
-    found = problems_of(draft)
-    if step_name == STEPS[0].name:
-        found += parts_of(installation().config.studies_folder, draft)[1]
+    are_played = step_name == STEPS[0].name
+    root = installation().config.studies_folder
+    found = [*problems_of(draft), *parts_of(root, draft, are_played=are_played)[1]]
     return [problem for problem in found if problem.step == step_name]
 
 
@@ -218,19 +224,38 @@ def _about_videos(_session: Session, draft: StudyDraft) -> dict[str, Any]:
         "named": {name: _from_root(draft, name) for name in ("videos", "commands", "things")},
         "as_before": AS_BEFORE,
         "found": [] if wrong or parts is None else [item.video for item in parts.videos],
-        "thing_count": sum(
-            len(item.things.things)
-            for item in (parts.videos if parts is not None else ())
-            if isinstance(item, OwnVideo) and item.things is not None
-        ),
+        **_about_things(draft, parts),
         "command_count": 0 if parts is None else len(parts.commands),
-        "upload": flask.url_for("making_uploads.upload", name=draft.name),
+        "notes": [] if parts is None else parts.notes,
+        "uploads": added_files(draft, parts),
+    }
+
+
+def _about_things(draft: StudyDraft, parts: StudyParts | None) -> dict[str, Any]:
+    """Return how many things are marked, in how many videos, and the videos without any."""
+    videos = () if parts is None else parts.videos
+    things = [item.things for item in videos if isinstance(item, OwnVideo)]
+    bare = [] if parts is None else parts.without_things
+    return {
+        "thing_count": sum(len(one.things) for one in things if one is not None),
+        "video_count": len(videos),
+        "without_things": [
+            (item.video, flask.url_for("making_uploads.video_picture", name=draft.name, number=n))
+            for n, item in enumerate(videos)
+            if item.video in bare
+        ],
     }
 
 
 def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     named = [(language, language_name(language)) for language in languages()]
     return {"videos": videos_of(draft), "languages": named}
+
+
+def _about_tasks(_session: Session, draft: StudyDraft) -> dict[str, Any]:
+    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
+    videos = [] if parts is None else [item.video for item in parts.videos]
+    return {"videos": videos, **_about_things(draft, parts)}
 
 
 def videos_of(draft: StudyDraft) -> list[str]:
@@ -241,7 +266,7 @@ def videos_of(draft: StudyDraft) -> list[str]:
 
 _ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {
     "videos": _about_videos,
-    "tasks": lambda _session, draft: {"videos": videos_of(draft)},
+    "tasks": _about_tasks,
     "people": lambda session, _draft: {"logins": people_by_role(session)},
     "texts": _about_texts,
 }

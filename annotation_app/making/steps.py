@@ -11,6 +11,7 @@ import msgspec
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.study_setup.every_problem import apart
 from annotation_app.study_setup.own_videos import OwnVideo
+from annotation_app.study_setup.rendered_study import SettingError
 from annotation_app.study_setup.server_folders import inside
 from annotation_app.study_setup.study_drafts import StudyDraft
 from annotation_app.study_setup.study_reading import study_problems
@@ -130,7 +131,10 @@ def _is_as_before(draft: StudyDraft) -> bool:
 
 
 def of_videos(error: CorpusError) -> StepProblem:
-    """Return an error as a problem of the step in which videos are chosen."""
+    """Return an error about videos as a problem of the step in which it is corrected."""
+    if isinstance(error, SettingError):
+        message = f"{_sentence(error.what)} {_sentence(error.fix)}"
+        return StepProblem(_step_of(error.field), target(error.field), message)
     where = f"{error.where}: " if error.where else ""
     return StepProblem("videos", "", f"{where}{error.what}. {_sentence(error.fix)}".strip())
 

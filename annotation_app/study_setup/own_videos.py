@@ -233,7 +233,7 @@ def _is_hidden(file: Path) -> bool:
 def _of_folder(folder: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:
     """Yield the videos of a folder, each with its place, and False as none has a command."""
     used = _files(folder)
-    others = sorted(set(folder.iterdir()) - set(used))
+    others = sorted(file for file in set(folder.iterdir()) - set(used) if file.is_file())
     hidden = [file for file in others if _is_hidden(file)]
     foreign = [
         file

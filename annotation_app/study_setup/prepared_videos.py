@@ -17,6 +17,7 @@ from annotation_app.items.clips import CLIP, CUT_VERSION, Part, clip_path, is_cl
 from annotation_app.items.scenes import MANIFEST, read_film
 from annotation_app.study_setup.every_problem import together
 from annotation_app.study_setup.own_videos import (
+    SUFFIXES,
     OwnVideo,
     fitting_picture,
     outlines_of,
@@ -27,9 +28,12 @@ from corpus_tools.video.cutting import constant_rate, cut, first_picture
 from corpus_tools.video.frame_reading import has_decoder, to_mp4
 from corpus_tools.video.probe import VideoInfo, probe
 from g3.errors import CorpusError, FormatError
+from g3.storage import regular_file
 from g3.storage.atomic_file import write_bytes
 from g3.storage.cache_folder import cache_folder
 
+THUMBNAIL_PX = 240
+"""Width of a thumbnail."""
 POSTER, FILM = "poster.png", "video.mp4"
 
 
@@ -233,6 +237,27 @@ def played_file(item: OwnVideo, folder: Path) -> Path:
     """Return the file that people watch: the video, or what is cut, in a folder of `prepare`."""
     clip = clip_path(folder, looked_at(item.file))
     return clip if is_clip(clip) else item.file
+
+
+def thumbnail(file: Path, part: Part | None = None) -> bytes:
+    """Return a small picture, as JPEG, of a video's first frame or of a picture."""
+    import cv2  # noqa: PLC0415 - large, and not always installed
+
+    from corpus_tools.video.picture_file import decoded  # noqa: PLC0415 - as above
+
+    if file.suffix.lower() in SUFFIXES:
+        info = looked_at(file)
+        span = (part or Part(str(file))).span(info)
+        picture = first_picture(file, info, span)[..., ::-1]
+    else:
+        picture = decoded(regular_file.read_bytes(file), where=str(file))
+    height, width = picture.shape[:2]
+    scale = min(1.0, THUMBNAIL_PX / width)
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    small = cv2.resize(np.ascontiguousarray(picture), size, interpolation=cv2.INTER_AREA)
+    is_written, content = cv2.imencode(".jpg", small)
+    assert is_written  # noqa: S101 - any picture can be
+    return content.tobytes()
 
 
 def png(picture: NDArray[np.uint8]) -> bytes:

@@ -18,19 +18,25 @@ function row(file) {
   list.append(item);
   return {
     at: (bytes) => { progress.value = bytes; },
-    wrong(text) {
+    wrong(text, replace) {
       progress.remove();
       const why = document.createElement("span");
       why.className = "wrong";
       why.textContent = text;
       item.append(why);
+      if (!replace) return;
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = `Replace ${file.name}`;
+      button.addEventListener("click", () => { item.remove(); replace(); });
+      item.append(button);
     },
   };
 }
 
-async function send(file, shown) {
+async function send(file, name, shown, replacing) {
   for (let offset = 0; offset === 0 || offset < file.size; offset += PART) {
-    const about = new URLSearchParams({ file: file.name, offset, size: file.size });
+    const about = new URLSearchParams({ file: name, offset, size: file.size, ...(replacing && { replace: "yes" }) });
     const reply = await fetch(`${box.dataset.url}?${about}`, {
       method: "POST",
       headers: { "X-CSRFToken": box.dataset.token, "Content-Type": "application/octet-stream", Accept: "application/json" },
@@ -38,7 +44,8 @@ async function send(file, shown) {
     });
     if (!reply.ok) {
       const told = await reply.json().catch(() => ({}));
-      throw new Error(told.error ?? `The server refused it (${reply.status}).`);
+      const error = new Error(told.error ?? `The server refused it (${reply.status}).`);
+      throw Object.assign(error, { mayReplace: told.may_replace });
     }
     shown.at(Math.min(offset + PART, file.size));
   }
@@ -47,14 +54,16 @@ async function send(file, shown) {
 let waiting = 0; // for how many choices of files
 let failed = 0;
 
-async function add(files) {
+async function add(files, replaced) {
   waiting += 1;
   for (const [file, shown] of [...files].map((file) => [file, row(file)])) {
+    const name = replaced ?? file.name;
     try {
-      await send(file, shown);
+      await send(file, name, shown, replaced !== undefined);
     } catch (error) {
       failed += 1;
-      shown.wrong(error instanceof TypeError ? "There is no network. Add it again." : error.message);
+      const text = error instanceof TypeError ? "There is no network. Add it again." : error.message;
+      shown.wrong(text, error.mayReplace && (() => add([file], name)));
     }
   }
   waiting -= 1;
@@ -68,6 +77,10 @@ async function add(files) {
 input.addEventListener("change", () => add(input.files));
 if (input.files.length) add(input.files); // chosen before this script had come
 document.getElementById("droppable").hidden = false;
+for (const other of document.querySelectorAll("[data-replace]")) {
+  other.closest("label").hidden = false;
+  other.addEventListener("change", () => add(other.files, other.dataset.replace));
+}
 for (const name of ["dragover", "dragleave", "drop"]) {
   drop.addEventListener(name, (event) => {
     event.preventDefault();

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import pytest
 from flask import Flask
@@ -12,11 +15,12 @@ from sqlalchemy import select
 
 from annotation_app.store.audit import trail
 from annotation_app.store.database import reading
-from annotation_app.store.models import Role, Study
+from annotation_app.store.models import Item, Role, Study
 from annotation_app.studies.study_file import CONSENT, STATEMENT, KnownCommand
 from annotation_app.study_setup.study_reading import read_study
-from tests.annotation_app.browser import Browser, described, engine_of
+from tests.annotation_app.browser import Browser, described, engine_of, row_in
 from tests.annotation_app.signing_in import Member, signed_in
+from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH
 
 TASKS = {"do-describe": "on", "answers-describe": "2", "practice-describe": "on"}
 SCALE = ("No", "Hardly", "Partly", "Mostly", "Yes")
@@ -46,10 +50,12 @@ def made(admin: Member, texts: Mapping[str, str] = TEXTS, role: Role = "worker")
     made_in(admin, texts, role)
 
 
-def made_in(admin: Member, texts: Mapping[str, str], role: Role = "worker") -> None:
+def made_in(
+    admin: Member, texts: Mapping[str, str], role: Role = "worker", videos: str = "clips"
+) -> None:
     """The draft is a running study."""
     for step, form in (
-        ("videos", {"videos": "clips"}),
+        ("videos", {"videos": videos}),
         ("tasks", TASKS),
         ("people", {"access": "open", "role-describe": role}),
         ("texts", texts),
@@ -293,7 +299,7 @@ def test_files_are_added_in_parts(admin: Member, root: Path) -> None:
     assert add("push.mp4", film[100:], 100, len(film)).json == {"whole": True}
     assert (root / "arm-videos/push.mp4").read_bytes() == film
     assert "1 video: push" in admin.client.get("/admin/studies/arm/videos").text
-    for name in ("../push.mp4", "..%2Fx.mp4", ".x.mp4", "x.exe", "x.mp4%00", "push.mp4"):
+    for name in ("../push.mp4", "..%2Fx.mp4", ".x.mp4", "x.exe", "x.mp4%00"):
         assert add(name, film, 0, len(film)).status_code == 422, name
     told = add("my%20film.avi", film, 0, len(film)).json["error"]
     assert "ffmpeg -i 'my film.avi' -c:v libx264 -pix_fmt yuv420p 'my film.mp4'" in told
@@ -301,7 +307,83 @@ def test_files_are_added_in_parts(admin: Member, root: Path) -> None:
     bad = add("bad.mp4", b"no video", 0, 8)
     assert bad.status_code == 422
     assert "can't be read" in bad.json["error"]
-    assert sorted(file.name for file in (root / "arm-videos").iterdir()) == ["push.mp4"]
+    assert sorted(file.name for file in (root / "arm-videos").glob("*.mp4")) == ["push.mp4"]
+    assert add("push.mp4", film, 0, len(film)).json["may_replace"]
+    assert add("push.mp4&replace=yes", b"no video", 0, 8).status_code == 422
+    assert (root / "arm-videos/push.mp4").read_bytes() == film  # the old one stays
+    other = (root / "clips/lift.mp4").read_bytes()
+    assert add("push.mp4&replace=yes", other, 0, len(other)).json == {"whole": True}
+    assert (root / "arm-videos/push.mp4").read_bytes() == other
+
+
+def coco(*names: str) -> bytes:
+    """A COCO file with a box in each picture."""
+    images = [
+        {"id": n, "file_name": f"{name}.jpg", "width": WIDTH, "height": HEIGHT}
+        for n, name in enumerate(names)
+    ]
+    boxes = [
+        {"id": 30 + n, "image_id": n, "category_id": 1, "bbox": [5, 5, 20, 20]}
+        for n in range(len(names))
+    ]
+    categories = [{"id": 1, "name": "red barrel"}]
+    return json.dumps({"images": images, "annotations": boxes, "categories": categories}).encode()
+
+
+def add_whole(admin: Member, name: str, content: bytes, **more: str) -> Any:
+    about = urlencode({"file": name, "offset": 0, "size": len(content), **more})
+    headers = {"X-CSRFToken": admin.csrf, "Content-Type": "application/octet-stream"}
+    address = f"/admin/studies/arm/upload?{about}"
+    return admin.client.post(address, data=content, headers=headers)
+
+
+def test_an_added_file_is_put_to_use_and_can_be_used_otherwise(admin: Member, root: Path) -> None:
+    begun(admin)
+    for name in ("push", "lift"):
+        add_whole(admin, f"{name}.mp4", (root / f"clips/{name}.mp4").read_bytes())
+    add_whole(admin, "boxes.json", coco("push"))
+    add_whole(admin, "told.csv", b"video,command\npush,Push it.\n")
+    add_whole(admin, "other.json", coco("push", "lift"))
+    page = admin.client.get("/admin/studies/arm/videos").text
+    assert "1 thing in 1 of 2 videos" in page
+    assert "1 without boxes" in page
+    assert "1 command" in page
+    assert admin.client.get("/admin/studies/arm/upload/lift.mp4").mimetype == "image/jpeg"
+    page = admin.client.get("/admin/studies/arm/tasks").text
+    for task in ("ground", "check"):
+        assert re.search(f'name="do-{task}"[^>]* checked', page), task
+    assert "<bdi>lift</bdi>" in page
+    (picture,) = re.findall(r'src="([^"]+/video/\d/picture)"', page)
+    assert admin.client.get(picture).mimetype == "image/jpeg"
+    change = "/admin/studies/arm/upload/other.json"
+    assert admin.post(change, action="commands").status_code == 422
+    assert admin.post(change, action="things").status_code == 303
+    assert "2 things in 2 of 2 videos" in admin.client.get("/admin/studies/arm/videos").text
+    assert admin.post(change, action="delete").status_code == 303
+    assert not (root / "arm-videos/other.json").exists()
+    page = admin.client.get("/admin/studies/arm/review").text
+    assert "the task ground asks about the things in videos" in page.lower()
+    assert "/admin/studies/arm/tasks#f-tasks-ground" in page
+    assert admin.post("/admin/studies/arm/upload/boxes.json", action="things").status_code == 303
+    assert "to be put right" not in admin.client.get("/admin/studies/arm/review").text
+
+
+def test_a_video_that_people_were_asked_about_stays(app: Flask, admin: Member, root: Path) -> None:
+    begun(admin)
+    for name in ("push", "lift"):
+        add_whole(admin, f"{name}.mp4", (root / f"clips/{name}.mp4").read_bytes())
+    made_in(admin, TEXTS, videos="arm-videos")
+    worker = Browser(app, study="arm")
+    worker.practise("describe")
+    asked = worker.lease("describe", "arm").json["item"]
+    worker.answer(asked, described("Push it."))
+    about = row_in(app, select(Item.video).where(Item.id == asked))
+    (free,) = {"push", "lift"} - {about}
+    content = (root / "clips/wait.mp4").read_bytes()
+    assert add_whole(admin, f"{about}.mp4", content, replace="yes").status_code == 409
+    assert admin.post(f"/admin/studies/arm/upload/{about}.mp4", action="delete").status_code == 409
+    assert admin.post(f"/admin/studies/arm/upload/{free}.mp4", action="delete").status_code == 303
+    assert [f.name for f in (root / "arm-videos").glob("*.mp4")] == [f"{about}.mp4"]
 
 
 @pytest.mark.parametrize("role", ["annotator", "adjudicator"])
