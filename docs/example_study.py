@@ -39,6 +39,7 @@ NAME = "forklift"
 STUDY = StudyConfig(
     name=NAME,
     title="Commands for a robot forklift",
+    watching="flagged",  # programs play no videos
     tasks={
         "describe": TaskConfig(answers=3, practice=False),
         "segment": TaskConfig(answers=2, practice=False),

@@ -98,7 +98,8 @@ PAGES = {
 """Each page: who opens it, and its address. What is in brackets is in `example_study`."""
 NO_PAGES = {
     "/dashboard/<study_name>/export/<form>", "/dashboard/<study_name>/queue/next",
-    "/admin/studies/<name>/video/<int:number>", "/media/<media_id>", "/try/<name>/<file>",
+    "/admin/studies/<name>/video/<int:number>", "/admin/studies/<name>/video/<int:number>/picture",
+    "/admin/studies/<name>/upload/<file>", "/media/<media_id>", "/try/<name>/<file>",
     "/try/scenes/<scenario>", "/offline-worker.js",
     "/s/<study_name>/invitation/<token>",
 }  # fmt: skip

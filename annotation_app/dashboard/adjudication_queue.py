@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session, aliased
 
 from annotation_app.items.new_items import REPLACED
 from annotation_app.people.participants import subject_of
+from annotation_app.people.person_names import shown_name
 from annotation_app.store.models import Answer, Event, Item, Person, Slot, TaskName
 from annotation_app.tasks.task_record import Adjudication, Compared
 from annotation_app.tasks.task_registry import find_task, tasks
@@ -38,6 +39,7 @@ class Side:
     answer: int
     number: int
     subject: str
+    person: str
     seconds: float | None
     adopted: bool
     shown: Any
@@ -124,6 +126,7 @@ def compare(session: Session, item: Item, adjudication: Adjudication, salt: byte
             answer.id,
             i + 1,
             subject_of(person),
+            shown_name(person),
             answer.seconds,
             answer.adopted,
             shown,

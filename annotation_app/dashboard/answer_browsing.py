@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard.adjudication_queue import disputed
 from annotation_app.people.participants import subject_of
+from annotation_app.people.person_names import anonymous_name, shown_name
 from annotation_app.store.audit import name_of
 from annotation_app.store.models import (
     Answer,
@@ -36,9 +37,9 @@ _REPORTS = ("flag", "skip")
 class Wanted:
     """A filter of answers; empty fields leave out nothing.
 
-    `person` is the beginning of the name in exports, `text` a part of the command, in small or
-    capital letters. Answers have a lower id than `before`, and if `flagged` items of which somebody
-    has reported a problem.
+    `person` is a name on the dashboard, or the beginning of the hash in exports, `text` a part of
+    the command, in small or capital letters. Answers have a lower id than `before`; if `flagged`,
+    they are about items of which somebody has reported a problem.
     """
 
     task: str = ""
@@ -66,6 +67,8 @@ class FoundAnswer:
     video: str
     command: str
     subject: str
+    person: str
+    """Name on the dashboard."""
     at: float
     seconds: float | None
     states: tuple[State, ...]
@@ -94,6 +97,7 @@ class Report:
     video: str
     command: str
     subject: str
+    person: str
     reason: str
     at: float
 
@@ -161,6 +165,7 @@ def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnsw
             video=item.video,
             command=item.command or str(answer.body.get("text", "")),
             subject=subject_of(person),
+            person=shown_name(person),
             at=answer.at,
             seconds=answer.seconds,
             states=_states(answer, event, item.id in open_),
@@ -212,6 +217,7 @@ def find_reports(
             video=found_item.video,
             command=found_item.command,
             subject=subject_of(person),
+            person=shown_name(person),
             reason=str(event.body.get("reason", "")),
             at=event.at,
         )
@@ -241,6 +247,27 @@ def posters(session: Session, study_id: str, videos: Sequence[str]) -> dict[str,
     return found
 
 
+def people(session: Session, study_id: str) -> list[tuple[str, str]]:
+    """Return the hash in exports of each person who has answered, and the name, in its order."""
+    found = [(subject_of(person), shown_name(person)) for person in _answering(session, study_id)]
+    return sorted(found, key=lambda pair: pair[1].casefold())
+
+
+def _answering(session: Session, study_id: str) -> Sequence[Person]:
+    answering = select(Answer.person_id).where(Answer.study_id == study_id).distinct()
+    return session.scalars(select(Person).where(Person.id.in_(answering))).all()
+
+
+def _ids_of(session: Session, study_id: str, wanted: str) -> list[str]:
+    """Return the ids of the people whom a name on the dashboard, or one in exports, means."""
+    return [
+        person.id
+        for person in _answering(session, study_id)
+        if person.external_hash.startswith(wanted)
+        or wanted.casefold() in (shown_name(person).casefold(), anonymous_name(person).casefold())
+    ]
+
+
 def videos(session: Session, study_id: str) -> Sequence[str]:
     """Return the names of the videos that items are about."""
     return session.scalars(
@@ -253,8 +280,7 @@ def _conditions(session: Session, study_id: str, wanted: Wanted) -> list[ColumnE
     if wanted.task:
         found.append(Answer.task == wanted.task)
     if wanted.person:
-        known = Person.external_hash.startswith(wanted.person, autoescape=True)
-        found.append(Answer.person_id.in_(session.scalars(select(Person.id).where(known)).all()))
+        found.append(Answer.person_id.in_(_ids_of(session, study_id, wanted.person)))
     if wanted.video:
         found.append(Item.video == wanted.video)
     if wanted.flagged:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import flask
 from flask import Blueprint
 from flask.typing import ResponseReturnValue
@@ -13,12 +11,10 @@ from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import answer_browsing as browsing
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Item, Person, Record, Study
-from annotation_app.tasks.clause_words import clauses_of
 from annotation_app.tasks.task_registry import find_task, task_names
 from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 from annotation_app.work import reviewing
 from annotation_app.work.handing_out import find_study
-from g3.sdc.sdc_notation import format_brackets, from_json
 
 blueprint = Blueprint("answer_pages", __name__, url_prefix="/dashboard")
 blueprint.register_error_handler(Refusal, refused)
@@ -36,11 +32,12 @@ def answers(study_name: str) -> str:
             person=person,
             study=study,
             wanted=wanted,
-            found=[(one, summary(one.body)) for one in found],
+            found=[(one, _summary(session, one)) for one in found],
             older=older,
             tasks=task_names(),
             states=browsing.STATES,
             videos=browsing.videos(session, study.id),
+            people=browsing.people(session, study.id),
             files=browsing.posters(session, study.id, [one.video for one in found]),
         )
 
@@ -61,7 +58,8 @@ def _answer_page(
         one=one,
         compared=adjudication
         and adjudication.compare(session, item, [found.body], installation().salt),
-        facts=_facts(item, found.body),
+        facts=_facts(session, item, found.body),
+        watched=_watched(found.body),
         files=browsing.posters(session, study.id, [one.video]).get(one.video, {}),
         remarks=browsing.remarks(session, found.id),
         reports=browsing.find_reports(session, study.id, item=item.id, most=None)[0],
@@ -127,23 +125,21 @@ def answer_of(session: Session, study: Study, answer_id: int) -> Answer:
     return found
 
 
-def summary(body: Record) -> str:
-    """Return an answer in a line: clauses in brackets, or its numbers and words."""
-    if "sdcs" in body:
-        return format_brackets(from_json(body["sdcs"]))
-    plain = {key: value for key, value in body.items() if isinstance(value, (int, float))}
-    counted = {key: len(value) for key, value in body.items() if isinstance(value, dict) and value}
-    return ", ".join(f"{key}: {value}" for key, value in {**plain, **counted}.items())
+def _facts(session: Session, item: Item, body: Record) -> list[tuple[str, str]]:
+    """Return what an answer says, in words."""
+    task = find_task(item.task)
+    return [] if task is None else list(task.facts(session, item, body))
 
 
-def _facts(item: Item, body: Record) -> list[tuple[str, Any]]:
-    """Return the content of an answer as a list; numbers of clauses become their words."""
-    sdcs = item.payload.get("sdcs")
-    phrases = {str(c["node"]): c["phrase"] for c in clauses_of(from_json(sdcs))} if sdcs else {}
-    found: list[tuple[str, Any]] = []
-    for key, value in body.items():
-        if isinstance(value, dict):
-            found += [(f"{key}: {phrases.get(name, name)}", inner) for name, inner in value.items()]
-        elif key != "sdcs":
-            found.append((key, value))
-    return found
+def _summary(session: Session, found: browsing.FoundAnswer) -> str:
+    """Return what an answer says in a line; nothing where the list shows it already."""
+    facts = _facts(session, session.get_one(Item, found.item), found.body)
+    return "; ".join(f"{name}: {value}" if name else value for name, value in facts)
+
+
+def _watched(body: Record) -> str:
+    """Return how long videos were played, and how fast; empty if that isn't known."""
+    if not body.get("watched_s"):
+        return ""
+    speed = body.get("speed") or 1
+    return f"{body['watched_s']:.0f} s" + (f", at up to {speed:g}×" if speed > 1 else "")

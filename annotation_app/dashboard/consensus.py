@@ -15,6 +15,8 @@ from scipy.special import stdtrit
 from sqlalchemy import ColumnElement, and_, case, func, literal, select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.item_scenes import scene_of
+from annotation_app.items.scenes import place_names, thing_names
 from annotation_app.store.models import Answer, Item, Record, TaskName
 from annotation_app.tasks.agreement import CLAUSE_TYPE, PLACE, THING, WORDS, Measured, Part
 from annotation_app.tasks.task_record import Task
@@ -271,10 +273,20 @@ def disagreements(session: Session, study_id: str, most: int = MOST) -> list[Dis
     ]
     found.sort(key=lambda one: (-one.disputed, -one.disputed / one.parts, one.what))
     return [
-        one
+        _named(session, study_id, one)
         for kind in ("task", *KINDS, "item")
         for one in [one for one in found if one.kind == kind][:most]
     ]
+
+
+def _named(session: Session, study_id: str, one: Disagreement) -> Disagreement:
+    """Return a disagreement on a thing or a place with its name instead of its id."""
+    if one.kind not in (THING, PLACE):
+        return one
+    context = scene_of(session, study_id, one.video).context
+    if one.kind == THING:
+        return replace(one, what=thing_names(context).get(one.what, one.what))
+    return replace(one, what=place_names(context)[int(one.what)])
 
 
 def _count(

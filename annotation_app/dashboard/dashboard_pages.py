@@ -40,6 +40,7 @@ from annotation_app.export import answer_tables
 from annotation_app.export.corpus_export import export_corpus
 from annotation_app.people import accounts
 from annotation_app.people.participants import RANKS, subject_of
+from annotation_app.people.person_names import shown_name
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
@@ -115,6 +116,7 @@ def overview(study_name: str) -> str:
             disputes=queue.disputes(session, study.id) if sees_all else [],
             sees_all=sees_all,
             subject_of=subject_of,
+            shown_name=shown_name,
             link=public("entrance.study_page", study_name=study.name),
         )
 
@@ -176,7 +178,7 @@ def confirm_block(study_name: str, person_id: str) -> str:
             "block.html",
             admin,
             study=study,
-            name=subject_of(found),
+            name=shown_name(found),
             about="They get no more items, in any study. What they have answered stays, and what "
             "they have begun they can still send. You can unblock them.",
             back=flask.url_for("dashboard.people", study_name=study.name),
@@ -235,16 +237,17 @@ def _write(session: Session, study: Study, form: str, file: IO[bytes]) -> tuple[
     table = answer_tables.TABLES.get(form)
     if table is not None:
         write = table.write
-        if flask.request.args.get("excluded") == "yes":
+        excluded = flask.request.args.get("excluded") == "yes"
+        if excluded:
             write = answer_tables.WITH_EXCLUDED.get(form, write)
         write(session, study, file)
-        return f"{study.name}.{form}", table.media_type
+        return answer_tables.file_name(study.name, form, excluded=excluded), table.media_type
     if form in FOLDERS:
         files = FOLDERS[form](export_corpus(session, study))
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, content in files.items():
                 archive.writestr(f"{study.name}/{name}", content)
-        return f"{study.name}.zip", "application/zip"
+        return f"{study.name}-{form}.zip", "application/zip"
     raise Refusal(404, "There is no such export.")
 
 

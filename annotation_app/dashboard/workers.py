@@ -14,6 +14,7 @@ from sqlalchemy import Integer, bindparam, case, func, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.people.participants import platform_knowledge, subject_of
+from annotation_app.people.person_names import anonymous_name, shown_name
 from annotation_app.store.database import core
 from annotation_app.store.models import Answer, Item, Person, Record, TaskName
 from annotation_app.tasks.task_registry import task_names, tasks
@@ -37,7 +38,9 @@ class Worker:
     Parameters
     ----------
     subject
-        Name of the person in exports.
+        Part of a hash that exports have of the person.
+    person, exported
+        Names of the person on the dashboard, and in exports.
     checks, failed
         Attention checks that they had, and that they failed.
     reasons
@@ -48,6 +51,8 @@ class Worker:
 
     person_id: str
     subject: str
+    person: str
+    exported: str
     provider: str
     is_blocked: bool
     answers: int
@@ -231,6 +236,8 @@ def _worker(
     return Worker(
         person_id=person.id,
         subject=subject_of(person),
+        person=shown_name(person),
+        exported=anonymous_name(person),
         provider=person.provider,
         is_blocked=person.blocked_at is not None,
         answers=mine.answers,

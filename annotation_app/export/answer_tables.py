@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from datetime import datetime, timezone
 from functools import partial
 from itertools import islice
 from typing import IO
@@ -14,6 +15,7 @@ from sqlalchemy.orm import Session
 from annotation_app.items.item_scenes import films_of
 from annotation_app.items.replaced_videos import video_digests
 from annotation_app.people.participants import platform_knowledge, subject_of
+from annotation_app.people.person_names import anonymous_name
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
 from annotation_app.tasks.task_record import AnswerTable, write_csv
 from annotation_app.tasks.task_registry import tasks
@@ -23,7 +25,7 @@ from corpus_tools.runtime.parquet import import_pyarrow
 FIELDS = (
     "answer", "task", "item", "video", "command", "subject", "surplus", "adopted", "attention",
     "at", "seconds", "suggestion", "unchanged", "likeness", "flags", "body", "metadata", "excluded",
-    "reason", "video_sha256", "platform",
+    "reason", "video_sha256", "platform", "person",
 )  # fmt: skip
 
 
@@ -48,7 +50,7 @@ def to_csv(session: Session, study: Study, file: IO[bytes], *, excluded: bool = 
 def to_parquet(session: Session, study: Study, file: IO[bytes], *, excluded: bool = False) -> None:
     """Write a row for each answer, its body as JSON; a FormatError without pyarrow."""
     pa, pq = import_pyarrow()
-    types = {"answer": pa.int64(), **dict.fromkeys(("at", "seconds", "likeness"), pa.float64())}
+    types = {"answer": pa.int64(), **dict.fromkeys(("seconds", "likeness"), pa.float64())}
     names = ("surplus", "adopted", "attention", "unchanged", "excluded")
     types |= dict.fromkeys(names, pa.bool_())
     schema = pa.schema([(name, types.get(name, pa.string())) for name in FIELDS])
@@ -68,11 +70,13 @@ def reports_to_csv(session: Session, study: Study, file: IO[bytes]) -> None:
         .order_by(Event.id)
         .execution_options(yield_per=BATCH)
     )
-    columns = ("kind", "task", "item", "video", "command", "subject", "at", "reason")
-    about = ((event, item, subject_of(person)) for event, item, person in found)
+    columns = ("kind", "task", "item", "video", "command", "subject", "at", "reason", "person")
     listed = (
-        (e.name, i.task, i.id, i.video, i.command, subject, e.at, e.body.get("reason", ""))
-        for e, i, subject in about
+        (
+            *(event.name, item.task, item.id, item.video, item.command, subject_of(person)),
+            *(iso(event.at), event.body.get("reason", ""), anonymous_name(person)),
+        )
+        for event, item, person in found
     )
     write_csv(file, columns, listed)
 
@@ -91,6 +95,18 @@ WITH_EXCLUDED: Mapping[str, Callable[[Session, Study, IO[bytes]], None]] = {
     "parquet": partial(to_parquet, excluded=True),
 }
 """Writers of the tables that include excluded answers, and the reasons."""
+
+
+def iso(seconds: float) -> str:
+    """Return a time in UTC as in ISO 8601."""
+    return datetime.fromtimestamp(seconds, timezone.utc).isoformat(timespec="milliseconds")
+
+
+def file_name(study: str, form: str, *, excluded: bool = False) -> str:
+    """Return the name of an exported file, which says what it holds."""
+    what, _, ending = form.rpartition(".")
+    with_excluded = "-with-excluded" if excluded and form in WITH_EXCLUDED else ""
+    return f"{study}-{what or 'answers'}{with_excluded}.{ending}"
 
 
 def _flat(row: Record) -> Record:
@@ -128,7 +144,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
             "surplus": answer.surplus,
             "adopted": answer.adopted,
             "attention": item.attention,
-            "at": answer.at,
+            "at": iso(answer.at),
             "seconds": answer.seconds,
             "suggestion": provenance.get("suggestion", ""),
             "unchanged": provenance.get("unchanged"),
@@ -140,6 +156,7 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
             "reason": reasons.get(answer.id, "") if answer.excluded else "",
             "video_sha256": digests.get(item.payload["video"], ""),
             "platform": knowledge.get(person.id, ""),
+            "person": anonymous_name(person),
         }
 
 

@@ -16,6 +16,7 @@ import msgspec
 from scipy.stats import binomtest
 from sqlalchemy.orm import Session
 
+from annotation_app.export.answer_tables import iso
 from annotation_app.items.item_scenes import films_of
 from annotation_app.items.new_items import GIVEN
 from annotation_app.items.replaced_videos import replaced
@@ -182,6 +183,6 @@ class _Gathered:
             "study": self.study.name,
             "answer": answer.id,
             "subject": self.people[answer.person_id],
-            "at": answer.at,
+            "at": iso(answer.at),
             **more,
         }

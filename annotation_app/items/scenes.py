@@ -9,7 +9,8 @@ from __future__ import annotations
 import functools
 import hashlib
 import hmac
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -175,6 +176,30 @@ def _json(path: Path) -> dict[str, Any]:
             where=str(path),
             fix="make the video again with `ct render-videos --force`",
         ) from error
+
+
+def thing_names(context: Context) -> Mapping[str, str]:
+    """Return what the things of a world are called, by their ids.
+
+    That is their labels, numbered where several have the same.
+    """
+    return dict(zip((o.id for o in context.objects), _numbered(context), strict=True))
+
+
+def _numbered(context: Context) -> Iterator[str]:
+    labels = [" ".join(thing.labels) or "thing" for thing in context.objects]
+    seen: Counter[str] = Counter()
+    for label in labels:
+        seen[label] += 1
+        yield f"{label} {seen[label]}" if labels.count(label) > 1 else label
+
+
+def place_names(context: Context) -> Sequence[str]:
+    """Return what the places of a world are called, in their order."""
+    return [
+        place.name or f"unnamed place {number}"
+        for number, place in enumerate(context.places, start=1)
+    ]
 
 
 @dataclass(frozen=True, slots=True)

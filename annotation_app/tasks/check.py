@@ -26,7 +26,7 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import aliases_of, has_things, scene_of, shown_film
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer, draws, other_videos, videos_of
-from annotation_app.items.scenes import scene_payload
+from annotation_app.items.scenes import place_names, scene_payload, thing_names
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import (
@@ -58,7 +58,7 @@ from g3.sdc.sdc_notation import from_json, to_json
 
 COLUMNS = (
     "item", "command", "video", "shown_video", "clause", "type", "phrase", "objects", "places",
-    "matches", "does_not_match", "cant_tell", "label",
+    "shown", "matches", "does_not_match", "cant_tell", "label",
 )  # fmt: skip
 
 
@@ -245,7 +245,29 @@ def _rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
                 about = (item.id, item.payload["text"], item.payload["video"], shown["video"])
                 of = (clause["node"], clause["type"], clause["phrase"])
                 counts = (yes, no, given["cant_tell"], label)
-                yield (*about, *of, " ".join(shown["objects"]), places, *counts)
+                names = _shown_names(session, item, shown)
+                yield (*about, *of, " ".join(shown["objects"]), places, names, *counts)
+
+
+VERDICTS = {True: "matches", False: "doesn't match", "cant_tell": "can't tell"}
+
+
+def _facts(session: Session, item: Item, body: Record) -> Iterator[tuple[str, str]]:
+    for clause in clauses_of(from_json(item.payload["sdcs"])):
+        node = str(clause["node"])
+        if node in body["verdicts"]:
+            shown = _shown_names(session, item, item.payload["shown"][node])
+            yield f"{clause['phrase']}: {shown}", VERDICTS[body["verdicts"][node]]
+
+
+def _shown_names(session: Session, item: Item, shown: Record) -> str:
+    """Return the names of what was drawn for a clause; that of the video if it is what happens."""
+    if not (shown["objects"] or shown["places"]):
+        return f"what happens in {shown['video']}"
+    context = scene_of(session, item.study_id, shown["video"]).context
+    things, places = thing_names(context), place_names(context)
+    names = [things.get(one, one) for one in shown["objects"]]
+    return ", ".join([*names, *(places[index] for index in shown["places"])])
 
 
 def _example(practice: PracticeExample) -> Record:
@@ -347,4 +369,5 @@ CHECK = Task(
     agreement=_measured,
     gist=lambda body: {"verdicts": body["verdicts"]},
     disputed=_disputed,
+    facts=lambda *about: [*_facts(*about)],
 )

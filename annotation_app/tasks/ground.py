@@ -25,7 +25,7 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import aliases_of, has_things, scene_of
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer
-from annotation_app.items.scenes import Aliases, Scene, scene_payload
+from annotation_app.items.scenes import Aliases, Scene, scene_payload, thing_names
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
@@ -33,6 +33,7 @@ from annotation_app.tasks.clause_words import asked_clauses, clauses_of, phrase_
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.exported_groundings import positive, suggested
 from annotation_app.tasks.grounding_comparison import (
+    choices_in_words,
     compare,
     disputed_parts,
     essence,
@@ -304,7 +305,7 @@ def _shown_in(grounding: Record | None, scene: Scene) -> tuple[object, ...]:
     if grounding is None:
         return "", "", "", "", ""
     ids = grounding["objects"]
-    labels = {thing.id: " ".join(thing.labels) for thing in scene.context.objects}
+    labels = thing_names(scene.context)
     boxes = {one["id"]: one["box"] for one in scene.segmentation.get("objects", [])}
     return (
         " ".join(ids),
@@ -403,6 +404,7 @@ GROUND = Task(
     export=_export,
     counts=Counts(GroundingCounts, _counts, {"groundings": "groundings"}),
     agreement=_measured,
+    facts=choices_in_words,
     disputed=disputed_parts,
     tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", _table)},
 )

@@ -9,9 +9,9 @@ from typing import Any
 import msgspec
 from sqlalchemy.orm import Session
 
-from annotation_app.items.item_scenes import aliases_of
+from annotation_app.items.item_scenes import aliases_of, scene_of
 from annotation_app.items.media import media_files
-from annotation_app.items.scenes import Scene, scene_payload
+from annotation_app.items.scenes import Scene, place_names, scene_payload, thing_names
 from annotation_app.store.models import Item, Record
 from annotation_app.tasks.agreement import AREA, CLAUSE_TYPE, PLACE, THING, WORDS, Key, Part
 from annotation_app.tasks.clause_words import HAPPENING, clauses_of
@@ -115,7 +115,7 @@ def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes)
         **{(PLACE, index): alias for alias, index in names.places.items()},
     }
     files = media_files(session, item.study_id, video).public
-    clauses = list(_clauses(item, bodies, scene.duration_s, shown))
+    clauses = list(_clauses(item, bodies, scene, shown))
     picture = _drawn(scene, files.get("video"), _all_keys(bodies), shown, _disputed_keys(bodies))
     about = {"clauses": clauses, "picture": picture, "scene": scene_payload(scene, names, files)}
     return Compared(tuple(range(len(bodies))), about)
@@ -145,8 +145,9 @@ def _said_of(
 
 
 def _clauses(
-    item: Item, bodies: Sequence[Record], duration_s: float, shown: Mapping[Key, str]
+    item: Item, bodies: Sequence[Record], scene: Scene, shown: Mapping[Key, str]
 ) -> Iterator[ComparedClause]:
+    duration_s, words = scene.duration_s, _Words(scene)
     for clause, sdc, said in _said_of(item, bodies):
         times: tuple[tuple[float, float], ...] = ()
         if sdc.type in HAPPENING:
@@ -158,7 +159,7 @@ def _clauses(
             )
         choices = tuple(
             tuple(
-                Choice(_words(key), shown.get(key, ""), any(key not in other for other in said))
+                Choice(words.of(key), shown.get(key, ""), any(key not in other for other in said))
                 for key in keys
             )
             for keys in said
@@ -188,18 +189,35 @@ def _chosen(grounding: Record | None) -> Iterator[Key]:
             yield AREA, tuple(map(tuple, place["xy"]))
 
 
-def _words(key: Key) -> str:
-    kind, what = key
-    if kind == THING:
-        return str(what)
-    if kind == PLACE:
-        return f"place {what} of the map"
-    if kind == AREA:
-        xs, ys = zip(*what, strict=True)
-        return f"area around ({sum(xs) / len(xs):.1f}, {sum(ys) / len(ys):.1f}) m"
-    if kind == "time":
-        return "the whole video" if what is None else f"{what[0]:.1f} to {what[1]:.1f} s"
-    return kind
+def choices_in_words(session: Session, item: Item, body: Record) -> list[tuple[str, str]]:
+    """Return each clause's words and what an answer chose for them, in words."""
+    words = _Words(scene_of(session, item.study_id, item.payload["video"]))
+    return [
+        (clause["phrase"], ", ".join(map(words.of, keys)))
+        for clause, _, (keys,) in _said_of(item, [body])
+    ]
+
+
+class _Words:
+    """Words for choices in a scene."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._things = thing_names(scene.context)
+        self._places = place_names(scene.context)
+
+    def of(self, key: Key) -> str:
+        """Return a choice in words."""
+        kind, what = key
+        if kind == THING:
+            return self._things.get(what, "a thing that is no longer there")
+        if kind == PLACE:
+            return self._places[what]
+        if kind == AREA:
+            xs, ys = zip(*what, strict=True)
+            return f"area around ({sum(xs) / len(xs):.1f}, {sum(ys) / len(ys):.1f}) m"
+        if kind == "time":
+            return "the whole video" if what is None else f"{what[0]:.1f} to {what[1]:.1f} s"
+        return kind
 
 
 def _disputed_keys(bodies: Sequence[Record]) -> set[Key]:

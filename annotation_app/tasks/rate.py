@@ -21,7 +21,7 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem, draws, other_videos
 from annotation_app.store.models import Answer, Item, Record, Study
-from annotation_app.studies.study_file import StudyConfig
+from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.agreement import Measured, measured
 from annotation_app.tasks.corpus_parts import answers_of, people_of
 from annotation_app.tasks.task_record import (
@@ -100,6 +100,11 @@ def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) ->
     for video in shown:
         about = _about(answer.body["text"], video, own, command=answer.id)
         yield NewItem("rate", f"{subject} video {video}", about, author_id=answer.person_id)
+
+
+def _facts(session: Session, item: Item, body: Record) -> list[tuple[str, str]]:
+    scale = restored(session.get_one(Study, item.study_id).config).scale
+    return [("Rating", f"{body['rating']} of {len(scale)}: {scale[body['rating'] - 1]}")]
 
 
 def _of_study(config: StudyConfig) -> Iterator[NewItem]:
@@ -182,6 +187,7 @@ RATE = Task(
     passes=passes,
     export=lambda parts: parts.judgments.extend(judgments(parts.session, parts.study)),
     counts=Counts(RatingCounts, _counts, {}, "dashboard/rating_counts.html"),
+    facts=_facts,
     agreement=_measured,
     gist=lambda body: {"rating": body["rating"]},
     oddities=_oddities,

@@ -366,6 +366,7 @@ SEGMENT = Task(
     ),
     likeness=_likeness,
     warm_up=warm_up,
+    facts=lambda _session, _item, body: [("", format_brackets(from_json(body["sdcs"])))],
     gives=CLAUSES,
     source=Source(COMMAND, _items),
     export=_export,

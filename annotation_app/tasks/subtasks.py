@@ -171,5 +171,6 @@ SUBTASKS = Task(
     practises=("video",),
     of_video=item_of_video("subtasks"),
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
+    facts=lambda _session, _item, body: [(f"{s:.1f} s", text) for s, text in steps_of(body)],
     agreement=_measured,
 )

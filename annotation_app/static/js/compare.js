@@ -16,19 +16,24 @@ for (const element of document.querySelectorAll("[data-shown]")) {
 }
 
 const map = document.querySelector("svg.map");
-const [cos, sin] = [Math.cos(-scene.turn), Math.sin(-scene.turn)]; // y is downwards in SVG
-const turned = ({ x, y }) => ({ x: x * cos - y * sin, y: x * sin + y * cos });
-const corners = [];
-for (const polygon of map.querySelectorAll("polygon")) {
-  const points = [...polygon.points].map(turned);
-  polygon.setAttribute("points", points.map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" "));
-  corners.push(...points);
+if (map) turn();
+
+/** Turn the map as people see it. */
+function turn() {
+  const [cos, sin] = [Math.cos(-scene.turn), Math.sin(-scene.turn)]; // y is downwards in SVG
+  const turned = ({ x, y }) => ({ x: x * cos - y * sin, y: x * sin + y * cos });
+  const corners = [];
+  for (const polygon of map.querySelectorAll("polygon")) {
+    const points = [...polygon.points].map(turned);
+    polygon.setAttribute("points", points.map(({ x, y }) => `${x.toFixed(2)},${y.toFixed(2)}`).join(" "));
+    corners.push(...points);
+  }
+  const [xs, ys] = [corners.map(({ x }) => x), corners.map(({ y }) => y)];
+  const size = Math.max(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys));
+  const [left, top] = [Math.min(...xs) - MARGIN * size, Math.min(...ys) - MARGIN * size];
+  const [right, bottom] = [Math.max(...xs) + MARGIN * size, Math.max(...ys) + MARGIN * size];
+  map.setAttribute("viewBox", `${left} ${top} ${right - left} ${bottom - top}`);
 }
-const [xs, ys] = [corners.map(({ x }) => x), corners.map(({ y }) => y)];
-const size = Math.max(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys));
-const [left, top] = [Math.min(...xs) - MARGIN * size, Math.min(...ys) - MARGIN * size];
-const [right, bottom] = [Math.max(...xs) + MARGIN * size, Math.max(...ys) + MARGIN * size];
-map.setAttribute("viewBox", `${left} ${top} ${right - left} ${bottom - top}`);
 
 for (const drawing of [document.querySelector(".frame svg"), map]) {
   if (drawing) label(drawing);

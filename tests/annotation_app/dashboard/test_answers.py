@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from datetime import datetime, timedelta, timezone
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from flask import Flask
 from playwright.sync_api import BrowserContext
 from sqlalchemy import func, select
 
+from annotation_app.export.answer_tables import TABLES, WITH_EXCLUDED
 from annotation_app.export.corpus_export import export_corpus
 from annotation_app.privacy.erasure import erase
 from annotation_app.store.database import reading, transaction
@@ -52,6 +54,23 @@ def commands_of(app: Flask) -> list[str]:
     with reading(engine_of(app)) as session:
         corpus = export_corpus(session, find_study(session, "tests"))
     return [command.text for command in corpus.commands.values()]
+
+
+def test_exports_are_told_apart_and_have_times_and_names(app: Flask, judge: Browser) -> None:
+    dispute(app)
+    names = []
+    for form in ("corpus", "slu-core", *TABLES):
+        for asked in ("", "?excluded=yes") if form in WITH_EXCLUDED else ("",):
+            reply = judge.client.get(f"{BASE}/export/{form}{asked}")
+            names.append(reply.headers["Content-Disposition"])
+    assert len(set(names)) == len(names)
+    assert all('filename="tests-' in name for name in names)
+    before = datetime.now(timezone.utc)
+    (first, *_) = csv.DictReader(io.StringIO(judge.client.get(f"{BASE}/export/csv").text))
+    at = datetime.fromisoformat(first["at"])
+    assert timedelta() < before - at < timedelta(hours=1)
+    assert first["person"] in judge.client.get(f"{BASE}/people").text
+    assert found(judge, person=first["person"]) == found(judge, person=first["subject"])
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])

@@ -300,7 +300,7 @@ def test_exports(app: Flask, tmp_path: Path) -> None:
     judge = Browser(app, "adjudicator")
     judge.adjudicate(dispute(app), sdcs(ONE))
     reply = judge.client.get(f"{BASE}/export/corpus")
-    assert reply.headers["Content-Disposition"] == 'attachment; filename="tests.zip"'
+    assert reply.headers["Content-Disposition"] == 'attachment; filename="tests-corpus.zip"'
     with zipfile.ZipFile(io.BytesIO(reply.data)) as archive:
         archive.extractall(tmp_path)
     assert [command.text for command in Corpus.load(tmp_path / "tests").commands.values()] == [

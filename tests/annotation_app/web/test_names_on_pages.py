@@ -1,0 +1,159 @@
+"""Researchers' pages name people and things, for every kind of study, without an error."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+from flask import Flask
+from playwright.sync_api import Browser as Chromium
+from playwright.sync_api import Page
+from sqlalchemy import select
+
+from annotation_app.store.models import Item, Person
+from corpus_tools.importers.authored.bundled import open_corpus
+from docs.example_study import SCENARIOS, example
+from g3.sdc.sdc_notation import parse_brackets, to_json
+from tests.annotation_app.browser import Browser, described, rows_in
+from tests.annotation_app.in_browser import errors_of, serving
+from tests.annotation_app.pages.films import film
+from tests.annotation_app.signing_in import signed_in
+from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH, clip
+from tests.annotation_app.study_setup.test_own_videos import TREE, set_up
+
+pytestmark = pytest.mark.slow
+
+COMMAND = "Push the cup."
+HASH = re.compile(r"\b[0-9a-f]{10,64}\b")
+RAW = re.compile(r"watched_s|played_to_end|\b1[0-9]{9}\.[0-9]+|None\b|undefined|\[object")
+FILES = re.compile(r"/export/|/video/\d|/upload/|/queue/next|logout")
+STUDY = {
+    "name": "arm",
+    "title": "An arm",
+    "videos": "clips",
+    "watching": "flagged",
+    "tasks": {
+        task: {"practice": False, "answers": 2 if task in ("segment", "ground") else 1}
+        for task in ("describe", "segment", "ground", "check", "rate", "subtasks")
+    },
+}
+COCO = {
+    "images": [{"id": 1, "file_name": "push.png", "width": WIDTH, "height": HEIGHT}],
+    "annotations": [
+        {"id": 70017 + n, "image_id": 1, "category_id": n % 2, "bbox": [5 + 12 * n, 5, 10, 20]}
+        for n in range(3)
+    ],
+    "categories": [{"id": 0, "name": "red barrel"}, {"id": 1, "name": "van"}],
+}
+
+
+def body_of(task: str, payload: dict[str, Any], number: int) -> dict[str, Any]:
+    """An answer of the first or the second person."""
+    clauses = payload.get("clauses", ())
+    if task == "ground":
+        thing = payload["segmentation"]["objects"][number]["id"]
+        nodes = [str(one["node"]) for one in clauses if one["type"] == "OBJECT"]
+        return {"groundings": {node: {"objects": [thing]} for node in nodes}, "watched_s": 4}
+    steps = [{"start_s": 0, "text": "Push"}]
+    return {
+        "describe": described(COMMAND),
+        "segment": {"sdcs": to_json(parse_brackets(TREE, command=COMMAND))},
+        "check": {"verdicts": {str(one["node"]): "cant_tell" for one in clauses}},
+        "rate": {"rating": 4, "watched_s": 1},
+        "subtasks": {"subtasks": steps, "played_to_end": True},
+    }[task]
+
+
+def work(app: Flask) -> None:
+    """Two people answer all there is, ground differently, and report a problem."""
+    people = [Browser(app, study="arm") for _ in range(2)]
+    for task in STUDY["tasks"]:
+        for number, person in enumerate(people):
+            while (leased := person.lease(task, "arm")).status_code == 200:
+                page = leased.json
+                body = body_of(task, page["payload"], number)
+                reply = person.answer(page["item"], body)
+                assert reply.status_code == 200, (task, reply.text)
+                person.note(page["item"], "flag", "It is dark.")
+
+
+@contextmanager
+def own(folder: Path, things: str = "") -> Iterator[tuple[Flask, str, set[str]]]:
+    clip(folder / "clips/push.mp4", 40)
+    clip(folder / "clips/lift.webm", 140)
+    tasks = {name: of for name, of in STUDY["tasks"].items() if things or name != "ground"}
+    study = {**STUDY, "tasks": tasks, **({"things": things} if things else {})}
+    if things:
+        (folder / things).write_text(json.dumps(COCO))
+    (folder / "arm.yaml").write_text(json.dumps(study))
+    with set_up(folder / "arm.yaml") as app:
+        work(app)
+        yield app, "arm", {str(one["id"]) for one in COCO["annotations"]}
+
+
+@contextmanager
+def scenes(folder: Path) -> Iterator[tuple[Flask, str, set[str]]]:
+    contexts = open_corpus("warehouse").contexts
+    films = film(folder / "films", SCENARIOS, lambda name, _number: contexts[name])
+    (folder / "example").mkdir()
+    with example(folder / "example", films) as made:
+        ids = {thing.id for name in SCENARIOS for thing in contexts[name].objects} - {"forklift"}
+        yield made.app, made.words["<study_name>"], ids
+
+
+@pytest.mark.parametrize("kind", ["boxes for some", "no boxes", "scenes"])
+def test_no_page_has_an_error_or_a_raw_id(kind: str, tmp_path: Path, chromium: Chromium) -> None:
+    made = {
+        "boxes for some": lambda: own(tmp_path, "boxes.json"),
+        "no boxes": lambda: own(tmp_path),
+        "scenes": lambda: scenes(tmp_path),
+    }[kind]()
+    with made as (app, study, things), serving(app) as site:
+        cookie = signed_in(app, "walker", "admin").client.get_cookie("session")
+        assert cookie is not None
+        context = chromium.new_context()
+        context.add_cookies([{"name": "session", "value": cookie.value, "url": site}])
+        page = context.new_page()
+        errors = errors_of(page)
+        hidden = {*rows_in(app, select(Item.id)), *rows_in(app, select(Person.id))}
+        hidden |= {one[:12] for one in rows_in(app, select(Person.external_hash))}
+        raw: list[str] = []
+        todo, seen = [f"/dashboard/{study}", f"/admin/studies/{study}/videos"], set()
+        while todo:
+            path = todo.pop()
+            seen.add(path)
+            page.goto(site + path)
+            page.wait_for_load_state("networkidle")
+            text = page.locator("main").inner_text()
+            words = set(re.findall(r"[\w-]+", text))
+            raw += [f"{path}: {word}" for word in sorted(words & (hidden | things))]
+            raw += [f"{path}: {word}" for word in RAW.findall(text) + HASH.findall(text)]
+            links = page.locator("a[href]").evaluate_all("all => all.map(a => a.href)")
+            for link in map(urlsplit, links):
+                whole = f"{link.path}?{link.query}" if link.query else link.path
+                is_ours = re.match(rf"/(dashboard|admin/studies)/{study}\b", link.path)
+                if is_ours and whole not in seen and not FILES.search(link.path):
+                    todo.append(whole)
+            todo = list(dict.fromkeys(todo))
+        assert raw == []
+        # The page with what stops a study from being changed is refused.
+        assert [error for error in errors if "422" not in error] == []
+        assert len(seen) > 15
+        if kind == "boxes for some":
+            check_labels(page, site, [path for path in seen if re.search("/queue/[^/]+$", path)])
+
+
+def check_labels(page: Page, site: str, disputes: list[str]) -> None:
+    """Things are numbered in the picture, and are told by number and name."""
+    page.goto(site + disputes[0])
+    chosen = sorted(page.locator("dd b[data-shown]").all_inner_texts())
+    assert len(set(chosen)) == 2
+    assert sorted(page.locator(".frame svg text").all_text_contents()) == chosen
+    for told in page.locator("dd mark").all_inner_texts():
+        assert re.fullmatch(r"\d (red barrel [12]|van)", told), told
