@@ -48,7 +48,7 @@ STUDY_NAME = click.option(
 @click.option(
     "--with-excluded",
     is_flag=True,
-    help="Also the answers that were left out, and why: csv, jsonl, parquet.",
+    help="Also excluded answers, and why: csv, jsonl, parquet.",
 )
 @click.option("--force", is_flag=True, help="Replace what is there.")
 @JSON
@@ -94,7 +94,7 @@ def export(
         raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
     if with_excluded and form not in answer_tables.WITH_EXCLUDED:
         raise FormatError(
-            "this format has no place for answers that were left out",
+            "this format has no place for excluded answers",
             where=f"--format {form}",
             fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
         )

@@ -19,7 +19,7 @@ from annotation_app.store.audit import COMMAND_LINE
 from annotation_app.store.database import transaction
 from annotation_app.store.installation import now
 from annotation_app.store.models import Answer, Person, Remark, Study
-from annotation_app.work.reviewing import exclude, take_back
+from annotation_app.work.reviewing import exclude, restore
 
 REASON = "The platform doesn't know this person."
 
@@ -36,7 +36,7 @@ def leave_out(engine: Engine, study: Study, provider: str) -> Iterator[Deed]:
             else:
                 left = [a for a in _answers(session, study, person) if _was_left_out(session, a)]
                 for answer in left:
-                    take_back(session, study, answer, _program(session), now=now())
+                    restore(session, study, answer, _program(session), now=now())
                 count = len(left)
                 note = f"{count} count again, for the platform knows who came"
             if count:

@@ -79,7 +79,7 @@ def answer(study_name: str, answer_id: int) -> str:
 @blueprint.post("/<study_name>/answers/<int:answer_id>")
 @refused_on(_answer_page, "adjudicator")
 def review(study_name: str, answer_id: int) -> ResponseReturnValue:
-    """Leave an answer out, send it back, take that back, or comment on it."""
+    """Exclude an answer, have it redone, restore it, or comment on it."""
     form = flask.request.form
     with changed_by("adjudicator") as (session, person):
         study = find_study(session, study_name)
@@ -109,8 +109,8 @@ def act(
     if action in ("exclude", "redo"):
         again = action == "redo"
         reviewing.exclude(session, study, found, person, text, again=again, now=now())
-    elif action == "take-back":
-        reviewing.take_back(session, study, found, person, now=now())
+    elif action == "restore":
+        reviewing.restore(session, study, found, person, now=now())
     elif action == "comment":
         reviewing.comment(session, study, found, person, text, now=now())
     else:

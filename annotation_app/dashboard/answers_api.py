@@ -25,7 +25,7 @@ blueprint = Blueprint("answers_interface", __name__, url_prefix="/api/dashboard/
 class ReviewRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """An action on an answer, and its reason."""
 
-    action: Literal["exclude", "redo", "take-back", "comment"]
+    action: Literal["exclude", "redo", "restore", "comment"]
     text: Annotated[str, msgspec.Meta(max_length=2000)] = ""
 
 
@@ -65,7 +65,7 @@ def read_answer(study_name: str, answer_id: str) -> Response:
 @blueprint.post("/<study_name>/answers/<answer_id>/review")
 @limited(submissions)
 def review_answer(study_name: str, answer_id: str) -> Response:
-    """Leave an answer out, send it back, take that back, or comment on it."""
+    """Exclude an answer, have it redone, restore it, or comment on it."""
     request = read_request(ReviewRequest)
     with changed_by("adjudicator") as (session, person):
         study = find_study(session, study_name)

@@ -166,7 +166,7 @@ class History:
 def histories(session: Session, study_id: str, *, now: float, moments: int = 40) -> list[History]:
     """Return the growth of each task's answers, from the first to now, at equal distances of time.
 
-    Answers that were left out don't count, nor do attention checks.
+    Excluded answers don't count, nor do attention checks.
     """
     rows = session.execute(
         select(Answer.task, func.min(Answer.at), func.max(Answer.at))
@@ -199,7 +199,7 @@ def _cumulative(
 
 
 def _counting(study_id: str | BindParameter[str]) -> tuple[ColumnElement[bool], ...]:
-    """Return the condition that an answer counts: neither left out nor to an attention check."""
+    """Return the condition that an answer counts: neither excluded nor to an attention check."""
     return (
         Answer.study_id == study_id,
         Answer.kind.in_(("usual", "adjudicated")),

@@ -161,12 +161,12 @@ def rows(session: Session, study: Study, *, excluded: bool = False) -> Iterator[
 
 
 def _reasons(session: Session, study: Study) -> dict[int, str]:
-    """Return the reasons why answers were last left out, by their ids."""
+    """Return the reasons why answers were last excluded, by their ids."""
     found = session.execute(
         select(Remark.answer_id, Remark.text)
         .join(Answer, Answer.id == Remark.answer_id)
         .join(Item, Item.id == Answer.item_id)
-        .where(Item.study_id == study.id, Remark.kind.in_(("excluded", "sent back")))
+        .where(Item.study_id == study.id, Remark.kind.in_(("excluded", "had redone")))
         .order_by(Remark.id)
     )
     return {one.answer_id: one.text for one in found}

@@ -292,7 +292,7 @@ class Answer(Base):
     adopted: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
     """True if the next task's items, and exports, are made of it."""
     excluded: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
-    """True if somebody has left it out; the last :class:`Remark` gives the reason."""
+    """True if somebody has excluded it; the last :class:`Remark` gives the reason."""
     seconds: Mapped[float | None]
     """Time for which the item was with the person; None where the clocks don't show it."""
     odd_below_s: Mapped[float | None]
@@ -310,12 +310,12 @@ class Remark(Base):
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
     answer_id: Mapped[int] = mapped_column(ForeignKey("answer.id"), index=True)
     person_id: Mapped[str] = mapped_column(ForeignKey("person.id"))
-    kind: Mapped[Literal["excluded", "sent back", "taken back", "commented", "adopted"]] = (
+    kind: Mapped[Literal["excluded", "had redone", "restored", "commented", "adopted"]] = (
         mapped_column(String(20))
     )
     text: Mapped[str] = mapped_column(String(2000))
     before: Mapped[Record]
-    """State before an exclusion, so that it can be taken back."""
+    """State before an exclusion, so that it can be restored."""
     at: Mapped[float]
 
 

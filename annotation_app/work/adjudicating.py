@@ -98,7 +98,7 @@ def ask_one_more(
         raise Refusal(409, "Nobody is asked this any more.")
     adopted = select(Answer.id).where(Answer.item_id == item.id, Answer.adopted.is_(True)).limit(1)
     if session.scalar(adopted) is not None:
-        raise Refusal(409, "This is decided already. Leave the adopted answer out first.")
+        raise Refusal(409, "This is decided already. Exclude the adopted answer first.")
     open_ = select(Slot.id).where(Slot.item_id == item.id, Slot.answered.is_(False)).limit(1)
     if session.scalar(open_) is not None:
         raise Refusal(409, "Somebody is being asked already.")

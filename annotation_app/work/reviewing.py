@@ -1,7 +1,7 @@
-"""Leaving answers out, sending them back, and remarks about them.
+"""Excluding answers, having them redone, restoring them, and remarks about them.
 
-An answer that is left out stays as it was sent. What was made of it is withdrawn: nobody gets it
-any more and no corpus has it. All of this can be taken back.
+An answer that is excluded stays as it was sent. What was made of it is withdrawn: nobody gets it
+any more and no corpus has it. All of this can be restored.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from annotation_app.tasks.task_registry import task_of
 from annotation_app.work import adoption
 
 LONGEST_REMARK = 2000
+REDONE = "had redone"
+"""Kind of the remark about an answer that somebody else is asked for."""
 
 
 def exclude(
@@ -32,49 +34,47 @@ def exclude(
     again: bool = False,
     now: float,
 ) -> None:
-    """Leave an answer out of corpora and numbers.
+    """Exclude an answer from corpora and numbers.
 
-    `again` sends the item back to the queue, for somebody else to answer. It is refused without a
-    reason, if the answer is left out already, and if nobody else can be asked.
+    `again` has it redone: the item goes back to the queue, for somebody else to answer. It is
+    refused without a reason, if the answer is excluded already, and if nobody else can be asked.
     """
     words = read_comment(reason, "Say why.")
     item = _locked(session, answer)
     if answer.excluded:
-        raise Refusal(409, "This answer is left out already.")
+        raise Refusal(409, "This answer is excluded already.")
     if again and (item.attention or item.subject.startswith(REPLACED)):
-        raise Refusal(409, "This item can't go back to the queue: nobody is asked it any more.")
+        raise Refusal(409, "This can't be redone: nobody is asked it any more.")
     before: Record = {"adopted": answer.adopted, "withdrawn": list(_withdraw(session, answer))}
     answer.excluded, answer.adopted = True, False
     if again:
         _free_slot(session, answer)
     session.flush()
-    kind = "sent back" if again else "excluded"
+    kind = REDONE if again else "excluded"
     remark(session, study, answer, person, kind=kind, text=words, before=before, now=now)
     if not again:
         _go_on_without(session, answer, item)
 
 
-def take_back(
-    session: Session, study: Study, answer: Answer, person: Person, *, now: float
-) -> None:
-    """Let an answer count again, and what was made of it; refused if it isn't left out.
+def restore(session: Session, study: Study, answer: Answer, person: Person, *, now: float) -> None:
+    """Let an answer count again, and what was made of it; refused if it isn't excluded.
 
     If somebody else has taken its place meanwhile, it counts as one that came late.
     """
     item = _locked(session, answer)
     if not answer.excluded:
-        raise Refusal(409, "This answer isn't left out.")
+        raise Refusal(409, "This answer isn't excluded.")
     last = session.scalars(
         select(Remark)
-        .where(Remark.answer_id == answer.id, Remark.kind.in_(("excluded", "sent back")))
+        .where(Remark.answer_id == answer.id, Remark.kind.in_(("excluded", REDONE)))
         .order_by(Remark.id.desc())
     ).first()
     before: Record = {"adopted": False, "withdrawn": []} if last is None else last.before
     answer.excluded = False
-    if last is not None and last.kind == "sent back" and not _take_slot(session, answer):
+    if last is not None and last.kind == REDONE and not _take_slot(session, answer):
         answer.surplus = True
     session.flush()
-    remark(session, study, answer, person, kind="taken back", now=now)
+    remark(session, study, answer, person, kind="restored", now=now)
     rival = select(Answer.id).where(Answer.item_id == item.id, Answer.adopted.is_(True))
     decides = task_of(item.task).adjudication is not None
     if before["adopted"] and not (decides and session.scalar(rival.limit(1)) is not None):

@@ -1,4 +1,4 @@
-"""What was collected, for researchers: found, left out, asked again, exported."""
+"""What was collected, for researchers: found, excluded, redone, exported."""
 
 from __future__ import annotations
 
@@ -155,8 +155,8 @@ def test_leaving_out_and_taking_back(app: Flask, judge: Browser) -> None:
     ):
         table = list(csv.DictReader(io.StringIO(judge.client.get(path + query).text)))
         assert [(row["reason"], row["excluded"]) for row in table] == expected
-    assert review(judge, command, "take-back").json["states"] == ["submitted", "adopted"]
-    assert review(judge, command, "take-back").status_code == 409
+    assert review(judge, command, "restore").json["states"] == ["submitted", "adopted"]
+    assert review(judge, command, "restore").status_code == 409
     assert commands_of(app) == [COMMAND]
     assert worker.lease("ground").status_code == 200
     assert [a.id for a in adopted(app, "segment")] == [first]
@@ -169,7 +169,7 @@ def test_leaving_out_and_taking_back(app: Flask, judge: Browser) -> None:
     about = {"answer": command}
     assert trail == [
         ("adopted an answer", "tests", {"answer": first}),
-        ("excluded an answer", "tests", about), ("taken back an answer", "tests", about),
+        ("excluded an answer", "tests", about), ("restored an answer", "tests", about),
     ]  # fmt: skip
 
 
@@ -179,7 +179,7 @@ def test_leaving_out_one_side_settles_a_dispute(app: Flask, judge: Browser) -> N
     assert review(judge, second, "exclude", "Wrong clauses.").status_code == 200
     assert [a.id for a in adopted(app, "segment")] == [first]
     assert "nothing to decide" in judge.client.get(f"{BASE}/queue").text
-    assert review(judge, second, "take-back").json["states"] == ["submitted"]
+    assert review(judge, second, "restore").json["states"] == ["submitted"]
     assert [a.id for a in adopted(app, "segment")] == [first]
 
 
@@ -195,7 +195,7 @@ def test_asking_somebody_else(app: Flask, judge: Browser) -> None:
     assert other.answer(item, sdcs(ONE)).json["state"] == "accepted"
     assert len(adopted(app, "segment")) == 1
     # The place is taken: the old answer counts as one that came late.
-    assert review(judge, second, "take-back").json["states"] == ["submitted", "late"]
+    assert review(judge, second, "restore").json["states"] == ["submitted", "late"]
     with reading(engine_of(app)) as session:
         slots = select(func.count()).where(Slot.item_id == item)
         assert session.scalar(slots) == 2
@@ -209,7 +209,7 @@ def test_who_answered_is_not_asked_again(app: Flask, judge: Browser) -> None:
     (answer,) = [found_["answer"] for found_ in found(judge, task="segment")]
     assert review(judge, answer, "redo", "Once more.").status_code == 200
     assert one.lease("segment").status_code == 409
-    assert review(judge, answer, "take-back").json["states"] == ["submitted"]
+    assert review(judge, answer, "restore").json["states"] == ["submitted"]
 
 
 def test_the_page_reviews(app: Flask, judge: Browser) -> None:
@@ -226,7 +226,7 @@ def test_the_page_reviews(app: Flask, judge: Browser) -> None:
     assert "Say why." in refused.text
     assert post(judge, path, action="odd").status_code == 404
     assert post(judge, path, action="exclude", text="Rude.").status_code == 303
-    assert "Count it again" in judge.client.get(path).text
+    assert ">Restore<" in judge.client.get(path).text
 
 
 def test_erasing_takes_what_was_said_along(app: Flask, judge: Browser) -> None:
