@@ -20,7 +20,7 @@ from annotation_app.tasks.task_registry import find_task, tasks
 
 @dataclass(frozen=True, slots=True)
 class Dispute:
-    """An item with several answers, none of which was adopted."""
+    """An item with answers none of which was adopted."""
 
     item: str
     task: TaskName
@@ -87,7 +87,7 @@ def waiting(session: Session, study_id: str) -> list[Dispute]:
 
 
 def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
-    """Select the ids of items with several answers, all that are wanted, none of them adopted.
+    """Select the ids of items with all answers that are wanted, none of them adopted.
 
     With `among`, ids of items of the study, it looks at no others.
     """
@@ -106,7 +106,6 @@ def disputed(study_id: str, among: Sequence[str] | None = None) -> Select[str]:
             ~exists().where(Slot.item_id == Item.id, Slot.answered.is_(False)),
         )
         .group_by(Item.id)
-        .having(func.count(Answer.id) > 1)
     )
 
 

@@ -77,6 +77,9 @@ def _tasks(value: Value, form: Form) -> None:
             continue
         of_task = value["tasks"][task.name] = known.get(task.name, {})
         _put(of_task, "answers", number_of(form, f"answers-{task.name}"), None)
+        if task.adjudication is not None:
+            rule = number_of(form, f"adoption-{task.name}")
+            _put(of_task, "adoption", rule, usual["adoption"])
         minutes = number_of(form, f"lease-{task.name}")
         _put(of_task, "lease_minutes", minutes, usual["lease_minutes"])
         _put(of_task, "practice", f"practice-{task.name}" in form, usual["practice"])

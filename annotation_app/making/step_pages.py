@@ -52,6 +52,15 @@ from annotation_app.web.public_links import here
 from annotation_app.web.who_asks import cannot_be_done, refused, seen_by
 from g3.errors import CorpusError
 
+ADOPTIONS = {
+    "all": "all agree",
+    "majority": "more than half agree",
+    "0.66": "two thirds agree",
+    "0.75": "three quarters agree",
+    "adjudicator": "an adjudicator adopts it",
+}
+"""Rules of adoption as the study's file has them, and as people read them."""
+
 blueprint = Blueprint(
     "making",
     __name__,
@@ -255,7 +264,7 @@ def _about_texts(_session: Session, draft: StudyDraft) -> dict[str, Any]:
 def _about_tasks(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
     videos = [] if parts is None else [item.video for item in parts.videos]
-    return {"videos": videos, **_about_things(draft, parts)}
+    return {"videos": videos, "adoptions": ADOPTIONS, **_about_things(draft, parts)}
 
 
 def videos_of(draft: StudyDraft) -> list[str]:

@@ -40,7 +40,7 @@ STEPS = (
         "tasks",
         "Tasks",
         ("tasks", "watching", "attention_checks", "known_commands", "pairs", "seed"),
-        ("answers", "lease_minutes", "practice", "suggestions", "suggestions_from"),
+        ("answers", "adoption", "lease_minutes", "practice", "suggestions", "suggestions_from"),
     ),
     Step("people", "People", ("access", "qualification", "payment"), ("role",)),
     Step(
@@ -180,6 +180,7 @@ LABELS = {
     "tasks": "Tasks",
     "answers": "Answers",
     "lease_minutes": "Minutes",
+    "adoption": "Adopted if",
     "suggestions_from": "Suggest from",
     "attention_checks": "Attention checks",
     "known_commands": "Command",

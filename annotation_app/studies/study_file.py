@@ -83,6 +83,11 @@ class Labels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     robot: Line = N_("the robot")
 
 
+Adoption: TypeAlias = (
+    Literal["all", "majority", "adjudicator"] | Annotated[float, msgspec.Meta(gt=0.5, le=1)]
+)
+
+
 class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Requirements of a task's items.
 
@@ -90,6 +95,9 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     ----------
     answers
         How many people answer each item.
+    adoption
+        When an answer is adopted, if people decide between them: once all wanted ones are there and
+        all agree, more than half do, or a share of them does; or only by an adjudicator.
     lease_minutes
         How long somebody has an item before somebody else may get it.
     role
@@ -110,6 +118,7 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     """
 
     answers: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 1
+    adoption: Adoption = "all"
     lease_minutes: Annotated[float, msgspec.Meta(gt=0, le=10_080)] = 30.0
     role: Literal["worker", "annotator"] = "worker"
     practice: bool = True

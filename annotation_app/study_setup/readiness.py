@@ -152,7 +152,8 @@ def _nobody_does(
                 f"by different people with a login, and {there} may do it"
             )
             yield what, f"{invite} {of_task.role}, or ask for fewer answers"
-    if task.adjudication is not None and of_task.answers > 1 and not logins["adjudicator"]:
+    decides = of_task.answers > 1 or of_task.adoption == "adjudicator"
+    if task.adjudication is not None and decides and not logins["adjudicator"]:
         yield f"nobody may decide where answers to {task.name} differ", f"{invite} adjudicator"
 
 

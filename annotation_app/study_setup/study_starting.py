@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.config import Config
 from annotation_app.items.replaced_videos import check_not_replaced
 from annotation_app.store.models import Study
-from annotation_app.studies.study_file import StudyConfig
+from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.study_setup.coco_things import read_things
 from annotation_app.study_setup.corpus_study import put_commands
 from annotation_app.study_setup.every_problem import gathering, together
@@ -41,7 +41,7 @@ from annotation_app.study_setup.rendered_study import (
 )
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.tasks.ground import named_things
-from annotation_app.work.adoption import catch_up
+from annotation_app.work.adoption import catch_up, settle_open
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.tables.file_names import normal_name
 from corpus_tools.tables.table_reading import TABLES, OnNote, no_note
@@ -227,12 +227,15 @@ def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: 
     if replaced := changed_since_asked(session, parts):
         raise together(replaced)
     before = session.scalars(select(Study).where(Study.name == parts.config.name)).first()
-    had = {} if before is None else before.config["tasks"]
+    had = {} if before is None else restored(before.config).tasks
     added = [] if before is None else [name for name in parts.config.tasks if name not in had]
     study = put_study(session, parts.config, ready, parts.file)
     put_commands(session, study, parts.commands, salt)
     if before is not None:
         catch_up(session, study, added)
+        for name, of_task in parts.config.tasks.items():
+            if name in had and had[name].adoption != of_task.adoption:
+                settle_open(session, study, name)
     return study
 
 

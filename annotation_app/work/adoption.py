@@ -1,24 +1,27 @@
 """From the answers of one task to the items of the next.
 
-Where a task has an adjudication, an answer is adopted if it is the only one wanted, or if all that
-were wanted agree. Else an adjudicator adopts one. Other answers are adopted at once.
+Where a task has an adjudication, the study's rule adopts an answer once all that were wanted are
+there: if all agree, or enough of them. Else an adjudicator adopts one. Other answers are adopted at
+once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from sqlalchemy import String, bindparam, cast, delete, exists, func, literal, select
+from sqlalchemy import String, bindparam, cast, delete, exists, literal, select
 from sqlalchemy.orm import Session, aliased
 
 from annotation_app.items.item_scenes import has_things
 from annotation_app.items.new_items import REPLACED, about_answer, add_item, videos_of
 from annotation_app.items.submissions import add_event
 from annotation_app.store.models import Answer, Item, Person, Record, Slot, Study, TaskName
-from annotation_app.studies.study_file import restored
+from annotation_app.studies.study_file import TaskConfig, restored
 from annotation_app.tasks.task_registry import makers, task_of, tasks
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_reading import gist_of
+
+ROUNDING = 1e-9
 
 _ANSWERED = (
     select(Answer, Item, Study)
@@ -31,28 +34,63 @@ _ANSWERED = (
 
 
 def answered(session: Session, task: TaskName, answer_id: int) -> None:
-    """Adopt an accepted answer, if that is decided here and clear."""
+    """Make the next items of an accepted answer, or decide about its item."""
     adjudication = task_of(task).adjudication
     if adjudication is None and not makers(task_of(task).gives):
         return
     answer, item, study = session.execute(_ANSWERED, {"answer": answer_id}).one()
     if adjudication is not None:
-        others = session.scalars(
-            select(Answer).where(
-                Answer.item_id == item.id,
-                Answer.surplus.is_(False),
-                Answer.excluded.is_(False),
-            )
-        ).all()
-        is_full = not session.scalar(
-            select(func.count()).where(Slot.item_id == item.id, Slot.answered.is_(False))
-        )
-        essence = adjudication.essence(answer.body)
-        if not is_full or any(adjudication.essence(a.body) != essence for a in others):
-            return
-        adopt(session, study, item, answer)
+        settle(session, study, item)
     else:
         _go_on(session, study, item, answer)
+
+
+def settle(session: Session, study: Study, item: Item) -> None:
+    """Adopt one of an item's answers if none is, all wanted ones are there, and enough agree."""
+    adjudication = task_of(item.task).adjudication
+    rule = restored(study.config).tasks.get(item.task, TaskConfig()).adoption
+    if adjudication is None or rule == "adjudicator":
+        return
+    answers = session.scalars(
+        select(Answer)
+        .where(Answer.item_id == item.id, Answer.excluded.is_(False))
+        .order_by(Answer.id)
+    ).all()
+    open_ = select(Slot.id).where(Slot.item_id == item.id, Slot.answered.is_(False)).limit(1)
+    if any(answer.adopted for answer in answers) or session.scalar(open_) is not None:
+        return
+    wanted = [answer for answer in answers if not answer.surplus]
+    alike: list[list[Answer]] = []
+    for answer in wanted:
+        essence = adjudication.essence(answer.body)
+        same = [group for group in alike if adjudication.essence(group[0].body) == essence]
+        if same:
+            same[0].append(answer)
+        else:
+            alike.append([answer])
+    most = max(alike, key=len, default=[])
+    if most and _suffices(rule, len(most), len(wanted)):
+        adopt(session, study, item, most[-1])
+
+
+def _suffices(rule: str | float, alike: int, wanted: int) -> bool:
+    """Check that enough of the wanted answers are alike."""
+    if rule == "majority":
+        return 2 * alike > wanted
+    return alike >= (wanted if isinstance(rule, str) else rule * wanted - ROUNDING)
+
+
+def settle_open(session: Session, study: Study, task: TaskName) -> None:
+    """Decide about the items of a task that await a decision, by a rule that is new."""
+    undecided = select(Item).where(
+        Item.study_id == study.id,
+        Item.task == task,
+        ~Item.subject.startswith(REPLACED),
+        exists().where(Answer.item_id == Item.id),
+        ~exists().where(Answer.item_id == Item.id, Answer.adopted),
+    )
+    for item in session.scalars(undecided.order_by(Item.id)).all():
+        settle(session, study, item)
 
 
 def adopt(session: Session, study: Study, item: Item, answer: Answer) -> None:

@@ -53,7 +53,7 @@ def exclude(
     kind = REDONE if again else "excluded"
     remark(session, study, answer, person, kind=kind, text=words, before=before, now=now)
     if not again:
-        _go_on_without(session, answer, item)
+        adoption.settle(session, study, item)
 
 
 def restore(session: Session, study: Study, answer: Answer, person: Person, *, now: float) -> None:
@@ -147,18 +147,6 @@ def _restore(session: Session, withdrawn: list[Record]) -> None:
             item.subject = one["subject"]
             session.add_all(new_slots(item, one["slots"]))
             session.flush()
-
-
-def _go_on_without(session: Session, answer: Answer, item: Item) -> None:
-    """Adopt what is left, if all that is left agrees."""
-    if task_of(item.task).adjudication is None:
-        return
-    left = select(Answer).where(
-        Answer.item_id == item.id, Answer.excluded.is_(False), Answer.surplus.is_(False)
-    )
-    others = session.scalars(left.order_by(Answer.id)).all()
-    if others and not any(other.adopted for other in others):
-        adoption.answered(session, item.task, others[0].id)
 
 
 def _free_slot(session: Session, answer: Answer) -> None:

@@ -263,6 +263,18 @@ def test_attention_checks_are_made_of_known_commands(admin: Member, root: Path) 
     assert read_study(root / "arm.yaml").known_commands == ()
 
 
+@pytest.mark.parametrize("rule", ["majority", "0.75", "adjudicator"])
+def test_a_task_says_when_an_answer_is_adopted(admin: Member, root: Path, rule: str) -> None:
+    begun(admin)
+    send(admin, "videos", videos="clips")
+    segment = {"do-segment": "on", "answers-segment": "3", "adoption-segment": rule}
+    send(admin, "tasks", **TASKS, **segment)
+    page = admin.client.get("/admin/studies/arm/tasks").text
+    assert f'<option value="{rule}" selected>' in page
+    assert send(admin, "review").status_code == 303
+    assert str(read_study(root / "arm.yaml").tasks["segment"].adoption) == rule
+
+
 def test_a_study_gets_a_language(admin: Member, root: Path) -> None:
     usual = {"statement": STATEMENT, "label-thing": "Thing", "label-place": "Ecke"}
     made(admin, {**TEXTS, **usual, "locale": "de"})
