@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, overload
 
 from ct.argument_checks import a_kind_of, one_of, positive
 from g3.errors import CorpusError
 
 if TYPE_CHECKING:
     from corpus_tools.corpus.corpus_entries import Entry
+    from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.video.manifest import Settings
     from g3.actions.robot_state import State
     from g3.groundings import Context
@@ -23,19 +24,35 @@ if TYPE_CHECKING:
 
 AnyCommand: TypeAlias = "str | Entry | Sequence[SDC] | Parse"
 """A command: its text, an entry of a corpus, its clauses, or a parse."""
+Several: TypeAlias = "Corpus | list[str] | list[Entry] | list[Parse]"
+"""Several commands."""
 Where: TypeAlias = "State | Context | Path | str"
 """A world: a state, a context, a scenario's file or name, or ``CORPUS:CONTEXT``."""
 
 
+@overload
 def parse(
-    command: str | Entry, *, n_best: int = 1, extractor: SDCParser | Path | str | None = None
-) -> Parse:
-    """Extract the clauses of a command (section 3.1).
+    command: str | Entry, *, n_best: int = ..., extractor: SDCParser | Path | str | None = ...
+) -> Parse: ...
+@overload
+def parse(
+    command: Several,
+    *,
+    n_best: int = ...,
+    extractor: SDCParser | Path | str | None = ...,
+) -> list[Parse]: ...
+def parse(
+    command: str | Entry | Several,
+    *,
+    n_best: int = 1,
+    extractor: SDCParser | Path | str | None = None,
+) -> Parse | list[Parse]:
+    """Extract the clauses of a command (section 3.1), or of each of several.
 
     Parameters
     ----------
     command
-        Text of the command, or an entry of a corpus, which has one.
+        Text of the command, or an entry of a corpus, which has one; or a list of them, or a corpus.
     n_best
         Largest number of trees.
     extractor
@@ -44,7 +61,8 @@ def parse(
     Returns
     -------
     Parse
-        The trees with their probabilities, best first. A notebook draws them.
+        The trees with their probabilities, best first, which a notebook draws. A list of them for
+        several commands.
 
     Examples
     --------
@@ -52,17 +70,46 @@ def parse(
     (SDC('EVENT', 'Put the pallet on the truck'),)
     """
     from corpus_tools.corpus.corpus_entries import Entry
-    from g3.language.parsing.parser import parse as extract
+    from corpus_tools.corpus.corpus_model import Corpus
+    from g3.language.parsing.parser import parse_many
     from g3.language.parsing.sdc_parser import SDCParser
 
     used = SDCParser.load(extractor) if isinstance(extractor, (Path, str)) else extractor
-    a_kind_of("command", command, (str, Entry), "give its text, or an entry of a corpus")
-    text = command if isinstance(command, str) else command.text
-    return extract(text, n_best=n_best, extractor=used)
+    several = isinstance(command, (Corpus, list, tuple))
+    commands: list[Any] = list(command) if isinstance(command, (Corpus, list, tuple)) else [command]
+    for one in commands:
+        a_kind_of("command", one, (str, Entry), "give its text, or an entry of a corpus")
+    texts = [one if isinstance(one, str) else one.text for one in commands]
+    found = list(parse_many(texts, n_best=n_best, extractor=used))
+    return found if several else found[0]
 
 
+@overload
 def follow(
     command: AnyCommand,
+    where: Where | None = ...,
+    *,
+    model: Grounder | GroundingModel | Path | str = ...,
+    top: int = ...,
+    parses: int = ...,
+    explain: bool = ...,
+    answers: Mapping[int, str] | None = ...,
+    insist: bool = ...,
+) -> Result: ...
+@overload
+def follow(
+    command: Several,
+    where: Where | None = ...,
+    *,
+    model: Grounder | GroundingModel | Path | str = ...,
+    top: int = ...,
+    parses: int = ...,
+    explain: bool = ...,
+    answers: Mapping[int, str] | None = ...,
+    insist: bool = ...,
+) -> list[Result]: ...
+def follow(
+    command: AnyCommand | Several,
     where: Where | None = None,
     *,
     model: Grounder | GroundingModel | Path | str = "warehouse",
@@ -71,13 +118,14 @@ def follow(
     explain: bool = False,
     answers: Mapping[int, str] | None = None,
     insist: bool = False,
-) -> Result:
+) -> Result | list[Result]:
     """Ground a command in a world and plan its actions (section 3.4). Nothing is carried out.
 
     Parameters
     ----------
     command
-        Text of the command, an entry of a corpus, clauses, or a parse.
+        Text of the command, an entry of a corpus, clauses, or a parse; or a list of texts, entries
+        or parses, or a corpus.
     where
         The world. An entry of a corpus has its own.
     model
@@ -92,7 +140,7 @@ def follow(
     Result
         The plans, best first, or why there is none. A plan that the simulated robot can't carry
         out gives the reason (`why_not`). A notebook draws the scene, what the clauses are grounded
-        in, and the ways of the plan.
+        in, and the ways of the plan. A list of them for several commands.
 
     Raises
     ------
@@ -107,26 +155,49 @@ def follow(
     from corpus_tools.following.plan_execution import checked
     from g3.inference.grounder import Grounder
 
-    said, own = _of_entry(command)
-    place = own if where is None else where
-    if place is None:
-        raise CorpusError(
-            "there is no world to follow the command in", fix="give a context or a scenario"
-        )
+    several = _several(command)
+    asked: list[tuple[str | Sequence[SDC] | Parse, Where]] = []
+    for one in several or [command]:
+        said, own = _of_entry(one)
+        place = own if where is None else where
+        if place is None:
+            raise CorpusError(
+                "there is no world to follow the command in", fix="give a context or a scenario"
+            )
+        asked.append((said, place))
+    options: dict[str, Any] = {
+        "top": top,
+        "parses": parses,
+        "explain": explain,
+        "answers": answers,
+        "insist": insist,
+    }
+    starts = [_state(place) for _, place in asked]
     grounder = model if isinstance(model, Grounder) else _grounder(model)
-    result = grounder.follow(
-        said,
-        _state(place),
-        top=top,
-        parses=parses,
-        explain=explain,
-        answers=answers,
-        insist=insist,
+    results = [
+        checked(grounder.follow(said, start, **options))
+        for (said, _), start in zip(asked, starts, strict=True)
+    ]
+    return results[0] if several is None else results
+
+
+def _several(command: Any) -> list[Any] | None:
+    """Return the commands of a list or a corpus; None for one command, also as clauses."""
+    from corpus_tools.corpus.corpus_entries import Entry
+    from corpus_tools.corpus.corpus_model import Corpus
+    from g3.language.parsing.trees import Parse
+
+    if isinstance(command, Corpus):
+        return list(command)
+    is_list = isinstance(command, Sequence) and not isinstance(command, (str, Parse))
+    return (
+        list(command)
+        if is_list and isinstance(next(iter(command), None), (str, Entry, Parse))
+        else None
     )
-    return checked(result)
 
 
-def _of_entry(command: AnyCommand) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
+def _of_entry(command: Any) -> tuple[str | Sequence[SDC] | Parse, Context | None]:
     from corpus_tools.corpus.corpus_entries import Entry
     from g3.language.parsing.trees import Parse
     from g3.sdc.clauses import SDC

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from typing import Any
 
 from g3.errors import CorpusError, unknown_name
 
@@ -68,7 +69,11 @@ def known_options(given: Iterable[str], known: Collection[str], where: str) -> N
             raise CorpusError.unknown("option", name, sorted(known), where=where)
 
 
-def several(names: str | Iterable[str]) -> tuple[str, ...]:
-    """Split names given as a list, or as one text with commas, as on the command line."""
+def several(names: Any) -> tuple[Any, ...]:
+    """Split names given as a list, or as one text with commas, as on the command line.
+
+    What is neither a text nor a list is alone.
+    """
     parts = names.split(",") if isinstance(names, str) else names
-    return tuple(name.strip() for name in parts)
+    parts = parts if isinstance(parts, Iterable) else (parts,)
+    return tuple(part.strip() if isinstance(part, str) else part for part in parts)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from ct.argument_checks import a_kind_of, known_options, one_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from corpus_tools.corpus.corpus_model import Corpus
-    from corpus_tools.importers.importer_registry import Importer
 
 AnyCorpus: TypeAlias = "Corpus | Path | str"
 """A corpus, its folder, or the name of a bundled one."""
@@ -109,27 +106,72 @@ def import_corpus(
     return corpus
 
 
-def import_function(importer: Importer, name: str) -> Callable[..., Corpus]:
-    """Make the function for an importer: :func:`import_corpus` with its format.
+def import_slu_core(
+    path: Path | str,
+    *,
+    part: Literal["aaai11", "automatic", "spatial-relations", "all"] = "aaai11",
+    heading: str = "loads",
+    out: Path | str | None = None,
+    force: bool = False,
+    keep_going: bool = False,
+    salt: str | None = None,
+) -> Corpus:
+    """Import the corpora that the paper's authors published (h2r/slu_core).
 
     Parameters
     ----------
-    importer
-        The importer.
-    name
-        Name of the function.
+    path
+        A clone of the repository, its data folder, or a folder with some of its parts.
+    part
+        The paper's corpus, random tasks without clauses, phrases of paths, or all as one corpus.
+    heading
+        Which way the robot of random tasks faces: ``loads``, ``things``, degrees from +x, or turned
+        from one, such as ``loads+30``.
+    out, force, keep_going, salt
+        As in :func:`import_corpus`, which raises the same errors.
     """
-    import inspect
+    options = {"part": part, "heading": heading}
+    return import_corpus(
+        "slu-core", path, out=out, force=force, keep_going=keep_going, salt=salt, **options
+    )
 
-    def function(path: Path | str, **given: Any) -> Corpus:
-        return import_corpus(importer.name, path, **given)
 
-    whole = inspect.signature(import_corpus)
-    function.__signature__ = whole.replace(parameters=[*whole.parameters.values()][1:])  # type: ignore[attr-defined]
-    function.__name__ = function.__qualname__ = name
-    own = [f"{option.name}: {option.summary}" for option in importer.options]
-    function.__doc__ = "\n\n".join([importer.summary, importer.description, *own])
-    return function
+def import_authored(
+    path: Path | str,
+    *,
+    out: Path | str | None = None,
+    force: bool = False,
+    keep_going: bool = False,
+) -> Corpus:
+    """Import a corpus whose scenarios and commands are authored in YAML.
+
+    Parameters
+    ----------
+    path
+        A folder with dataset.yaml, scenarios, layouts and logs (docs/authored-corpora.md).
+    out, force, keep_going
+        As in :func:`import_corpus`, which raises the same errors.
+    """
+    return import_corpus("authored", path, out=out, force=force, keep_going=keep_going)
+
+
+def import_treebank(
+    path: Path | str,
+    *,
+    out: Path | str | None = None,
+    force: bool = False,
+    keep_going: bool = False,
+) -> Corpus:
+    """Import commands with SDC trees, without worlds and groundings.
+
+    Parameters
+    ----------
+    path
+        A folder with trees.jsonl (docs/treebanks.md).
+    out, force, keep_going
+        As in :func:`import_corpus`, which raises the same errors.
+    """
+    return import_corpus("treebank", path, out=out, force=force, keep_going=keep_going)
 
 
 def export(

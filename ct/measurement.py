@@ -18,18 +18,20 @@ if TYPE_CHECKING:
 
 DRAWS = {1: 2000, 2: 10_000, 3: 2000}
 """Resamples for the intervals of each table, as the command line has them."""
+BUNDLED = {1: "warehouse", 2: "warehouse-simulated-ratings", 3: "warehouse"}
+"""Corpora that are measured where none is given."""
 OPTIONS = {
     1: ("negatives", "test_negatives", "ablate", "plus", "l2", "threshold"),
     2: ("study", "models"),
-    3: ("ablate", "l2", "headings", "perturb", "parses", "most"),
+    3: ("ablate", "l2", "headings", "perturb", "parses", "most", "grounder", "parser", "judge"),
 }
 """Further options of each table."""
-LISTS = ("ablate", "plus", "headings", "perturb")
+LISTS = ("ablate", "plus", "headings", "perturb", "grounder", "parser")
 """Those that are several names."""
 
 
 def evaluate(
-    corpus: AnyCorpus,
+    corpus: AnyCorpus | None = None,
     *,
     table: Literal[1, 2, 3] = 1,
     train: AnyCorpus | GroundingModel | None = None,
@@ -43,7 +45,7 @@ def evaluate(
     Parameters
     ----------
     corpus
-        Corpus to test on.
+        Corpus to test on; left out, the bundled one, for Table 2 with simulated ratings.
     table
         1: accuracy of a model's predictions of matches between clauses and groundings. 2: share of
         people's judgments that a video shows a command. 3: share of correct plans, by the automatic
@@ -58,8 +60,9 @@ def evaluate(
     options
         Further options of ``ct eval --table N``, with underscores: ``negatives``,
         ``test_negatives``, ``ablate``, ``plus``, ``l2``, ``threshold`` of Table 1; ``study``,
-        ``models`` of Table 2; ``ablate``, ``l2``, ``headings``, ``perturb``, ``parses``, ``most``
-        of Table 3.
+        ``models`` of Table 2; ``ablate``, ``l2``, ``headings``, ``perturb``, ``parses``, ``most``,
+        ``grounder``, ``parser``, ``judge`` of Table 3. A grounder is a name of ``@grounder``, or a
+        ``PlanGrounder``; there may be several, each in a row.
 
     Returns
     -------
@@ -85,7 +88,10 @@ def evaluate(
     positive("l2", options.get("l2"))
     options = {k: several(v) if k in LISTS else v for k, v in options.items()}
     given: dict[str, Any] = {"seed": seed, "draws": draws or DRAWS[table], "workers": Workers(jobs)}
-    with _folder_of(corpus) as tested, _folder_of(train) as learned:
+    with (
+        _folder_of(BUNDLED[table] if corpus is None else corpus) as tested,
+        _folder_of(train) as learned,
+    ):
         return measure[table](tested, learned, **given, **options)
 
 
@@ -131,7 +137,7 @@ def _table_1(
             executor=executor,
         )
     metadata = {"table": 1, **result.metadata, "draws": draws}
-    return _table(1, lambda form: render(rows, form, metadata))
+    return _table("Table 1", lambda form: render(rows, form, metadata))
 
 
 def _table_2(
@@ -147,22 +153,78 @@ def _table_2(
     with Executor(workers) as executor:
         results = table_2(rated.judgments, seed=seed, draws=draws, executor=executor, **options)
     metadata = {"table": 2, "corpus": rated.name, "seed": seed, "draws": draws}
-    return _table(2, lambda form: render(results, form, metadata))
+    return _table("Table 2", lambda form: render(results, form, metadata))
 
 
 def _table_3(
     corpus: str, train: str, *, seed: int, draws: int, workers: Workers, **options: Any
 ) -> ResultTable:
+    from eval.judging.judge_registry import judge_named
+    from eval.table_3.baselines import BASELINES
     from eval.table_3.end_to_end import run
+    from eval.table_3.grounder_registry import grounder_named
     from eval.table_3.plan_report import with_judge
 
     names = (corpus, *(train or corpus).split(","))
+    named = (one for one in options.pop("grounder", ()) if one not in BASELINES)  # these are there
+    own = [grounder_named(one) if isinstance(one, str) else one for one in named]
+    options |= {"grounders": own, "parsers": options.pop("parser", ())}
+    if isinstance(options.get("judge"), str):
+        options["judge"] = judge_named(options["judge"])
     result = run(train or corpus, corpus, seed=seed, workers=workers, **options)
     corpora = (load(name) for name in names)
-    return _table(3, with_judge(result, corpora, draws=draws, seed=seed))
+    return _table("Table 3", with_judge(result, corpora, draws=draws, seed=seed))
 
 
-def _table(number: int, render: Any) -> ResultTable:
+def learning_curve(
+    corpus: AnyCorpus | None = None,
+    *,
+    train: AnyCorpus | None = None,
+    repeats: int = 5,
+    seed: int = 0,
+    **options: Any,
+) -> ResultTable:
+    """Measure the test error of Table 1's model by the size of training (section 4.2).
+
+    Parameters
+    ----------
+    corpus
+        Corpus to test on; left out, the bundled one.
+    train
+        Corpus to learn from; left out, each scenario is held out in turn.
+    repeats
+        Number of random orders of the commands.
+    seed
+        Random seed.
+    options
+        Further options of Table 1, as :func:`evaluate` takes them.
+
+    Returns
+    -------
+    ResultTable
+        A row for each type and size: the mean ``error``, its least and its greatest value.
+
+    Examples
+    --------
+    >>> ct.learning_curve("warehouse").to_pandas()
+    """
+    from eval.table_1 import held_out_predictions
+    from eval.table_1.divided_examples import Choices
+    from eval.table_1.learning_curve import render
+
+    positive("repeats", repeats)
+    known_options(options, OPTIONS[1], "Table 1")
+    options = {k: several(v) if k in LISTS else v for k, v in options.items()}
+    tested = BUNDLED[1] if corpus is None else corpus
+    with _folder_of(tested) as test, _folder_of(train) as learned:
+        source: dict[str, Any]
+        source = {"test": test, "train": learned} if train is not None else {"corpus": test}
+        choices = Choices(**source, division="cv", seed=seed, **options)
+        points, metadata = held_out_predictions.learning_curve(choices, repeats)
+    return _table("The learning curve", lambda form: render(points, form, metadata))
+
+
+def _table(title: str, render: Any) -> ResultTable:
     from eval.tables.formats import ResultTable
 
-    return ResultTable(f"Table {number}", render)
+    return ResultTable(title, render)

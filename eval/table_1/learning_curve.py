@@ -17,7 +17,17 @@ import numpy as np
 
 from corpus_tools.corpus.estimate import Reason
 from eval.table_1.correspondence import ROW_TYPES, RowType
-from eval.tables.formats import delimited, metadata_text
+from eval.tables.formats import (
+    Format,
+    comments,
+    delimited,
+    document,
+    figure,
+    figure_table,
+    metadata_text,
+    table_text,
+)
+from eval.tables.latex import tabular
 from eval.tables.plot_style import (
     BLUE,
     FAINT,
@@ -88,6 +98,26 @@ def write_csv(
     columns = [field.name for field in fields(CurvePoint)]
     text = delimited([asdict(p) for p in _ordered(points)], metadata or {}, columns=columns)
     write_bytes(path, (text + "\n").encode())
+
+
+def render(points: Sequence[CurvePoint], form: Format, metadata: Mapping[str, object]) -> str:
+    """Render the points in one of the formats of tables, ordered by type and size."""
+    records = [asdict(point) for point in _ordered(points)]
+    columns = [field.name for field in fields(CurvePoint)]
+    if form == "json":
+        return document({"rows": records}, metadata)
+    if form == "csv":
+        return delimited(records, metadata, columns=columns)
+    headings = ("Type", "SDCs", "Error", "Least", "Greatest")
+    cells = [
+        [p.type, str(p.sdcs), *(figure(one) for one in (p.error, p.low, p.high))]
+        for p in _ordered(points)
+    ]
+    if form == "latex":
+        return tabular(headings, cells, comments=comments(metadata))
+    table = figure_table(headings, cells)
+    title = "Test error by the number of annotated SDCs trained on"
+    return table_text({title: table}, (), metadata, terminal=False)
 
 
 def write_plot(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 import subprocess
@@ -227,16 +228,50 @@ def test_worlds_are_found_by_name(follower):
 
 
 def test_each_importer_has_a_function(tmp_path):
-    names = {f"import_{importer.name.replace('-', '_')}" for importer in importers()}
-    assert names <= set(dir(ct))
-    assert all(getattr(ct, name).__doc__ for name in names)
-    assert not hasattr(ct, "import_from_mars")
+    ours = [one for one in importers() if one.target.startswith("corpus_tools.")]
+    for importer in ours:
+        function = getattr(ct, f"import_{importer.name.replace('-', '_')}")
+        options = {one.name: one.default for one in importer.options}
+        parameters = inspect.signature(function).parameters
+        assert {name: parameters[name].default for name in options} == options
+    assert set(dir(ct)) == set(ct.__all__)  # which notebooks complete
     with pytest.raises(CorpusError, match="slu-core"):
         ct.import_corpus("mars", tmp_path)
 
 
+def test_lists_of_commands_are_parsed_and_followed(corpus, follower):
+    texts = ["Go to the trailer", "Lift the pallet"]
+    parses = ct.parse(texts)
+    assert [p.text for p in parses] == texts
+    assert [p.text for p in ct.parse(corpus)] == [e.text for e in corpus]
+    assert parses[0].sdcs == ct.parse(texts[0]).sdcs
+    results = ct.follow(texts, "dock_pick_up_tires", model=follower)
+    alone = ct.follow(texts[0], "dock_pick_up_tires", model=follower)
+    assert [r.plan is not None for r in results] == [True, True]
+    assert results[0].plan.actions == alone.plan.actions
+    assert ct.parse([]) == []
+
+
+def test_a_learning_curve(corpus):
+    curve = ct.learning_curve(corpus, repeats=2)
+    assert {row["type"] for row in curve} >= {"OBJECT", "overall"}
+    whole = [row for row in curve if row["type"] == "overall"]
+    assert all(0 <= row["low"] <= row["error"] <= row["high"] <= 1 for row in whole)
+    assert "SDCs" in str(curve)
+    assert curve.to_csv().startswith("type,sdcs,error")
+    with pytest.raises(CorpusError, match="repeats can't be 0"):
+        ct.learning_curve(corpus, repeats=0)
+    with pytest.raises(CorpusError, match="no option 'ablat'"):
+        ct.learning_curve(corpus, ablat="labels")
+
+
+def test_table_2_can_be_tried_without_a_corpus():
+    table = ct.evaluate(table=2, draws=20)
+    assert table.document["judged_by"] == "simulated raters"
+
+
 def test_importing_and_exporting(tmp_path):
-    corpus = ct.import_slu_core(SMALL, salt="s", out=tmp_path / "small")  # type: ignore[attr-defined]
+    corpus = ct.import_slu_core(SMALL, salt="s", out=tmp_path / "small")
     assert ct.load(tmp_path / "small").hash == corpus.hash
     assert (tmp_path / "small/import-report.json").exists()
     assert ct.export(corpus, tmp_path / "own") == tmp_path / "own"

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import copy
-import inspect
 import pickle
-import pydoc
 from dataclasses import replace
 
 import pytest
@@ -60,6 +58,12 @@ def test_evaluating(corpus, given, says, monkeypatch):
         ct.evaluate(corpus, **given)
 
 
+@pytest.mark.parametrize("row", ["grounder", "parser", "judge"])
+def test_a_row_that_is_not_there(corpus, row):
+    with pytest.raises(CorpusError, match=f"there is no {row} 'mother'"):
+        ct.evaluate(corpus, table=3, **{row: "mother"})
+
+
 def test_nobody_works():
     with pytest.raises(CorpusError, match="0 jobs"):
         Workers(0)
@@ -78,9 +82,9 @@ def test_what_is_no_corpus_and_no_command(given, corpus):
     with pytest.raises(CorpusError, match=f"corpus can't be of the type {type(given).__name__}"):
         ct.load(given)
     with pytest.raises(CorpusError, match="give its text, or an entry of a corpus"):
-        ct.parse(given)
+        ct.parse([given] if isinstance(given, list) else given)
     with pytest.raises(CorpusError, match=r"(command|a clause) can't be of the type"):
-        ct.follow(given, corpus[0].context)
+        ct.follow([[given]] if isinstance(given, list) else given, corpus[0].context)
 
 
 def test_what_is_no_world():
@@ -108,25 +112,11 @@ def test_filming(given, says, tmp_path):
 
 def test_importing_and_exporting(corpus, tmp_path):
     with pytest.raises(CorpusError, match=r"there is no option 'prt' \(did you mean 'part'"):
-        ct.import_slu_core(tmp_path, prt="automatic")  # type: ignore[attr-defined]
+        ct.import_corpus("slu-core", tmp_path, prt="automatic")
     with pytest.raises(CorpusError, match="part can't be 'half'"):
         ct.import_corpus("slu-core", tmp_path, part="half")
     with pytest.raises(CorpusError, match=r"to can't be 'csvv' \(did you mean 'csv'"):
         ct.export(corpus, tmp_path / "x", to="csvv")
-
-
-def test_help_shows_an_importer_as_a_function():
-    name = "import_slu_core"
-    function = getattr(ct, name)
-    assert list(inspect.signature(function).parameters)[:2] == ["path", "out"]
-    shown = pydoc.plain(pydoc.render_doc(function))
-    assert f"{name}(path: 'Path | str'" in shown
-    assert "part: " in shown
-
-
-def test_a_name_that_is_not_there_is_answered_with_those_that_are():
-    with pytest.raises(AttributeError, match="no attribute 'load_corpus'; it has evaluate, export"):
-        ct.load_corpus  # type: ignore[attr-defined] # noqa: B018
 
 
 def test_a_corpus_knows_its_ids(corpus):
