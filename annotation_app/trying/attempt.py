@@ -26,7 +26,7 @@ from annotation_app.trying.start_scene import (
     scenario_state,
     write_scene,
 )
-from g3.errors import CorpusError
+from g3.errors import AnswerError, CorpusError
 from g3.groundings import FloatArray, Grounding, PhysicalObject, Place
 from g3.storage.atomic_file import write_bytes
 
@@ -56,7 +56,7 @@ Phase = Literal["waiting", "learning", "reading", "moving", "drawing", "done"]
 class Asked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A command to try.
 
-    `answers` are ids of the objects that clauses mean, by node: answers to questions. If people
+    `answers` are answers to questions by node: ids of objects, or words. If people
     `insist`, the command is followed with the things that exist where others are missing.
     """
 
@@ -173,13 +173,16 @@ def _follow(progress: _Progress, model: Path | None) -> None:
     progress.update(phase="reading")
     start = scenario_state(asked.scenario)
     # One tree, as answers are for the clauses of one.
-    result = grounder.follow(
-        asked.text, start, top=PLANS, answers=asked.answers, insist=asked.insist, parses=1
-    )
+    how_to: dict[str, Any] = {"top": PLANS, "insist": asked.insist, "parses": 1}
+    unclear = ""
+    try:
+        result = grounder.follow(asked.text, start, answers=asked.answers, **how_to)
+    except AnswerError as error:
+        result, unclear = grounder.follow(asked.text, start, **how_to), str(error)
     write_bytes(folder / TREE, to_svg(result.sdcs).encode())
     progress.update(plan=_plan(result, start, kept_look(asked.scenario)))
-    if result.plan is None:
-        progress.update(phase="done")
+    if result.plan is None or unclear:
+        progress.update(phase="done", problem=unclear)
         return
     progress.update(phase="moving")
     if problem := why_not(start, result.plan.actions):

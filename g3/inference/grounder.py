@@ -16,7 +16,7 @@ from g3.actions.action_kinds import Action, move, result
 from g3.actions.action_words import MAP, described, grounded
 from g3.actions.robot_state import State, start_state
 from g3.data_frames import data_frame
-from g3.errors import ModelError
+from g3.errors import AnswerError, ModelError
 from g3.groundings import Context, FloatArray, Grounding, Place, Trajectory, object_ids
 from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import LEAST_FIT, evidence, plan_probability
@@ -335,7 +335,8 @@ class Grounder:
         width
             Width of the beam over plans.
         answers
-            Id of the object that a clause means, or ids of several, by node: answers to questions.
+            By node the id of the object that a clause means, ids of several, or the answer in words
+            to the question about it (:meth:`answer`).
         explain
             True to give reasons.
         least
@@ -348,6 +349,22 @@ class Grounder:
             True to plan with the things there are where a noun names none of them.
         """
         start = context if isinstance(context, State) else start_state(context)
+        ids = {thing.id for thing in start.context.objects}
+        replies = {n: a for n, a in (answers or {}).items() if isinstance(a, str) and a not in ids}
+        if replies:
+            options: dict[str, Any] = {
+                "top": top,
+                "width": width,
+                "explain": explain,
+                "least": least,
+            }
+            options |= {"parses": parses, "insist": insist}
+            known = {node: a for node, a in (answers or {}).items() if node not in replies}
+            asked = self.follow(command, context, answers=known, **options)
+            if asked.question is None or asked.question.node not in replies:
+                raise AnswerError("nothing is asked about this clause", fix="give question.node")
+            reply = replies.pop(asked.question.node)
+            return self.answer(asked, reply, answers=known | replies, **options)
         how = partial(
             self._search,
             start=start,

@@ -221,7 +221,13 @@ function question(plan, asked) {
   const answer = (thing) => begin({ ...asked, answers: { ...asked.answers, [plan.node]: thing } });
   const options = plan.options.map(([thing, words]) =>
     h("button", { type: "button", onclick: () => answer(thing) }, `${words} (${thing})`));
-  return h("div", { class: "stack" }, h("p", { dir: "auto" }, plan.question), h("div", { class: "row" }, options));
+  const words = h("input", { type: "text", maxlength: 200, "aria-label": "Answer in words", placeholder: "or in words: both, the one by the cone, neither" });
+  const reply = (event) => {
+    event.preventDefault();
+    if (words.value.trim()) answer(words.value.trim());
+  };
+  return h("div", { class: "stack" }, h("p", { dir: "auto" }, plan.question), h("div", { class: "row" }, options),
+    h("form", { class: "row", onsubmit: reply }, words, h("button", {}, "Answer")));
 }
 
 function tree(id, clauses) {

@@ -29,6 +29,7 @@ from annotation_app.trying.start_scene import PICTURE, read_scene
 from g3.inference.grounder import Grounder
 from g3.inference.problem.costs import RandomCost
 from tests.annotation_app.browser import Browser, engine_of, installation_of
+from tests.g3.inference.constant_cost import ConstantCost
 
 SCENARIO = "dock_pick_up_tires"
 AISLES = "aisles_drive_past_person"
@@ -170,6 +171,33 @@ def test_what_is_not_there_is_told_and_can_be_insisted_on(
     assert shown.plan is not None
     assert (shown.plan.missing, shown.plan.steps) == (["elephant"], [])
     assert shown.plan.note.startswith("I see no elephant here. There are: ")
+
+
+def test_a_question_is_answered_in_words_or_asked_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grounders: dict[Path | None, Grounder] = {tmp_path: Grounder(ConstantCost())}
+    monkeypatch.setattr(attempt_module, "_grounders", grounders)
+
+    def shown_after(answers: dict[int, str]) -> Shown:
+        write_state(tmp_path, Shown(Asked(SCENARIO, "Go to the trailer.", answers)))
+        attempt(tmp_path, tmp_path)
+        shown = read_state(tmp_path)
+        assert shown is not None
+        assert shown.plan is not None
+        return shown
+
+    first = shown_after({})
+    assert first.plan is not None
+    assert len(first.plan.options) > 1
+    neither = shown_after({first.plan.node: "neither"})
+    assert neither.plan is not None
+    assert "none of these" in neither.plan.note
+    unclear = shown_after({first.plan.node: "blue sky"})
+    assert "doesn't pick out one" in unclear.problem
+    assert unclear.plan is not None
+    assert unclear.plan.options == first.plan.options
+    assert not unclear.has_video
 
 
 def test_what_the_forks_cannot_reach_is_said_and_nothing_moves(

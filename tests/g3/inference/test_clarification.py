@@ -66,6 +66,13 @@ def test_an_unclear_answer_names_what_is_possible(grounder, asked, reply):
         grounder.answer(asked, reply)
 
 
+def test_answers_in_words_go_with_the_command(grounder, asked):
+    text, node = "Put the crate on the truck", asked.question.node
+    assert did(grounder.follow(text, asked.start, answers={node: "the right one"})) == [RIGHT]
+    with pytest.raises(AnswerError, match="nothing is asked about this clause"):
+        grounder.follow(text, asked.start, answers={node + 1: "the right one"})
+
+
 def test_no_question_has_no_answer(grounder, asked):
     with pytest.raises(ModelError, match="no question"):
         grounder.answer(grounder.answer(asked, "1"), "2")
