@@ -18,10 +18,9 @@ model (:func:`g3.inference.grounder.open_model`).
 
 from __future__ import annotations
 
+from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
-
-from g3.registry import load_target
 
 if TYPE_CHECKING:
     from annotation_app.crowds.crowd_registry import register as register_crowd
@@ -91,4 +90,4 @@ if not TYPE_CHECKING:
         """Import a hook when it is first used: no extra is needed for the others."""
         if name not in HOOKS:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        return load_target(HOOKS[name][1])
+        return resolve_name(HOOKS[name][1])

@@ -6,7 +6,6 @@ of a registry calls :meth:`Registry.load_others` after it has added its own.
 
 from __future__ import annotations
 
-import importlib
 import importlib.metadata
 import logging
 import traceback
@@ -142,12 +141,6 @@ def load_extensions(group: str) -> None:
                 type(error).__name__,
                 error,
             )
-
-
-def load_target(target: str) -> Any:
-    """Import what ``package.module:name`` names."""
-    module, _, name = target.partition(":")
-    return getattr(importlib.import_module(module), name)
 
 
 def summary_of(function: Callable[..., Any]) -> str:

@@ -8,9 +8,10 @@ imported.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, cast
 
-from g3.registry import Registry, load_target
+from g3.registry import Registry
 
 if TYPE_CHECKING:
     from annotation_app.crowds.platform import Gateway
@@ -45,7 +46,7 @@ class Provider:
 
     def load(self) -> Gateway:
         """Import what it does."""
-        return cast("Gateway", load_target(self.target))
+        return cast("Gateway", resolve_name(self.target))
 
 
 PROVIDERS: Registry[Provider] = Registry("crowd provider", "ct.crowds")

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TypeAlias, cast
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from g3.errors import FormatError
-from g3.registry import Registry, load_target
+from g3.registry import Registry
 
 Files: TypeAlias = Mapping[str, bytes | Path]
 """Contents by the files' names in the folder, or the files that hold them."""
@@ -38,7 +39,7 @@ class Exporter:
 
     def load(self) -> Callable[..., Files]:
         """Import the function."""
-        return cast("Callable[..., Files]", load_target(self.target))
+        return cast("Callable[..., Files]", resolve_name(self.target))
 
 
 EXPORTERS: Registry[Exporter] = Registry("format", "ct.exporters", error=FormatError)
@@ -84,7 +85,7 @@ for _exporter in (
     Exporter(
         "conllu",
         "Universal Dependencies with the clause of each word.",
-        f"{_HERE}.conllu_sentences:conllu_files",
+        f"{_HERE}.treebank_files:conllu_files",
         "corpus.conllu",
     ),
     Exporter(

@@ -1,4 +1,7 @@
-"""A corpus as a treebank (:mod:`corpus_tools.importers.treebank`): its trees without worlds."""
+"""A corpus's trees without worlds: a treebank, and Universal Dependencies.
+
+:mod:`corpus_tools.importers.treebank` reads treebanks.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,9 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.treebank import PEOPLE, TREES, DatasetFile, PersonRow, TreeRow, trees_of
 from corpus_tools.runtime.shipped import DATASET
 from g3.annotation import Annotation
+from g3.language.parsing.conllu import to_conllu
+from g3.language.parsing.spacy_pipeline import analyse
+from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import format_brackets
 from g3.storage.text_lines import split_lines
 
@@ -64,3 +70,30 @@ def _row(annotation: Annotation) -> TreeRow:
         return plain
     placed = split_lines(format_brackets(annotation.sdcs, positions=True))
     return msgspec.structs.replace(plain, trees=tuple(placed))
+
+
+NAME = "corpus.conllu"
+
+
+def conllu_files(corpus: Corpus) -> dict[str, bytes]:
+    """Return a sentence for each command; annotated ones have their clauses in MISC.
+
+    The syntax is spaCy's, converted (:mod:`g3.language.parsing.universal_dependencies`). Commands
+    without a word are left out. Raises ModelError if the parser of English isn't installed.
+    """
+    clauses: dict[str, tuple[SDC, ...]] = {}
+    for annotation in corpus.annotations:
+        clauses.setdefault(annotation.command.id, annotation.sdcs)
+    commands = list(corpus.commands.values())
+    sentences = (
+        to_conllu(
+            analysis,
+            clauses.get(command.id, ()),
+            sent_id=f"{number}-{command.id}".replace(" ", "_"),
+            comments={"command_id": command.id, "scenario": command.scenario},
+        )
+        for number, (command, analysis) in enumerate(
+            zip(commands, analyse([c.text for c in commands]), strict=True), start=1
+        )
+    )
+    return {NAME: "".join(f"{text}\n" for text in sentences if text).encode()}

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Protocol, cast
 
-from g3.registry import Registry, load_target
+from g3.registry import Registry
 from g3.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ class Importer:
 
     def load(self) -> ImportFunction:
         """Import the function."""
-        return cast("ImportFunction", load_target(self.target))
+        return cast("ImportFunction", resolve_name(self.target))
 
 
 IMPORTERS: Registry[Importer] = Registry("importer", "ct.importers")
@@ -101,7 +102,7 @@ register(
             "some of its parts. Files may be compressed with bzip2 or plain. "
             "docs/worlds.md describes the parts beside the paper's corpus."
         ),
-        target="corpus_tools.importers.slu_core.slu_parts:import_parts",
+        target="corpus_tools.importers.slu_core.slu_corpus:import_parts",
         options=(
             ImportOption(
                 "part",

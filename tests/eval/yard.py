@@ -7,7 +7,7 @@ from pathlib import Path
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
-from corpus_tools.importers.slu_core.slu_parts import import_parts
+from corpus_tools.importers.slu_core.slu_corpus import import_parts
 from tests.corpus_tools.importers.random_tasks import (
     DRIVE,
     PICK_UP,

@@ -21,7 +21,7 @@ from corpus_tools.importers.slu_core.automatic_corpus import (
     read_log,
     read_things,
 )
-from corpus_tools.importers.slu_core.slu_parts import import_parts
+from corpus_tools.importers.slu_core.slu_corpus import import_parts
 from g3.errors import FormatError
 from tests.corpus_tools.importers import random_tasks as made
 

@@ -14,7 +14,7 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.corpus.start_headings import parse_heading, with_headings
 from corpus_tools.corpus.task_outcomes import contexts_of_commands, outcomes_of
-from corpus_tools.importers.slu_core.slu_parts import import_parts
+from corpus_tools.importers.slu_core.slu_corpus import import_parts
 from g3.errors import FormatError
 from tests.corpus_tools.importers import random_tasks as made
 

@@ -7,8 +7,8 @@ import pytest
 
 from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.importers.slu_core.automatic_corpus import read_things
+from corpus_tools.importers.slu_core.slu_corpus import find_automatic, find_relations, import_parts
 from corpus_tools.importers.slu_core.slu_files import SCENARIOS
-from corpus_tools.importers.slu_core.slu_parts import find_automatic, find_relations, import_parts
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from corpus_tools.cli.import_commands import import_
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.importers.slu_core.slu_parts import import_parts
+from corpus_tools.importers.slu_core.slu_corpus import import_parts
 from g3.errors import FormatError
 from g3.groundings import Path as PathGrounding
 from tests.corpus_tools.importers import random_tasks
