@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, get_args
 
-from sqlalchemy import ColumnElement, and_, exists, func, or_, select
+from sqlalchemy import ColumnElement, Select, and_, case, exists, func, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
@@ -29,7 +29,12 @@ from annotation_app.tasks.task_registry import task_names, tasks
 
 State: TypeAlias = Literal["submitted", "adopted", "in dispute", "late", "excluded"]
 STATES: tuple[State, ...] = get_args(State)
+Order: TypeAlias = Literal["newest", "oldest", "person", "disagreement", "reports"]
+ORDERS: tuple[Order, ...] = get_args(Order)
+"""Orders of a list: by time, by person, disputed items first, items with most reports first."""
 PAGE = 25
+FURTHEST = 1_000_000
+"""Largest number of answers before a page."""
 _REPORTS = ("flag", "skip")
 
 
@@ -38,8 +43,9 @@ class Wanted:
     """A filter of answers; empty fields leave out nothing.
 
     `person` is a name on the dashboard, or the beginning of the hash in exports, `text` a part of
-    the command, in small or capital letters. Answers have a lower id than `before`; if `flagged`,
-    they are about items of which somebody has reported a problem.
+    the command, in small or capital letters. Where the newest come first, answers have
+    a lower id than `before`; else it is the number of those before. If `flagged`, they are about
+    items of which somebody has reported a problem.
     """
 
     task: str = ""
@@ -48,12 +54,14 @@ class Wanted:
     state: str = ""
     flagged: bool = False
     text: str = ""
+    order: str = "newest"
     before: int | None = None
 
     def parameters(self) -> dict[str, str]:
         """Return parameters of an address that shows the same answers from the first page."""
         found = {name: getattr(self, name) for name in ("task", "person", "video", "state", "text")}
         found["flagged"] = "1" if self.flagged else ""
+        found["order"] = "" if self.order == ORDERS[0] else self.order
         return {name: text for name, text in found.items() if text}
 
 
@@ -109,11 +117,15 @@ def read_wanted(asked: Mapping[str, str]) -> Wanted:
         raise Refusal(404, "There is no such task.")
     if state and state not in STATES:
         raise Refusal(404, f"There is no such state. Use one of: {', '.join(STATES)}.")
+    order = asked.get("order", "") or ORDERS[0]
+    if order not in ORDERS:
+        raise Refusal(404, f"There is no such order. Use one of: {', '.join(ORDERS)}.")
     words = {
         n: asked.get(n, "").replace("\0", "").strip()[:200] for n in ("person", "video", "text")
     }
     flagged = asked.get("flagged", "") in ("1", "true", "yes")
-    return Wanted(task=task, state=state, flagged=flagged, before=read_before(asked), **words)
+    before = read_before(asked)
+    return Wanted(task=task, state=state, flagged=flagged, order=order, before=before, **words)
 
 
 def read_before(asked: Mapping[str, str]) -> int | None:
@@ -129,17 +141,51 @@ def find_answers(
 
     Only ids are sorted; what people sent is read for one page.
     """
+    is_newest = wanted.order == ORDERS[0]
+    ids = session.scalars(
+        _ids(session, study_id, wanted)
+        .offset(0 if is_newest else min(wanted.before or 0, FURTHEST))
+        .limit(PAGE + 1)
+    ).all()
+    found = {one.answer: one for one in shown(session, study_id, ids[:PAGE])}
+    after = ids[PAGE - 1] if is_newest and len(ids) > PAGE else (wanted.before or 0) + PAGE
+    return [found[one] for one in ids[:PAGE]], after if len(ids) > PAGE else None
+
+
+def ids_of_all(session: Session, study_id: str, wanted: Wanted, most: int) -> Sequence[int]:
+    """Return the ids of the answers that a filter lets through, regardless of pages."""
+    everything = replace(wanted, before=None)
+    return session.scalars(_ids(session, study_id, everything).limit(most)).all()
+
+
+def count_answers(session: Session, study_id: str, wanted: Wanted) -> int:
+    """Count the answers that a filter lets through."""
+    everything = replace(wanted, before=None, order=ORDERS[0])
+    ids = _ids(session, study_id, everything).order_by(None).subquery()
+    return session.scalar(select(func.count()).select_from(ids)) or 0
+
+
+def _ids(session: Session, study_id: str, wanted: Wanted) -> Select[int]:
+    """Select the ids of the answers that a filter lets through, in its order."""
     # By the study's index all of its answers would be sorted: newest first, a page ends early.
     study = Item.study_id if wanted.video else Item.study_id + ""
-    ids = session.scalars(
+    found = (
         select(Answer.id)
         .join(Item, Item.id == Answer.item_id)
         .where(study == study_id, *_conditions(session, study_id, wanted))
-        .order_by(Answer.id.desc())
-        .limit(PAGE + 1)
-    ).all()
-    found = shown(session, study_id, ids[:PAGE])
-    return found, ids[PAGE - 1] if len(ids) > PAGE else None
+    )
+    if wanted.order == "oldest":
+        return found.order_by(Answer.id)
+    if wanted.order == "person":
+        people = found.join(Person, Person.id == Answer.person_id)
+        return people.order_by(Person.login, Person.external_hash, Answer.id)
+    if wanted.order == "disagreement":
+        is_open = case((Item.id.in_(disputed(study_id)), 0), else_=1)
+        return found.order_by(is_open, Item.command, Item.id, Answer.id)
+    if wanted.order == "reports":
+        flags = select(func.count()).where(Event.item_id == Item.id, Event.name == "flag")
+        return found.order_by(flags.scalar_subquery().desc(), Item.id, Answer.id)
+    return found.order_by(Answer.id.desc())
 
 
 def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnswer]:
@@ -174,6 +220,12 @@ def shown(session: Session, study_id: str, ids: Sequence[int]) -> list[FoundAnsw
         )
         for answer, item, person, event in rows
     ]
+
+
+def adopted_now(session: Session, item: Item) -> int | None:
+    """Return the id of an item's adopted answer."""
+    wanted = select(Answer.id).where(Answer.item_id == item.id, Answer.adopted.is_(True))
+    return session.scalar(wanted.limit(1))
 
 
 def remarks(session: Session, answer_id: int) -> list[Said]:
@@ -291,7 +343,7 @@ def _conditions(session: Session, study_id: str, wanted: Wanted) -> list[ColumnE
         own = Answer.body["text"].as_string().icontains(wanted.text, autoescape=True)
         here = Item.command.icontains(wanted.text, autoescape=True)
         found.append(or_(here, and_(Answer.task.in_(typed), own)))
-    if wanted.before is not None:
+    if wanted.before is not None and wanted.order == ORDERS[0]:
         found.append(Answer.id < wanted.before)
     if wanted.state:
         found += _in_state(study_id, wanted.state)

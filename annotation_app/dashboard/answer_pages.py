@@ -16,6 +16,22 @@ from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
 from annotation_app.work import reviewing
 from annotation_app.work.handing_out import find_study
 
+EXPORT = "export"
+ACTS = {
+    "exclude": "Exclude",
+    "redo": "Redo",
+    "restore": "Restore",
+    "adopt": "Adopt",
+    EXPORT: "Export (CSV)",
+}
+"""Acts on several answers, and their names on the page."""
+DONE = {
+    "exclude": "excluded",
+    "redo": "excluded, to be redone",
+    "restore": "restored",
+    "adopt": "adopted",
+}
+
 blueprint = Blueprint("answer_pages", __name__, url_prefix="/dashboard")
 blueprint.register_error_handler(Refusal, refused)
 
@@ -38,6 +54,10 @@ def answers(study_name: str) -> str:
             states=browsing.STATES,
             videos=browsing.videos(session, study.id),
             people=browsing.people(session, study.id),
+            orders=browsing.ORDERS,
+            count=browsing.count_answers(session, study.id, wanted),
+            acts=ACTS,
+            longest=reviewing.LONGEST_REMARK,
             files=browsing.posters(session, study.id, [one.video for one in found]),
         )
 

@@ -31,7 +31,7 @@ class ReviewRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 REQUESTS: dict[str, type[msgspec.Struct]] = {"review_answer": ReviewRequest}
 QUERIES = {
-    "read_answers": ("task", "person", "video", "state", "flagged", "text", "before"),
+    "read_answers": ("task", "person", "video", "state", "flagged", "text", "order", "before"),
     "read_reports": ("before",),
 }
 """Parameters that addresses may have, by view."""

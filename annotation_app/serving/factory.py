@@ -22,6 +22,7 @@ from annotation_app.dashboard import (
     adjudication_pages,
     answer_pages,
     answers_api,
+    bulk_pages,
     login_admin,
     program_pages,
 )
@@ -91,6 +92,7 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         dashboard,
         adjudication_pages,
         answer_pages,
+        bulk_pages,
         answers_api,
         login_admin,
         program_pages,

@@ -6,11 +6,12 @@ import csv
 import io
 import re
 from datetime import datetime, timedelta, timezone
+from itertools import pairwise
 from typing import Any
 
 import pytest
 from flask import Flask
-from playwright.sync_api import BrowserContext
+from playwright.sync_api import BrowserContext, expect
 from sqlalchemy import func, select
 
 from annotation_app.export.answer_tables import TABLES, WITH_EXCLUDED
@@ -71,6 +72,63 @@ def test_exports_are_told_apart_and_have_times_and_names(app: Flask, judge: Brow
     assert timedelta() < before - at < timedelta(hours=1)
     assert first["person"] in judge.client.get(f"{BASE}/people").text
     assert found(judge, person=first["person"]) == found(judge, person=first["subject"])
+
+
+def bulk(judge: Browser, *answers: int, **form: str) -> Any:
+    sent = {"csrf_token": judge.csrf, "answer": [str(one) for one in answers], **form}
+    return judge.client.post(f"{BASE}/answers", data=sent, follow_redirects=True)
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_many_answers_are_excluded_restored_adopted_and_exported(
+    app: Flask, judge: Browser
+) -> None:
+    dispute(app)
+    segments = [one["answer"] for one in found(judge, task="segment")]
+    assert "Tick the answers first" in bulk(judge, action="exclude", reason="x").text
+    assert "2 not: Say why." in bulk(judge, *segments, action="exclude").text
+    assert (
+        "2 excluded." in bulk(judge, action="exclude", reason="x", task="segment", all="yes").text
+    )
+    assert [one["states"] for one in found(judge, task="segment")] == [["excluded"]] * 2
+    assert "2 restored." in bulk(judge, *segments, action="restore").text
+    assert "1 adopted." in bulk(judge, segments[0], action="adopt").text
+    assert [answer.id for answer in adopted(app, "segment")] == [segments[0]]
+    told = bulk(judge, *segments, 999, action="redo", reason="Odd").text
+    assert "2 excluded, to be redone. 1 not: There is no such answer." in told
+    reply = bulk(judge, segments[1], action="export")
+    assert [row["answer"] for row in csv.DictReader(io.StringIO(reply.text))] == [str(segments[1])]
+    assert Browser(app).client.post(f"{BASE}/answers").status_code in (400, 403)
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_answers_are_put_in_order(app: Flask, judge: Browser) -> None:
+    dispute(app)
+    other = Browser(app)
+    for number in range(30):
+        page = other.lease("describe")
+        if page.status_code == 200:
+            if number == 1:
+                other.note(page.json["item"], "flag", "dark")
+            other.answer(page.json["item"], described(f"Go {number}"))
+    whole = found(judge)
+    orders = {}
+    for order in ("newest", "oldest", "person", "disagreement", "reports"):
+        reply = judge.client.get(f"{API}/answers", query_string={"order": order}).json
+        rows = reply["data"]
+        if reply["before"] is not None:
+            rows += found(judge, order=order, before=reply["before"])
+        orders[order] = rows
+        assert len({one["answer"] for one in orders[order]}) == len(orders[order])
+    assert orders["newest"][: len(whole)] == whole
+    assert orders["oldest"] == orders["newest"][::-1]
+    assert {one["task"] for one in orders["disagreement"][:2]} == {"segment"}
+    assert "Go 1" in [one["command"] for one in orders["reports"] if one["reports"]]
+    assert [one["reports"] > 0 for one in orders["reports"]][:3].count(True) >= 1
+    assert not orders["reports"][-1]["reports"]
+    people = [one["person"] for one in orders["person"]]
+    assert sum(one != after for one, after in pairwise(people)) == len(set(people)) - 1
+    assert judge.client.get(f"{API}/answers", query_string={"order": "x"}).status_code == 404
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
@@ -290,4 +348,30 @@ def test_long_words_are_accessible(app: Flask, address: str, context: BrowserCon
         page.goto(f"{address}{path}")
         wrong += look(page, path.replace("/", "-"))
     assert wrong == []
+    assert errors == []
+
+
+@pytest.mark.slow
+def test_many_answers_are_ticked_in_a_browser(
+    app: Flask, address: str, context: BrowserContext
+) -> None:
+    judge = Browser(app, "adjudicator")
+    dispute(app)
+    sign_in(context, judge, address)
+    page = context.new_page()
+    errors = errors_of(page)
+    page.goto(f"{address}{BASE}/answers?task=segment&order=person")
+    page.get_by_label("All on this page").check()
+    expect(page.get_by_label("Answer 2")).to_be_checked()
+    page.get_by_label("Reason").fill("Odd")
+    page.get_by_role("button", name="Exclude").click()
+    expect(page.get_by_text("2 excluded.")).to_be_visible()
+    assert "order=person" in page.url
+    page.get_by_label("All 2 that the filter shows").check()
+    page.get_by_role("button", name="Restore").click()
+    expect(page.get_by_text("2 restored.")).to_be_visible()
+    page.get_by_label("Answer 3").check()
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Export (CSV)").click()
+    assert saved.value.suggested_filename == "tests-answers-chosen.csv"
     assert errors == []
