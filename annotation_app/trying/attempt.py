@@ -1,8 +1,8 @@
 """Following one command, in a process of its own that gives way to the server's.
 
 An attempt is a folder. ``state.json`` says what there is so far, as :class:`Shown` has it;
-``tree.svg`` and ``video.mp4`` with its log come one after the other. The scene of a scenario is a folder, too
-(:mod:`annotation_app.trying.start_scene`).
+``tree.svg`` and ``video.mp4`` with its log come one after the other. The scene of a scenario is a
+folder, too (:mod:`annotation_app.trying.start_scene`).
 """
 
 from __future__ import annotations
