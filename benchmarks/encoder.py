@@ -1,10 +1,11 @@
 """Training of the bundled encoder: ``python -m benchmarks.encoder --pretrained FOLDER``.
 
 FOLDER has a small BERT in Hugging Face's form (``model.safetensors``, ``vocab.txt``), such as
-MiniLM-L6-H384-uncased. It is trained further, with the choice of arcs, on the treebank and the
-lessons; on no other corpus, so that commands held out of one are unseen. ``--out`` writes the two
-files that come with the package. ``--hold-out K`` leaves out the people of every fourth writer,
-from K on, and measures on them. It needs ``pip install torch safetensors``.
+MiniLM-L6-H384-uncased. Without it, the bundled encoder is trained further. It is trained, with the
+choice of arcs, on the treebank and the lessons; on no other corpus, so that commands held out of
+one are unseen. ``--out`` writes the two files that come with the package. ``--hold-out K`` leaves
+out the people of every fourth writer, from K on, and measures on them. It needs
+``pip install torch safetensors``.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ from corpus_tools.importers.treebank import read_second_trees, read_treebank
 from g3.language.parsing import encoder as encoding
 from g3.language.parsing.arc_model import SLOPE, ArcModel, distance_rows
 from g3.language.parsing.clause_arcs import read_arcs
-from g3.language.parsing.encoder import HEADS, MATRICES, Encoder
+from g3.language.parsing.encoder import HEADS, MATRICES, Encoder, default_encoder
 from g3.language.parsing.parser_file import to_bytes
 from g3.language.parsing.perturbation import perturb
-from g3.language.parsing.sdc_parser import DEFAULT, DEFAULT_L2, parse_words
-from g3.language.parsing.training.arc_training import new_model
+from g3.language.parsing.sdc_parser import DEFAULT, DEFAULT_L2, default_parser, parse_words
+from g3.language.parsing.training.arc_training import new_model, with_labels
 from g3.language.parsing.training.lessons import written_trees
 from g3.language.parsing.words import cut
 from g3.sdc.clauses import SDC, Span
@@ -304,6 +305,28 @@ def kept_pieces(vocabulary: Sequence[str], texts: Sequence[str]) -> list[int]:
     return [i for i, piece in enumerate(vocabulary) if keep(i, piece)]
 
 
+def state_of(encoder: Encoder) -> dict[str, Tensor]:
+    """Return an encoder's weights by the names that a BERT has in Hugging Face's form."""
+    tables = {
+        "word_embeddings": encoder.words * encoder.word_scales[:, None],
+        "position_embeddings": encoder.positions,
+        "token_type_embeddings": np.zeros((1, encoder.width), dtype=np.float32),
+    }
+    arrays = {f"embeddings.{name}.weight": array for name, array in tables.items()}
+    names = ["embeddings.LayerNorm"]
+    for i, layer in enumerate(encoder.layers):
+        at = f"encoder.layer.{i}"
+        names += [f"{at}.attention.output.LayerNorm", f"{at}.output.LayerNorm"]
+        for name, (matrix, bias) in layer.items():
+            arrays[f"{at}.{LAYER[name]}.weight"] = matrix
+            arrays[f"{at}.{LAYER[name]}.bias"] = bias
+    for name, (gain, shift) in zip(names, encoder.norms.reshape(-1, 2, encoder.width), strict=True):
+        arrays[f"{name}.weight"], arrays[f"{name}.bias"] = gain, shift
+    return {
+        name: torch.from_numpy(np.array(array, dtype=np.float32)) for name, array in arrays.items()
+    }
+
+
 def digest() -> str:
     """Return the digest of the treebank's trees."""
     content = (FOLDER / "trees.jsonl").read_bytes()
@@ -313,8 +336,8 @@ def digest() -> str:
 def main() -> None:
     """Train, measure and write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.encoder", description=__doc__)
-    parser.add_argument("--pretrained", type=Path, required=True, help="folder of the model")
-    parser.add_argument("--layers", type=int, default=4, help="how many layers to keep")
+    parser.add_argument("--pretrained", type=Path, help="folder of the model (default: bundled)")
+    parser.add_argument("--layers", type=int, default=6, help="how many layers to keep")
     parser.add_argument("--epochs", type=int, default=10)
     parser.add_argument("--hold-out", type=int, choices=range(WRITERS), help="leave out writers")
     parser.add_argument("--out", type=Path, help="folder for the two files")
@@ -331,13 +354,20 @@ def main() -> None:
         if name in taught
     ]
     examples += [Example(text, trees) for text, trees in written_trees()]
-    vocabulary = (options.pretrained / "vocab.txt").read_text("utf-8").splitlines()
-    kept = kept_pieces(vocabulary, [example.text for example in examples])
-    state = load_file(options.pretrained / "model.safetensors")
-    pieces = tuple(vocabulary[i] for i in kept)
     labels = sorted({k for e in examples for k in read_arcs(e.trees, cut(e.text).spans).labels})
-    width = state["embeddings.word_embeddings.weight"].shape[1]
-    start = new_model(labels, width, np.random.default_rng(0))
+    if options.pretrained:
+        vocabulary = (options.pretrained / "vocab.txt").read_text("utf-8").splitlines()
+        kept = kept_pieces(vocabulary, [example.text for example in examples])
+        state = load_file(options.pretrained / "model.safetensors")
+        pieces = tuple(vocabulary[i] for i in kept)
+        width = state["embeddings.word_embeddings.weight"].shape[1]
+        start = new_model(labels, width, np.random.default_rng(0))
+    else:
+        bundled = default_encoder()
+        pieces, state = bundled.vocabulary, state_of(bundled)
+        kept = list(range(len(pieces)))
+        start = with_labels(default_parser().arcs_, labels)
+        labels = list(start.labels)
     net = Net(state, options.layers, kept, start)
     empty = Encoder(pieces, *_NOTHING)
     train(net, Trainer(empty, labels), examples, options.epochs)

@@ -123,12 +123,12 @@ def test_problems_name_the_row_and_can_be_left_out(ct, treebank, tmp_path, old, 
 def test_the_bundled_treebank_has_what_its_readme_says():
     folder = bundled()["treebank"]
     commands, second = read_treebank(folder), read_second_trees(folder)
-    assert len(commands) == 3200
-    assert len({one.person for one in commands}) == 64
-    assert sum(not one.trees for one in commands) == 120
-    assert sum(bool(one.taken_back) for one in commands) == 150
-    assert len({one.split_group for one in commands}) == 8
-    assert len(second) == 320
+    assert len(commands) == 3840
+    assert len({one.person for one in commands}) == 80
+    assert sum(not one.trees for one in commands) == 128
+    assert sum(bool(one.taken_back) for one in commands) == 212
+    assert len({one.split_group for one in commands}) == 10
+    assert len(second) == 400
     land = next(one for one in commands if one.id == "p55-31")
     assert format_brackets(land.trees, positions=True).startswith("EVENT_1(r = Land@32")
 
