@@ -125,7 +125,8 @@ def extend(
     event = np.zeros(len(batch))
     if is_event := tree.nodes[root].type == "EVENT":
         learned = cost.log_probability(batch, true=not forbidden)
-        event = np.where(_is_untaught(actions)[rows.action], UNTAUGHT, learned)
+        # Where the words name a kind of action themselves, no learned score may outbid them.
+        event = np.where(bool(found.asked) | _is_untaught(actions)[rows.action], UNTAUGHT, learned)
     theme_score, goal_score = (
         np.array([*(c.score if c else 0.0 for c in some), 0.0])
         for some in (found.themes, found.goals)
