@@ -163,7 +163,7 @@ def _rate(people: list[Browser]) -> None:
         for _ in range(4):
             page = _taken(person, "rate")
             if page is not None:
-                _send(person, page, {"rating": rating, "watched_s": 20.0})
+                _send(person, page, {"rating": rating})
     page = _taken(people[4], "check")
     if page is not None:
         note = {"uuid": str(uuid.uuid4()), "reason": "The video doesn't play."}
@@ -177,6 +177,8 @@ def _taken(person: Browser, task: str) -> dict[str, Any] | None:
 
 
 def _send(person: Browser, page: dict[str, Any], body: dict[str, Any]) -> None:
+    if "sdcs" not in body:
+        body = body | person.watched(page)
     reply = person.answer(page["item"], body)
     if reply.status_code != 200:
         raise RuntimeError(reply.text)

@@ -48,7 +48,7 @@ def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
 
     - ``several``: true if its words name several things;
     - ``follows``: an OBJECT that probably is the same thing, so that nobody need be asked;
-    - ``at``: the OBJECT that a PLACE is told by, which is all that a picture shows of it;
+    - ``at``: the OBJECT that a PLACE is described by, which is all that a picture shows of it;
     - ``during``: the EVENT that a PATH or an EVENT is within.
 
     The last three are None where there is none.

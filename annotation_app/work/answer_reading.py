@@ -17,9 +17,9 @@ from annotation_app.tasks.task_registry import find_task, task_of
 from annotation_app.work.answer_flags import watched_too_long
 
 ENOUGH = 0.9
-"""Part of a video that counts as the whole, as in `player.js`."""
+"""Share of a video that counts as all of it, as in `player.js`."""
 ROUNDED_S = 0.1
-"""What pages may lose by rounding, in seconds."""
+"""Largest error of rounding on pages, in seconds."""
 
 
 def read_answer(session: Session, item: AnyItem, body: Record, salt: bytes) -> Record:

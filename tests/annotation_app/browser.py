@@ -7,14 +7,14 @@ import uuid
 from typing import Any, TypeVar
 
 from flask import Flask
-from sqlalchemy import Engine, Executable, Select
+from sqlalchemy import Engine, Executable, Select, update
 
 from annotation_app.core.random_ids import new_id
 from annotation_app.export.answer_tables import TABLES
 from annotation_app.people.participants import add_person, keep_consent
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import Installation
-from annotation_app.store.models import Person, Role
+from annotation_app.store.models import Handout, Person, Role
 from annotation_app.work.handing_out import find_study
 
 T = TypeVar("T")
@@ -59,6 +59,15 @@ class Browser:
     def answer(self, item: str, body: Any, event: str | None = None) -> Any:
         sent = {"uuid": event or str(uuid.uuid4()), "body": body}
         return self.send("POST", f"/api/items/{item}/answer", sent)
+
+    def watched(self, page: dict[str, Any]) -> dict[str, float]:
+        """What a page says of its videos being watched; nobody waits until they end."""
+        films = page["payload"].get("scenes", [page["payload"]])
+        seconds = sum(film["duration_s"] for film in films)
+        earlier = {"at": Handout.at - seconds, "since_boot_s": Handout.since_boot_s - seconds}
+        mine = Handout.person_id == self.person.id
+        execute(self.engine, update(Handout).where(mine).values(earlier))
+        return {"watched_s": seconds}
 
     def draft(self, item: str, revision: int, body: Any) -> Any:
         return self.send("PUT", f"/api/items/{item}/draft", {"revision": revision, "body": body})

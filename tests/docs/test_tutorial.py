@@ -105,13 +105,17 @@ def annotate() -> None:
             person.send("POST", "/api/practice/describe", {})
             page = person.lease("describe", "my-study").json
             text, _ = COMMANDS[subject(app, page["item"])]
-            assert person.answer(page["item"], described(text)).status_code == 200
+            body = described(text) | person.watched(page)
+            assert person.answer(page["item"], body).status_code == 200
     annotator = people[0]
     for task in ("segment", "ground", "check"):
         annotator.send("POST", f"/api/practice/{task}", {})
         while (response := annotator.lease(task, "my-study")).status_code == 200:
             page = response.json
-            answered = annotator.answer(page["item"], ANSWERS[task](page["payload"]))
+            body = ANSWERS[task](page["payload"])
+            if task != "segment":
+                body |= annotator.watched(page)
+            answered = annotator.answer(page["item"], body)
             assert answered.status_code == 200, answered.text
     engine.dispose()
 

@@ -48,7 +48,7 @@ def test_answers_become_a_corpus(app: Flask) -> None:
         ("EVENT", "Pick up the tires by the truck"),
     ]
     answer = grounded(page, cant_tell=(4,))
-    answer["trims"] = {"0": [2.0, 4.0]}
+    answer["trims"] = {"0": [0.2, 0.4]}
     assert author.answer(page["item"], answer).status_code == 200
 
     page = author.take("check")
@@ -68,8 +68,8 @@ def test_answers_become_a_corpus(app: Flask) -> None:
     assert positive.correct == (True, None, True, True, None)
     agent = positive.groundings[0][0]
     assert agent.trajectory.t[[0, -1]].tolist() == [
-        positive.context.agent.trajectory.t[0] + 2.0,
-        positive.context.agent.trajectory.t[0] + 4.0,
+        positive.context.agent.trajectory.t[0] + 0.2,
+        positive.context.agent.trajectory.t[0] + 0.4,
     ]
     assert positive.groundings[2][0] in positive.context.objects
     assert random.source == "random"

@@ -274,8 +274,9 @@ def test_a_rating_set_from_plans_to_ratings(study, capsys):
     app = create_app(open_instance(study / INSTANCE))
     rater = Browser(app, study="plans")
     for _ in range(3):
-        item = rater.lease("rate", "plans").json["item"]
-        assert rater.answer(item, {"rating": 5, "watched_s": 1.0}).status_code == 200
+        page = rater.lease("rate", "plans").json
+        body = {"rating": 5, **rater.watched(page)}
+        assert rater.answer(page["item"], body).status_code == 200
     engine_of(app).dispose()
 
     found = json.loads(ct("--format", "json").out)
