@@ -11,7 +11,6 @@ from typing import TypeAlias
 
 import msgspec
 import numpy as np
-from scipy.special import stdtrit
 from sqlalchemy import ColumnElement, and_, case, func, literal, select
 from sqlalchemy.orm import Session
 
@@ -129,6 +128,8 @@ def _estimated(task: Task, items: Sequence[Sequence[Record]]) -> list[Measured]:
 
 
 def _bounded(one: Measured, values: Sequence[float], share: float) -> Measured:
+    from scipy.special import stdtrit  # noqa: PLC0415 - takes long, and few pages need it
+
     spread = math.sqrt((len(values) - 1) * np.var(values) * share) if values else math.nan
     if one.value is None or not spread > 0:
         return one

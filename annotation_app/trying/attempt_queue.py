@@ -52,7 +52,7 @@ class Attempts:
     def __init__(self, instance: Path, model: Path | None) -> None:
         self.folder = instance / FOLDER
         self.model = model
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._pool: ProcessPoolExecutor | None = None
         self._stop: Connection | None = None
         self._waiting: list[Future[None]] = []
@@ -87,6 +87,7 @@ class Attempts:
                 found is None and self._prepared[scenario].done()
             ):
                 future = self._process().submit(prepare, folder, scenario, self.model)
+                future.add_done_callback(self._lost)
                 self._prepared[scenario] = future
         return found
 
@@ -122,15 +123,21 @@ class Attempts:
         self.close()
 
     def _ended(self, folder: Path, done: Future[None]) -> None:
-        """Report an attempt whose process has died, and start another process next time."""
-        if done.cancelled() or done.exception() is None:
+        """Report an attempt whose process has died."""
+        if not self._lost(done):
             return
-        with self._lock:
-            self._pool = None
         shown = read_state(folder)
         if shown is not None:
             problem = "This took too much memory, or the server was stopped. Try again."
             write_state(folder, Shown(shown.asked, "done", problem=problem))
+
+    def _lost(self, done: Future[None]) -> bool:
+        """Check that a process has died, and then start another one next time."""
+        if done.cancelled() or done.exception() is None:
+            return False
+        with self._lock:
+            self._pool = None
+        return True
 
     def _forget(self) -> None:
         for folder in self.folder.glob("*"):
