@@ -21,7 +21,7 @@ _BIRDS = (
 
 
 def short_name(subject: str) -> str:
-    """Return a name that is easily told apart and says nothing of a person.
+    """Return an easy name for a person, which reveals nothing about them.
 
     Parameters
     ----------

@@ -256,7 +256,7 @@ class Task:
     """The part of a kept answer that `counts`, `agreement`, `oddities` and `passes` read. With it
     the dashboard of a large study is faster: equal gists are read once."""
     facts: Callable[[Session, Item, Record], Sequence[tuple[str, str]]] = _none
-    """What a kept answer says, in words: what it is about, and what was answered."""
+    """Facts of a kept answer in words: its subject, and the answer."""
     disputed: Callable[[Item, Sequence[Record]], Iterable[Part]] = _none
     """The parts of an item's answers, two or more, on which people may disagree."""
     oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
