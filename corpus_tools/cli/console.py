@@ -15,7 +15,7 @@ import logging
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -216,7 +216,7 @@ def _report(error: Exception, targets: Sequence[Path]) -> int:
     elif isinstance(error, click.ClickException):
         shown = io.StringIO()
         error.show(file=shown)
-        note(_shortened(shown.getvalue().rstrip("\n")))
+        note(_shortened(shown.getvalue().rstrip("\n")), *_remedy(error))
     elif isinstance(error, ManyError):
         _complain(f"error: {len(error.errors)} things are wrong:")
         for one in error.errors[:MOST_LINES]:
@@ -236,6 +236,43 @@ def _report(error: Exception, targets: Sequence[Path]) -> int:
             "(run with --verbose for the traceback, please report)"
         )
     return status
+
+
+def _remedy(error: click.ClickException) -> list[str]:
+    """Return lines that show what to write, where an error doesn't."""
+    ctx = error.ctx if isinstance(error, click.UsageError) else None
+    if ctx is None:
+        return []
+    if isinstance(error, click.NoSuchCommand) and isinstance(ctx.command, click.Group):
+        if error.possibilities and "Did you mean" in error.format_message():
+            return []
+        names = _names(cli, "ct") if ctx.command is cli else ()
+        elsewhere = [name for name in names if name.split()[-1] == error.command_name]
+        known = ", ".join(ctx.command.list_commands(ctx))
+        return [f"Write: {name}" for name in elsewhere] or [f"{ctx.command_path} has {known}."]
+    is_usage = type(error) is click.UsageError or isinstance(error, click.MissingParameter)
+    examples = _examples(ctx.command) if is_usage else []
+    parameter = getattr(error, "param", None)
+    options = parameter.opts if isinstance(parameter, click.Option) else ()
+    fitting = [one for one in examples if any(f" {option} " in one for option in options)]
+    return [f"Example: {one}" for one in (fitting or examples)[:1]]
+
+
+def _examples(command: click.Command) -> list[str]:
+    """Return the examples of a command's help."""
+    lines = f"{command.help}\n{command.epilog}".partition("Example")[2].splitlines()
+    return [line.strip() for line in lines if line.strip().startswith("ct ")]
+
+
+def _names(group: click.Group, path: str) -> Iterator[str]:
+    """Yield the commands of a group and of the groups in it."""
+    with click.Context(group) as ctx:
+        for name in group.list_commands(ctx):
+            command = group.get_command(ctx, name)
+            if command is not None and not command.hidden:
+                yield f"{path} {name}"
+            if isinstance(command, click.Group):
+                yield from _names(command, f"{path} {name}")
 
 
 def _belongs_before(error: click.NoSuchOption) -> bool:

@@ -131,7 +131,10 @@ def judge_validity(
         If the corpus has no judgments, none of the study, or no log of any video judged.
     """
     if not corpus.judgments:
-        raise FormatError("the corpus has no judgments", fix="give one with ratings of videos")
+        raise FormatError(
+            "the corpus has no judgments",
+            fix="give one with ratings of videos",
+        )
     check_judgments(corpus.judgments, {command.video for command in corpus.commands.values()})
     mine = of_study(corpus.judgments, study)
     pairs, left_out = _judged(mine, corpus, other)

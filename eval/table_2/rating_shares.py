@@ -106,6 +106,9 @@ class Results:
     link: CumulativeLink | None = None
 
 
+TRY = "give one with ratings of videos, or warehouse-simulated-ratings to try it"
+
+
 def table_2(
     judgments: Sequence[Judgment],
     *,
@@ -138,7 +141,10 @@ def table_2(
     if models and find_spec("statsmodels") is None:
         raise CorpusError("--models needs statsmodels", fix="pip install 'corpus-tools-g3[study]'")
     if not judgments:
-        raise FormatError("the corpus has no judgments", fix="give one with ratings of videos")
+        raise FormatError(
+            "the corpus has no judgments",
+            fix="give one with ratings of videos, or warehouse-simulated-ratings to try it",
+        )
     mine = of_study(judgments, study)
     others = Counter(j.study for j in judgments if j.study != mine[0].study)
     ratings = ratings_of(mine)
