@@ -79,6 +79,7 @@ PAGES = {
         )
         for task in ("segment", "ground")
     },
+    "assign": ("admin", "/dashboard/<study_name>/assign"),
     "disagreements": ("admin", "/dashboard/<study_name>/disagreements"),
     "people": ("admin", "/dashboard/<study_name>/people"),
     "person": ("admin", "/dashboard/<study_name>/people/<person_id>"),

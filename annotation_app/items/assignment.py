@@ -13,6 +13,7 @@ from sqlalchemy import (
     ColumnElement,
     Float,
     UpdateBase,
+    and_,
     bindparam,
     case,
     exists,
@@ -29,6 +30,7 @@ from annotation_app.items.elapsed import since_boot
 from annotation_app.store.database import core, dialect_of, inserting
 from annotation_app.store.models import (
     Answer,
+    Assignment,
     Handout,
     Item,
     Person,
@@ -44,8 +46,8 @@ Reason: TypeAlias = Literal["done", "blocked", "all taken", "nothing to do"]
 others are at work on what is left, or there is nothing (left) in the study."""
 
 
-_TABLES = (Answer, Handout, Item, Person, Slot, Study)
-ANSWER, HANDOUT, ITEM, PERSON, SLOT, STUDY = map(core, _TABLES)
+_TABLES = (Answer, Assignment, Handout, Item, Person, Slot, Study)
+ANSWER, ASSIGNED, HANDOUT, ITEM, PERSON, SLOT, STUDY = map(core, _TABLES)
 
 # Statements are built once: that takes several times as long as to run them.
 _STUDY: BindParameter[str] = bindparam("of_study")
@@ -250,9 +252,14 @@ def _is_new() -> tuple[ColumnElement[bool], ...]:
             HANDOUT.c.skipped_at.is_not(None),
         ),
         ~_HAS_ANSWERED,
+        ~_IS_OF_OTHERS,
     )
 
 
+_TO_ITEM = ASSIGNED.c.item_id == ITEM.c.id
+_IS_OF_OTHERS = and_(
+    exists().where(_TO_ITEM), ~exists().where(_TO_ITEM, ASSIGNED.c.person_id == _WHO)
+)
 _OF_TASK = (ITEM.c.study_id == _STUDY, ITEM.c.task == _TASK)
 _OWN = (SLOT.c.item_id == _ITEM_ID, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False))
 
@@ -336,6 +343,9 @@ _NOT_FOR_THEM = union(
     select(ITEM.c.id).where(ITEM.c.author_id == _WHO),
     select(SLOT.c.item_id).where(SLOT.c.person_id == _WHO),
     select(HANDOUT.c.item_id).where(HANDOUT.c.person_id == _WHO, HANDOUT.c.skipped_at.is_not(None)),
+    select(ASSIGNED.c.item_id).where(
+        ASSIGNED.c.item_id.not_in(select(ASSIGNED.c.item_id).where(ASSIGNED.c.person_id == _WHO))
+    ),
     # First by subjects that the person knows, which is an index's order.
     select(ITEM.c.id).where(
         ITEM.c.study_id == _STUDY,

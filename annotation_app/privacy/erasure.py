@@ -26,6 +26,7 @@ from annotation_app.store.database import transaction
 from annotation_app.store.models import (
     AccountLink,
     Answer,
+    Assignment,
     Draft,
     Erasure,
     Event,
@@ -163,7 +164,7 @@ def erase(session: Session, person: Person, *, now: float) -> Traces:
     _delete_remarks(session, Answer.person_id == own)
     session.execute(update(Remark).where(Remark.person_id == own).values(text=""))
     session.execute(delete(Answer).where(Answer.person_id == own))
-    for table in (Event, Draft, Handout):
+    for table in (Event, Draft, Handout, Assignment):
         session.execute(delete(table).where(table.person_id == own))
     of_attention = select(Item.id).where(Item.attention)
     session.execute(delete(Slot).where(Slot.person_id == own, Slot.item_id.in_(of_attention)))
@@ -290,7 +291,7 @@ def _locked(session: Session, *where: ColumnElement[bool]) -> list[str]:
 def _delete_items(session: Session, items: Iterable[str]) -> None:
     for ids in _batches(items):
         _delete_remarks(session, Answer.item_id.in_(ids))
-        for table in (Answer, Event, Draft, Handout, Slot):
+        for table in (Answer, Event, Draft, Handout, Slot, Assignment):
             session.execute(delete(table).where(table.item_id.in_(ids)))
         session.execute(delete(Item).where(Item.id.in_(ids)))
 

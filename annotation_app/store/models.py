@@ -210,6 +210,15 @@ class Handout(Base):
     """Suggestion of a program, and whether the person saw it (`annotation_app.work.page_data`)."""
 
 
+class Assignment(Base):
+    """An item that only some people get: those with such a row."""
+
+    __tablename__ = "assignment"
+
+    item_id: Mapped[str] = mapped_column(ForeignKey("item.id"), primary_key=True)
+    person_id: Mapped[str] = mapped_column(ForeignKey("person.id"), primary_key=True, index=True)
+
+
 class Event(Base):
     """A sent event, as it came.
 

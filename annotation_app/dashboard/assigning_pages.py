@@ -1,0 +1,69 @@
+"""The page on which items are assigned to people."""
+
+from __future__ import annotations
+
+import flask
+from flask import Blueprint
+from flask.typing import ResponseReturnValue
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.dashboard import answer_browsing as browsing
+from annotation_app.people.person_names import shown_name
+from annotation_app.store.models import Person
+from annotation_app.studies.study_file import restored
+from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
+from annotation_app.work import assigning
+from annotation_app.work.handing_out import find_study
+
+blueprint = Blueprint("assigning_pages", __name__, url_prefix="/dashboard")
+blueprint.register_error_handler(Refusal, refused)
+
+
+def _assign_page(session: Session, person: Person, study_name: str, problem: str = "") -> str:
+    study = find_study(session, study_name)
+    counts = assigning.assigned(session, study.id)
+    people = assigning.assignable(session, study.id)
+    return flask.render_template(
+        "dashboard/assign.html",
+        person=person,
+        study=study,
+        problem=problem,
+        form=flask.request.form,
+        tasks=list(restored(study.config).tasks),
+        videos=browsing.videos(session, study.id),
+        people=[
+            (
+                one.id,
+                shown_name(one),
+                [(task, count) for (who, task), count in sorted(counts.items()) if who == one.id],
+            )
+            for one in people
+        ],
+    )
+
+
+@blueprint.get("/<study_name>/assign")
+def assign_page(study_name: str) -> str:
+    """Show who has which items, and the form to assign them."""
+    with seen_by("adjudicator") as (session, person):
+        return _assign_page(session, person, study_name)
+
+
+@blueprint.post("/<study_name>/assign")
+@refused_on(_assign_page, "adjudicator")
+def assign(study_name: str) -> ResponseReturnValue:
+    """Assign the open items of a task to people."""
+    form = flask.request.form
+    way, task = form.get("way", ""), form.get("task", "")
+    with changed_by("adjudicator") as (session, person):
+        study = find_study(session, study_name)
+        ways = [one for one in assigning.WAYS if one == way]
+        if not ways or task not in study.config["tasks"]:
+            raise Refusal(422, "Choose a task, and who gets its items.")
+        people = form.getlist("people")
+        video = form.get("video", "").replace("\0", "")[:200]
+        count = assigning.assign(session, study, task, people, person, way=ways[0], video=video)
+    items = "item" if count == 1 else "items"
+    flask.flash(f"{count} open {items} of {task} assigned.")
+    return flask.redirect(flask.url_for(".assign_page", study_name=study_name), 303)

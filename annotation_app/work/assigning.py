@@ -1,0 +1,99 @@
+"""Items for some people only: each for all of them, or shared out among them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Literal, TypeAlias, get_args
+
+from sqlalchemy import delete, exists, func, select
+from sqlalchemy.orm import Session
+
+from annotation_app.core.problems import Refusal
+from annotation_app.items.new_items import REPLACED
+from annotation_app.store.audit import name_of, note
+from annotation_app.store.models import Answer, Assignment, Item, Person, Slot, Study, TaskName
+from annotation_app.studies.study_file import TaskConfig, restored
+
+Way: TypeAlias = Literal["share", "each", "anybody"]
+WAYS: tuple[Way, ...] = get_args(Way)
+"""Shared out evenly; each item for all of them; for anybody again."""
+
+
+def assign(
+    session: Session,
+    study: Study,
+    task: TaskName,
+    people: Sequence[str],
+    by: Person,
+    *,
+    way: Way,
+    video: str = "",
+) -> int:
+    """Assign the open items of a task, or of one of its videos, to people by their ids.
+
+    Where they are shared out, each item goes to as many people as it wants answers.
+
+    Returns
+    -------
+    int
+        The number of items.
+    """
+    wanted = restored(study.config).tasks.get(task, TaskConfig()).answers
+    chosen = [person.id for person in assignable(session, study.id) if person.id in people]
+    if way != "anybody" and len(chosen) < wanted:
+        raise Refusal(422, f"Choose {wanted} people or more: each item wants so many answers.")
+    open_ = exists().where(Slot.item_id == Item.id, Slot.answered.is_(False))
+    found = select(Item.id).where(
+        Item.study_id == study.id,
+        Item.task == task,
+        Item.attention.is_(False),
+        ~Item.subject.startswith(REPLACED),
+        open_,
+        *((Item.video == video,) if video else ()),
+    )
+    items = session.scalars(found.order_by(Item.rank, Item.id)).all()
+    for number, item_id in enumerate(items):
+        session.execute(delete(Assignment).where(Assignment.item_id == item_id))
+        if way == "each":
+            whose = chosen
+        elif way == "share":
+            first = number * wanted
+            whose = [chosen[(first + i) % len(chosen)] for i in range(wanted)]
+        else:
+            whose = []
+        session.add_all(Assignment(item_id=item_id, person_id=one) for one in whose)
+    session.flush()
+    note(
+        session,
+        name_of(by),
+        "assigned items",
+        study.name,
+        task=task,
+        items=len(items),
+        people=len(chosen) if way != "anybody" else 0,
+        way=way,
+    )
+    return len(items)
+
+
+def assignable(session: Session, study_id: str) -> Sequence[Person]:
+    """Return the people to whom items may be assigned: with a login, or with answers."""
+    answering = select(Answer.person_id).where(Answer.study_id == study_id)
+    return session.scalars(
+        select(Person)
+        .where(Person.blocked_at.is_(None), Person.login.is_not(None) | Person.id.in_(answering))
+        .order_by(Person.login, Person.external_hash)
+    ).all()
+
+
+def assigned(session: Session, study_id: str) -> Counter[tuple[str, TaskName]]:
+    """Count the open items that are assigned to each person, by their ids and the task."""
+    open_ = exists().where(Slot.item_id == Item.id, Slot.answered.is_(False))
+    rows = session.execute(
+        select(Assignment.person_id, Item.task, func.count())
+        .join(Item, Item.id == Assignment.item_id)
+        .where(Item.study_id == study_id, open_)
+        .group_by(Assignment.person_id, Item.task)
+    )
+    return Counter({(person_id, task): count for person_id, task, count in rows})
