@@ -25,6 +25,7 @@ from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from annotation_app.study_setup.study_drafts import StudyDraft, keep_draft
 from annotation_app.tasks.exported_groundings import shown_groundings
 from annotation_app.tasks.task_registry import task_names, task_of
+from annotation_app.trying.attempt_queue import attempts
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.annotation import Annotation
 from g3.sdc.clauses import SDC
@@ -127,6 +128,8 @@ def example(folder: Path, films: Path) -> Iterator[Example]:
             **_disputed(app),
         }
         yield Example(app, {**{n: c.value for n, c in cookies.items() if c}, "": None}, words)
+        with app.app_context():
+            attempts().stop()
 
 
 def _clips(studies: Path, films: Path) -> Path:

@@ -41,6 +41,8 @@ SIZES = ((390, 844), (1024, 768), (1280, 800))
 SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
+PATIENCE_MS = 300_000
+"""Longest time until a picture is rendered."""
 DOCS_WIDTH, MARGIN, COLOURS = 900, 16, 256
 STEPS = ("videos", "tasks", "people", "texts", "consent")
 PAGES = {
@@ -158,6 +160,8 @@ def ct(*args: str) -> None:
 
 def settle(page: Page, name: str) -> None:
     """Wait until all is drawn, and take a task's page to where its work begins."""
+    if name == "try":
+        page.locator("#picture img").wait_for(timeout=PATIENCE_MS)
     page.wait_for_load_state("networkidle")
     page.evaluate(
         "Promise.all([...document.querySelectorAll('video')].map(video => new Promise(done => {"
