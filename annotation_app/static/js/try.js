@@ -97,6 +97,9 @@ function mark(plan) {
   $("map").replaceChildren(drawing("map", frame, onMap));
 }
 
+/** Labels of what a clause may mean have the best spots, then those of places. */
+const rank = ({ isChosen, text, kind }) => (isChosen ? 0 : text.includes("%") ? 1 : kind === "place" ? 2 : 3);
+
 /** Shapes over a picture or on a map, with their names. */
 function drawing(kind, frame, shapes) {
   const layer = s("svg", { class: kind, viewBox: `${frame.x} ${frame.y} ${frame.w} ${frame.h}`, "aria-hidden": "true" });
@@ -110,7 +113,7 @@ function drawing(kind, frame, shapes) {
   layer.append(caps.element);
   const labels = seen
     .map(({ key, kind: sort, text, parts, isChosen }) => ({ id: key, kind: sort, text, box: boxAround(parts[0]), isChosen }))
-    .sort((a, b) => b.isChosen - a.isChosen || b.text.includes("%") - a.text.includes("%"));
+    .sort((a, b) => rank(a) - rank(b));
   new ResizeObserver(() => unitOf(layer) && caps.put(labels, frame, unitOf(layer))).observe(layer);
   return layer;
 }
