@@ -226,8 +226,9 @@ def _report(error: Exception, targets: Sequence[Path]) -> int:
     elif isinstance(error, CorpusError):
         _complain(f"error: {error}")
     elif isinstance(error, ModuleNotFoundError) and (extra := extra_of(error.name or "")):
+        package = str(error.name).partition(".")[0]
         _complain(
-            f"error: this needs the package {error.name} (pip install '{DISTRIBUTION}[{extra}]')"
+            f"error: this needs the package {package} (pip install '{DISTRIBUTION}[{extra}]')"
         )
     else:
         status = EXIT_UNEXPECTED
