@@ -9,7 +9,7 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import Any, NoReturn
 from urllib.parse import quote
@@ -215,6 +215,11 @@ async def answer(
 
     The sockets are closed.
     """
+
+    def has_ended(_: object) -> None:
+        gateway.listens.set()
+        end.set()
+
     servers, running = [], []
     for one in bound:
         host, port = one.getsockname()[:2]
@@ -235,20 +240,17 @@ async def answer(
         one.close()
         gateway.listens.clear()
         running.append(asyncio.create_task(servers[-1].serve()))
-        await _first(running[-1], gateway.listens.wait())
-    listening()
-    await _first(*running, end.wait())
+        running[-1].add_done_callback(has_ended)
+        await gateway.listens.wait()
+    if not end.is_set():
+        listening()
+    await end.wait()
     for server in servers:
         server.stop()
     done, late = await asyncio.wait(running, timeout=FINISH_S)
     for task in done:
         task.result()
     return not late
-
-
-async def _first(*several: Awaitable[object]) -> None:
-    tasks = [asyncio.ensure_future(one) for one in several]
-    await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
 
 
 def _connections() -> int:
