@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Grounder", "GroundingModel", "SDCParser", "parse", "parse_many"]
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 _MODULES = {
     "Grounder": "g3.inference.grounder",

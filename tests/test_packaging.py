@@ -105,8 +105,19 @@ def test_the_citation_is_of_this_version():
     assert citation["license"] == "MIT"
 
 
-def test_the_installing_page_has_every_extra_and_the_wheels_name(requirements, wheel):
+def test_the_installing_page_has_every_extra(requirements):
     page = (ROOT / "docs/installing.md").read_text()
     listed = set(re.findall(r"^\| `([\w-]+)` \|", page, re.MULTILINE))
     assert listed == {*RUNTIME[1:], "all"}
-    assert Path(str(wheel.filename)).name in page
+
+
+def test_the_workflow_checks_with_pythons_that_the_package_is_for():
+    workflow = yaml.safe_load((ROOT / ".github/workflows/check.yml").read_text())
+    job = workflow["jobs"]["check"]
+    assert any(step.get("run") == "./check" for step in job["steps"])
+    pythons = job["strategy"]["matrix"]["python"]
+    listed = (ROOT / "pyproject.toml").read_text()
+    assert len(pythons) == 3
+    assert all(f"Python :: {one}" in listed for one in pythons)
+    for form in (ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml"):
+        assert yaml.safe_load(form.read_text()), form
