@@ -54,13 +54,12 @@ class Client:
         try:
             writer.write(head.encode() + body)
             status, *lines = (await reader.readuntil(b"\r\n\r\n")).decode().split("\r\n")
-            pairs = (line.split(": ", 1) for line in lines if line)
-            headers = {name.lower(): text for name, text in pairs}
-            reply = await reader.readexactly(int(headers["content-length"]))
+            headers = dict(line.split(": ", 1) for line in lines if line)
+            reply = await reader.readexactly(int(headers["Content-Length"]))
         except BaseException:
             writer.close()
             raise
         self.idle.append((reader, writer))
-        if "set-cookie" in headers:
-            self.cookie = headers["set-cookie"].partition(";")[0].partition("=")[2]
+        if "Set-Cookie" in headers:
+            self.cookie = headers["Set-Cookie"].partition(";")[0].partition("=")[2]
         return int(status.split()[1]), msgspec.json.decode(reply)

@@ -95,7 +95,7 @@ def test_the_bill_of_materials_is_of_what_is_locked():
 
 
 def test_a_missing_extra_can_be_named(requirements):
-    assert extra_of("granian") == "app"
+    assert extra_of("waitress") == "app"
     assert set(RUNTIME[1:]) < set(requirements)
 
 

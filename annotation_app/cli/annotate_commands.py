@@ -192,7 +192,7 @@ def serve(
 
     def tell_addresses() -> None:
         name = "localhost" if host in ("127.0.0.1", "::1") else host
-        at = "" if https else f":{port}"
+        at = "" if https else f":{serving.port_of(bound)}"
         base = config.url or f"{'https' if https else 'http'}://{name}{at}"
         for what, address in serving.addresses(config, base):
             say(f"{what}: {address}")
@@ -206,7 +206,6 @@ def serve(
 
     # Who finds the port taken has set nothing up, and made no link that replaces another.
     with serving.bound(host, port) as bound:
-        port = serving.port_of(bound)
         serving.prepare(config)
         serving.make_first_admin(config)
         if demo:

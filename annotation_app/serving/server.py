@@ -1,23 +1,18 @@
-"""Serving the app with Granian."""
+"""Serving the app with waitress."""
 
 from __future__ import annotations
 
-import asyncio
-import atexit
 import logging
 import os
 import signal
 import socket
-import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import Any, NoReturn
+from typing import Any
 from urllib.parse import quote
 
-from granian.constants import HTTPModes
-from granian.http import HTTP1Settings
-from granian.log import LogLevels
-from granian.server.embed import Server
+import waitress
 from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -25,8 +20,9 @@ from annotation_app.core.config import Config
 from annotation_app.people.account_links import first_admin_link, path_of
 from annotation_app.people.accounts import admin_from_environment
 from annotation_app.privacy.retention import expire
+from annotation_app.serving.connection_room import CONNECTIONS, Room
+from annotation_app.serving.connections import Connections
 from annotation_app.serving.factory import create_app
-from annotation_app.serving.gateway import Gateway
 from annotation_app.store import tombstones
 from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.database import OnlyReadError, opened, reading, transaction
@@ -49,15 +45,18 @@ log = logging.getLogger(__name__)
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-CONNECTIONS = 3000
-"""Largest number of connections."""
-HEAD_S = 75.0
-"""Longest time until the head of a request has come, from the connection or the last reply on, in
-seconds: longer than proxies keep idle connections."""
+WAIT_S = 1.0
+"""Longest wait for data before the connections are checked, in seconds."""
 FINISH_S = 7.0
 """Longest time for requests to finish at the end, in seconds."""
+STOP_S = 1.0
+"""Longest time for threads to stop at the end, when at most one has work left, in seconds."""
 FILES = 4096
 """Number of files that may be open, if the system permits: connections, databases, videos."""
+MARGIN = 100
+"""Number of connections beyond the limit that are accepted while all are being answered."""
+NEVER_S = 10**9
+"""Waitress closes silent connections by the clock, which may jump; `Room` does it instead."""
 
 
 def addresses(config: Config, base: str) -> list[tuple[str, str]]:
@@ -159,101 +158,69 @@ def serve(
     *,
     threads: int,
     listening: Callable[[], None] = lambda: None,
-) -> NoReturn:
-    """Answer requests on the sockets of :func:`bound` until Ctrl-C or a signal ends the process."""
+) -> None:
+    """Answer requests on the sockets of :func:`bound` until Ctrl-C or a signal ends the server.
+
+    A second signal ends it at once.
+    """
     logging.basicConfig()
-    with opened(config.database) as engine:
+    logging.getLogger("waitress.queue").setLevel(logging.ERROR)
+    room = Room(_most_connections())
+    connections = Connections(room)
+    with opened(config.database) as engine, asked_to_end(connections.ring) as end:
         app = create_app(config, engine)
+        with _named(str(bound[0].getsockname()[0]), port_of(bound)):
+            server = waitress.create_server(
+                app,
+                map=connections,
+                sockets=list(bound),
+                threads=threads,
+                ident=None,
+                clear_untrusted_proxy_headers=not config.proxies,
+                connection_limit=room.most + MARGIN,
+                channel_timeout=NEVER_S,
+                max_request_body_size=2 * config.max_body_bytes,
+            )
         # After the app is made: before 3.11.8, Python fails where two threads parse code at once,
         # as Werkzeug does for its routes and spaCy for its settings (gh-106905).
         _warm_up(config)
-        gateway = Gateway(app, threads=threads, body_bytes=2 * config.max_body_bytes)
-
-        async def run() -> bool:
-            end, most = _asked_to_end(), _connections()
-            return await answer(gateway, bound, end, listening=listening, connections=most)
-
-        loop = asyncio.new_event_loop()
-        is_finished = loop.run_until_complete(run())
+        listening()
+        with app.app_context():
+            while not end.is_set():
+                connections.wait(WAIT_S)
+        if not connections.finish(FINISH_S):
+            log.warning("requests that took longer than %.0f s were cut off", FINISH_S)
+        server.task_dispatcher.shutdown(timeout=STOP_S)
         with app.app_context():
             attempts().stop()
-    if not is_finished:
-        log.warning("requests that took longer than %.0f s were cut off", FINISH_S)
-    # Python would wait for threads with such requests, and abort where one of Granian's still ends.
-    atexit._run_exitfuncs()
-    sys.stdout.flush()
-    os._exit(0)
 
 
-def _asked_to_end() -> asyncio.Event:
-    """Return an event that is set at Ctrl-C or a signal to end; the next one ends the process.
+@contextmanager
+def asked_to_end(ring: Callable[[], None]) -> Iterator[threading.Event]:
+    """Yield an event that is set, and rings, at Ctrl-C or a signal to end.
 
     Also where a shell has started the process in the background, and so made it ignore Ctrl-C.
     """
-    event, loop = asyncio.Event(), asyncio.get_running_loop()
+    event = threading.Event()
+    if threading.current_thread() is not threading.main_thread():  # others get no signals
+        yield event
+        return
 
     def ask(_number: int, _frame: Any) -> None:
         for number in SIGNALS:
             signal.signal(number, signal.SIG_DFL)
-        loop.call_soon_threadsafe(event.set)
+        event.set()
+        ring()
 
-    for number in SIGNALS:
-        signal.signal(number, ask)
-    return event
-
-
-async def answer(
-    gateway: Gateway,
-    bound: Sequence[socket.socket],
-    end: asyncio.Event,
-    *,
-    listening: Callable[[], None],
-    connections: int = CONNECTIONS,
-    head_s: float = HEAD_S,
-) -> bool:
-    """Answer requests at the addresses of sockets until an event; return False if some are cut off.
-
-    The sockets are closed.
-    """
-
-    def has_ended(_: object) -> None:
-        gateway.listens.set()
-        end.set()
-
-    servers, running = [], []
-    for one in bound:
-        host, port = one.getsockname()[:2]
-        servers.append(
-            Server(
-                gateway,
-                host,
-                port,
-                backlog=connections,
-                backpressure=connections,
-                http=HTTPModes.http1,
-                http1_settings=HTTP1Settings(header_read_timeout=int(1000 * head_s)),
-                websockets=False,
-                log_level=LogLevels.error,
-                log_dictconfig={"loggers": {"_granian": {}}},
-            )
-        )
-        one.close()
-        gateway.listens.clear()
-        running.append(asyncio.create_task(servers[-1].serve()))
-        running[-1].add_done_callback(has_ended)
-        await gateway.listens.wait()
-    if not end.is_set():
-        listening()
-    await end.wait()
-    for server in servers:
-        server.stop()
-    done, late = await asyncio.wait(running, timeout=FINISH_S)
-    for task in done:
-        task.result()
-    return not late
+    before = {number: signal.signal(number, ask) for number in SIGNALS}
+    try:
+        yield event
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def _connections() -> int:
+def _most_connections() -> int:
     """Return the number of possible connections, after requesting as many files."""
     if resource is None:
         return CONNECTIONS
@@ -261,4 +228,4 @@ def _connections() -> int:
     if soft < FILES and soft != resource.RLIM_INFINITY:
         soft = FILES if hard == resource.RLIM_INFINITY else min(hard, FILES)
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-    return CONNECTIONS if soft >= FILES else max(1, soft // 2)
+    return CONNECTIONS if soft >= FILES else max(1, min(CONNECTIONS, soft // 2))

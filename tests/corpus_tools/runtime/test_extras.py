@@ -36,11 +36,11 @@ def test_the_extra_of_a_module(module, extra):
 
 
 def test_a_command_whose_extra_is_missing_names_it(tmp_path):
-    (tmp_path / "sitecustomize.py").write_text("import sys; sys.modules['granian'] = None\n")
+    (tmp_path / "sitecustomize.py").write_text("import sys; sys.modules['waitress'] = None\n")
     done = ct("annotate", cwd=tmp_path, PYTHONPATH=str(tmp_path))
     assert done.returncode == 2
     assert done.stderr == (
-        "ct: error: this needs the package granian (pip install 'corpus-tools-g3[app]')\n"
+        "ct: error: this needs the package waitress (pip install 'corpus-tools-g3[app]')\n"
     )
 
 
