@@ -82,7 +82,7 @@ class Facts:
 
 
 def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
-    """Return commands with known outcomes, and annotated ones, which have a log.
+    """Return commands with known outcomes, and annotated ones, in worlds with things.
 
     Commands with unknown outcomes are left out.
 
@@ -99,7 +99,7 @@ def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
     result = list(_known(corpus))
     if not result:
         raise CorpusError(
-            "plans for its commands can't be judged: it has neither annotations nor outcomes",
+            "no command has an annotation or an outcome in a world with things",
             where=f"corpus {corpus.name}",
             fix="take a corpus with logs and annotations, or one with outcomes.jsonl",
         )
@@ -127,6 +127,8 @@ def _known(corpus: Corpus) -> Iterator[JudgedCommand]:
         if done is not None and not done.tells:
             continue
         context = annotation.context if annotation else corpus.contexts[contexts[command.id]]
+        if len(context.objects) < 2:  # the robot alone, as in a treebank
+            continue
         own = of_context.setdefault(context.id, loads_of_context(context))
         yield JudgedCommand(command, context, annotation, done, own)
 

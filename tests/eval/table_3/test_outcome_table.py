@@ -124,5 +124,7 @@ def test_a_corpus_that_tells_nothing_is_refused(corpus):
         commands=corpus.commands.values(),
         annotations=(),
     )
-    with pytest.raises(CorpusError, match="neither annotations nor outcomes"):
+    with pytest.raises(CorpusError, match="no command has an annotation or an outcome"):
         judged_commands(silent)
+    with pytest.raises(CorpusError, match="in a world with things"):
+        judged_commands(open_corpus("treebank"))
