@@ -132,7 +132,7 @@ def main() -> None:
         if "report".startswith(asked.only):
             take_report(browser, asked.out)
     if asked.docs:
-        for name in DOCS:
+        for name in (name for name in DOCS if name.startswith(asked.only)):
             smaller(name, asked.out)
     if wrong:
         sys.exit("\n".join(wrong))
