@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
     from corpus_tools.video.items import Item
     from corpus_tools.video.manifest import Settings
-    from corpus_tools.video.production import OnFrame
+    from corpus_tools.video.production import OnFrameCount
     from corpus_tools.video.render_batch import Outcome
 
 SMALLEST, LARGEST = 64, 4096
@@ -152,7 +152,7 @@ def _produce(
     outcomes: list[Outcome] = []
     with progress_bar("rendering") as progress:
 
-        def on_frame(name: str) -> OnFrame:
+        def on_frame(name: str) -> OnFrameCount:
             def told(done: int, total: int) -> None:
                 progress(f"{name} ({len(outcomes) + 1} of {len(items)})", done, total)
 

@@ -26,12 +26,12 @@ from g3.storage.system_errors import about
 VIDEO, POSTER, LOG = "video.mp4", "poster.png", "log.mcap"
 SEGMENTATION, SEGMENTS = "segmentation.png", "segmentation.json"
 
-OnFrame = Callable[[int, int], None]
+OnFrameCount = Callable[[int, int], None]
 """Called with how many frames are done, and how many there are."""
 
 
 def produce(
-    item: Item, out: Path, settings: Settings, *, force: bool, on_frame: OnFrame | None = None
+    item: Item, out: Path, settings: Settings, *, force: bool, on_frame: OnFrameCount | None = None
 ) -> bool:
     """Make an item's folder, unless it is finished.
 

@@ -12,7 +12,7 @@ from corpus_tools.runtime.parallel import Done, WorkerDiedError, Workers, work
 from corpus_tools.video.drawing.gl import VARIABLE, choose_back_end
 from corpus_tools.video.items import Item
 from corpus_tools.video.manifest import Settings
-from corpus_tools.video.production import OnFrame, produce
+from corpus_tools.video.production import OnFrameCount, produce
 from g3.errors import CorpusError
 from g3.storage.system_errors import named_error
 
@@ -40,7 +40,7 @@ def produce_all(
     *,
     workers: Workers,
     force: bool,
-    on_frame: Callable[[str], OnFrame] | None = None,
+    on_frame: Callable[[str], OnFrameCount] | None = None,
 ) -> Iterator[Outcome]:
     """Make all items' folders; one that fails doesn't stop the others.
 
@@ -64,7 +64,7 @@ def _outcome_elsewhere(item: Item, *, out: Path, settings: Settings, force: bool
 
 
 def _outcome(
-    item: Item, *, out: Path, settings: Settings, force: bool, on_frame: OnFrame | None = None
+    item: Item, *, out: Path, settings: Settings, force: bool, on_frame: OnFrameCount | None = None
 ) -> Outcome:
     try:
         return Outcome(item.name, produce(item, out, settings, force=force, on_frame=on_frame))
