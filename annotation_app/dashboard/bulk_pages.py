@@ -35,10 +35,10 @@ def act_on_many(study_name: str) -> ResponseReturnValue:
     """Carry out an act on many answers, and count those that it was refused for."""
     form = flask.request.form
     action, wanted = form.get("action", ""), browsing.read_wanted(form)
-    if action not in ACTS:
-        raise Refusal(404, "There is no such action.")
     done, problems = 0, list[str]()
     with changed_by("adjudicator") as (session, person):
+        if action not in ACTS:
+            raise Refusal(404, "There is no such action.")
         study = find_study(session, study_name)
         chosen = _chosen(session, study, wanted)
         if action == EXPORT:

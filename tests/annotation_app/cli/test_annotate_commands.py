@@ -232,7 +232,8 @@ def test_the_bundled_corpus_can_be_edited(tmp_path: Path) -> None:
     assert editor.adjudicate(item, {"sdcs": tree}).status_code == 200
     page = editor.lease("ground", study.name)
     assert page.json["payload"]["command"] == changed.command.text
-    editor.answer(page.json["item"], {"groundings": {"0": {"cant_tell": True}}})
+    body = {"groundings": {"0": {"cant_tell": True}}, **editor.watched(page.json)}
+    assert editor.answer(page.json["item"], body).status_code == 200
     engine.dispose()
 
     out = tmp_path / "out"

@@ -78,18 +78,20 @@ def test_what_differs_in_groundings_is_marked(app: Flask) -> None:
 def test_parts_of_the_video_that_differ(app: Flask) -> None:
     judge = Browser(app, "adjudicator")
     judge.adjudicate(dispute(app), sdcs(ONE))
-    for trims in ({"0": [2.0, 4.5]}, {}):
+    for trims in ({"0": [0.2, 0.5]}, {}):
         person = Browser(app)
         page = person.take("ground")
         nodes = [c["node"] for c in page["payload"]["clauses"] if c["type"] == "OBJECT"]
         groundings = {str(n): {"cant_tell": True} for n in nodes}
-        person.answer(page["item"], {"groundings": groundings, "trims": trims})
+        body = {"groundings": groundings, "trims": trims, **person.watched(page)}
+        sent = person.answer(page["item"], body)
+        assert sent.status_code == 200, sent.json
     shown = judge.client.get(f"{BASE}/queue/{page['item']}").text
     sides = shown.split('<h2 id="side-1"')[1]
     marked = re.findall(r"<mark>(.*?)</mark>", sides, re.DOTALL)
-    assert [words.strip() for words in marked] == ["2.0 to 4.5 s", "the whole video"]
-    # The video is ten seconds long.
-    assert "Answer 1: from 20 to 45 percent" in shown
+    assert [words.strip() for words in marked] == ["0.2 to 0.5 s", "the whole video"]
+    # The video is one second long.
+    assert "Answer 1: from 20 to 50 percent" in shown
 
 
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])

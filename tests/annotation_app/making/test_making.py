@@ -230,7 +230,7 @@ def test_previews_have_the_drafts_words(admin: Member) -> None:
     send(admin, "consent", consent="Do you **agree** to the {robot}?")
     welcome = admin.client.get("/admin/studies/arm/preview/welcome").text
     assert "<strong>agree</strong> to the arm?" in welcome
-    assert "nothing is kept" in welcome
+    assert "no answer is sent" in welcome
     assert "Look at **it**" in admin.client.get("/admin/studies/arm/preview/tasks").text
     page = admin.client.get("/admin/studies/arm/preview/describe").text
     assert "<li>Watch.</li>" in page

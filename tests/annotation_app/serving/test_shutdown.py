@@ -21,7 +21,7 @@ from sqlalchemy import select
 from annotation_app.core.config import Config
 from annotation_app.store.database import reading
 from annotation_app.store.models import Event, Secret
-from annotation_app.trying.attempt import scenarios
+from annotation_app.trying.start_scene import scenarios
 from tests.annotation_app.browser import Browser, described, engine_of, rows_in
 from tests.annotation_app.real_server import Client, new_uuid, running
 

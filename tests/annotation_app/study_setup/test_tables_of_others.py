@@ -144,6 +144,7 @@ def test_an_older_study_keeps_its_items_and_answers(tmp_path: Path) -> None:
             session.execute(text("DELETE FROM item WHERE id != :i"), {"i": kept.id})
             session.execute(text("UPDATE item SET subject = substr(subject, 1, 70)"))
             session.execute(text("UPDATE answer SET subject = substr(subject, 1, 70)"))
+            session.execute(text("DROP TABLE assignment"))
             session.execute(text("UPDATE alembic_version SET version_num = '0012'"))
     for _ in range(2):
         with set_up(file) as app:

@@ -86,9 +86,7 @@ def test_what_is_wrong_with_an_answer_is_told_in_the_studys_language(app: Flask)
     refused = person.answer(item, {"text": " ", "played_to_end": True, "watched_s": 1.0})
     assert refused.status_code == 422
     assert refused.json["error"] == "Etwas in der Antwort muss geändert werden."
-    assert refused.json["problems"][0]["message"] == (
-        "Schreiben Sie, was Sie der Fachkraft am Steuer sagen würden."
-    )
+    assert refused.json["problems"][0]["message"] == "Geben Sie einen Befehl ein."
 
 
 class _Said(HTMLParser):

@@ -130,7 +130,7 @@ def test_agreement_is_told_apart(app: Flask, study: StudyConfig) -> None:
     with reading(engine_of(app)) as session:
         found = agreement(session, find_study(session, "tests").id)
     trees = {a.answers: (a.value, a.units) for a in found if a.measure.startswith("tree")}
-    assert trees["all"] == (pytest.approx((1 + 1 / 3 + 1 / 3) / 3), 3)
+    assert trees["all"] == (None, 3)  # too few items for a figure
     assert trees["without untouched suggestions"] == (None, 0)
     assert trees["no suggestion seen"] == (None, 0)
 

@@ -237,7 +237,7 @@ def test_control_c_ends_all_processes_with_one_line(corpus, tmp_path):
         start_new_session=True,
     )
     give_up = time.monotonic() + 120
-    while not list(tmp_path.glob(".*/video.mp4")):
+    while not list(tmp_path.glob(".*/*.mp4")):
         assert process.poll() is None
         assert time.monotonic() < give_up
         time.sleep(0.01)

@@ -16,7 +16,7 @@ from g3.language.parsing.perturbation import PERTURBATIONS
 from g3.sdc.clauses import breadth_first
 
 
-@pytest.mark.parametrize("mode", ["--sdc", "--table 3"])
+@pytest.mark.parametrize("mode", ["sdc", "table3"])
 def test_the_command_line_knows_all_kinds(mode):
     (option,) = [p for p in evaluate.commands[mode].params if p.name == "perturb"]
     assert set(option.type.choices) == set(PERTURBATIONS)
