@@ -16,7 +16,7 @@ from annotation_app.core.languages import speak
 from annotation_app.core.problems import Refusal
 from annotation_app.items.clips import ensure
 from annotation_app.items.media import TYPES, WEBM
-from annotation_app.making.step_pages import config_of, opened_draft
+from annotation_app.making.step_pages import config_of, opened_draft, opened_video
 from annotation_app.making.steps import parts_of
 from annotation_app.pages.study_progress import TaskProgress
 from annotation_app.store.installation import installation
@@ -70,12 +70,7 @@ def preview(name: str, page: str) -> ResponseReturnValue:
 @blueprint.get("/<name>/video/<int:number>")
 def video(name: str, number: int) -> Response:
     """Send one of a draft's videos."""
-    with seen_by("admin") as (session, _):
-        draft = opened_draft(session, name)
-    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
-    if parts is None or number >= len(parts.videos):
-        raise Refusal(404, "There is no such video.")
-    item = parts.videos[number]
+    draft, item = opened_video(name, number)
     try:
         file = _played(draft, item)
         ensure(file)

@@ -35,6 +35,7 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.studies.study_template import slug
 from annotation_app.study_setup.own_videos import OwnVideo
 from annotation_app.study_setup.readiness import people_by_role
+from annotation_app.study_setup.rendered_study import Rendered
 from annotation_app.study_setup.server_folders import command_tables, files_ending, video_choices
 from annotation_app.study_setup.study_drafts import (
     StudyDraft,
@@ -148,6 +149,16 @@ def discard(name: str) -> ResponseReturnValue:
 def unfinished() -> list[str]:
     """Return the names of the unfinished studies."""
     return drafts(installation().config.studies_folder)
+
+
+def opened_video(name: str, number: int) -> tuple[StudyDraft, Rendered | OwnVideo]:
+    """Return a study's draft and one of its videos for an admin; refuse if there is none."""
+    with seen_by("admin") as (session, _):
+        draft = opened_draft(session, name)
+    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
+    if parts is None or number >= len(parts.videos):
+        raise Refusal(404, "There is no such video.")
+    return draft, parts.videos[number]
 
 
 def opened_draft(session: Session, name: str) -> StudyDraft:

@@ -17,8 +17,7 @@ from annotation_app.core.problems import Refusal
 from annotation_app.items.replaced_videos import asked_about
 from annotation_app.making.added_files import LABELS, folder_of
 from annotation_app.making.step_forms import use_file
-from annotation_app.making.step_pages import opened_draft
-from annotation_app.making.steps import parts_of
+from annotation_app.making.step_pages import opened_draft, opened_video
 from annotation_app.store.audit import name_of, note
 from annotation_app.store.installation import installation
 from annotation_app.store.models import Study
@@ -106,12 +105,7 @@ def picture(name: str, file: str) -> Response:
 @blueprint.get("/<name>/video/<int:number>/picture")
 def video_picture(name: str, number: int) -> Response:
     """Send a small picture of one of a draft's videos."""
-    with seen_by("admin") as (session, _):
-        draft = opened_draft(session, name)
-    parts, _ = parts_of(installation().config.studies_folder, draft, are_played=False)
-    if parts is None or number >= len(parts.videos):
-        raise Refusal(404, "There is no such video.")
-    item = parts.videos[number]
+    _, item = opened_video(name, number)
     if isinstance(item, OwnVideo):
         return _small(item.file, item)
     return _small(item.folder / FILES["poster"])
