@@ -76,9 +76,7 @@ def question_about(
     best: tuple[float, int, dict[str, float]] | None = None
     for node, choices in sorted(plan.choices.items()):
         sdc = tree.nodes[node]
-        if sdc.type != "OBJECT" or node in answered:
-            continue
-        if is_pronoun(sdc):
+        if sdc.type != "OBJECT" or node in answered or is_pronoun(sdc):
             continue
         shares = thing_shares(choices)
         p = np.array(list(shares.values()))
@@ -138,13 +136,17 @@ def understood(question: Question, clause: SDC, reply: str, things: Things) -> t
     words = words[is_opposite:]
     chosen = _listed(question, words)
     if chosen is None:
-        chosen = _picked(words, ids, bare(noun_leaf(clause).words[-1].text), things)
+        noun = (noun_leaf(clause).words or all_words(clause))[-1]
+        chosen = _picked(words, ids, bare(noun.text), things)
+    if chosen is not None and is_opposite:
+        # "Not both" leaves open which one.
+        chosen = tuple(name for name in ids if name not in chosen) or None
     if chosen is None:
         listed = "; ".join(f"{n}. {text}" for n, (_, text) in enumerate(question.options, start=1))
         raise AnswerError(
             f"{reply!r} doesn't pick out one of them", fix=f"say its number or its place: {listed}"
         )
-    return tuple(name for name in ids if name not in chosen) if is_opposite else chosen
+    return chosen
 
 
 def _listed(question: Question, words: Sequence[str]) -> tuple[str, ...] | None:

@@ -357,8 +357,9 @@ class Grounder:
                 "width": width,
                 "explain": explain,
                 "least": least,
+                "parses": parses,
+                "insist": insist,
             }
-            options |= {"parses": parses, "insist": insist}
             known = {node: a for node, a in (answers or {}).items() if node not in replies}
             asked = self.follow(command, context, answers=known, **options)
             if asked.question is None or asked.question.node not in replies:

@@ -60,7 +60,7 @@ def test_where_neither_is_meant_nothing_is_done(grounder, asked, reply):
     assert "none of these" in told.note
 
 
-@pytest.mark.parametrize("reply", ["", "banana", "3", "the far one", "yes"])
+@pytest.mark.parametrize("reply", ["", "banana", "3", "the far one", "yes", "not both"])
 def test_an_unclear_answer_names_what_is_possible(grounder, asked, reply):
     with pytest.raises(AnswerError, match=r"1\. the left one ahead of you; 2\. the right one"):
         grounder.answer(asked, reply)
