@@ -61,7 +61,7 @@ class Browser:
         return self.send("POST", f"/api/items/{item}/answer", sent)
 
     def watched(self, page: dict[str, Any]) -> dict[str, float]:
-        """What a page says of its videos being watched; nobody waits until they end."""
+        """Return the fields of an answer to a page whose videos were watched, without a wait."""
         films = page["payload"].get("scenes", [page["payload"]])
         seconds = sum(film["duration_s"] for film in films)
         earlier = {"at": Handout.at - seconds, "since_boot_s": Handout.since_boot_s - seconds}

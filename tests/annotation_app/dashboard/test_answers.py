@@ -1,4 +1,4 @@
-"""What was collected, for researchers: found, excluded, redone, exported."""
+"""Answers for researchers: found, excluded, redone, exported."""
 
 from __future__ import annotations
 

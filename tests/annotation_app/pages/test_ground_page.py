@@ -160,7 +160,7 @@ def show_moment(page: Page, seconds: str) -> None:
 def test_six_answers_are_enough_for_three_steps(
     several_steps: Site, context: BrowserContext
 ) -> None:
-    """What “it” is, and what a PATH shows, follows and is confirmed with one key."""
+    """The groundings of “it” and of a PATH follow, and are confirmed with one key."""
     page = several_steps.open(context, "ground")
     page.get_by_role("button", name="Play the video").click()
     expect(page.locator(".ask q")).to_have_text("the red crate")

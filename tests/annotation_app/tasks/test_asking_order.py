@@ -63,7 +63,7 @@ def test_words_for_several_things_are_told_and_the_event_of_a_path() -> None:
 
 
 def follows(notation: str, command: str) -> dict[str, str]:
-    """What follows from what, by the phrases."""
+    """Return the phrase that each phrase follows from."""
     found = asked_clauses(parse_brackets(notation, command=command))
     phrases = {clause["node"]: clause["phrase"] for clause in found}
     return {c["phrase"]: phrases[c["follows"]] for c in found if c["follows"] is not None}
