@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from datetime import datetime, timezone
 from functools import partial
 from itertools import islice
 from typing import IO
@@ -12,6 +11,7 @@ import msgspec
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.elapsed import iso
 from annotation_app.items.item_scenes import films_of
 from annotation_app.items.replaced_videos import video_digests
 from annotation_app.people.participants import platform_knowledge, subject_of
@@ -95,11 +95,6 @@ WITH_EXCLUDED: Mapping[str, Callable[[Session, Study, IO[bytes]], None]] = {
     "parquet": partial(to_parquet, excluded=True),
 }
 """Writers of the tables that include excluded answers, and the reasons."""
-
-
-def iso(seconds: float) -> str:
-    """Return a time in UTC as in ISO 8601."""
-    return datetime.fromtimestamp(seconds, timezone.utc).isoformat(timespec="milliseconds")
 
 
 def file_name(study: str, form: str, *, excluded: bool = False) -> str:

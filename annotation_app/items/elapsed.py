@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import secrets
 import time
+from datetime import datetime, timezone
 from pathlib import Path
 
 from annotation_app.store.models import Record
@@ -38,3 +39,8 @@ def _since_boot_s() -> float:
     if hasattr(time, "CLOCK_BOOTTIME"):  # goes on while the machine sleeps
         return time.clock_gettime(time.CLOCK_BOOTTIME)
     return time.monotonic()
+
+
+def iso(seconds: float) -> str:
+    """Return a time in UTC as in ISO 8601."""
+    return datetime.fromtimestamp(seconds, timezone.utc).isoformat(timespec="milliseconds")

@@ -21,6 +21,7 @@ from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
 from annotation_app.store.models import Record
 from annotation_app.tasks.corpus_parts import add_commands
+from annotation_app.tasks.episode_parts import add_wordings
 from annotation_app.tasks.task_record import COMMAND, VIDEO_KEYS, Counts, Task, TaskWords
 from annotation_app.tasks.watched_videos import (
     Seconds,
@@ -122,6 +123,7 @@ DESCRIBE = Task(
     gives=COMMAND,
     of_video=item_of_video("describe"),
     export=lambda parts: add_commands(parts, "describe"),
+    episodes=lambda parts: add_wordings(parts, "describe"),
     counts=Counts(
         CommandCounts,
         _counts,

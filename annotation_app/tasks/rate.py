@@ -7,12 +7,13 @@ from 1 (strongly disagree) to 5, which is kept. The answers are a corpus's judgm
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 import msgspec
+from scipy.stats import binomtest
 from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import N_
@@ -24,6 +25,7 @@ from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.agreement import Measured, measured
 from annotation_app.tasks.corpus_parts import answers_of, people_of
+from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.task_record import (
     COMMAND,
     VIDEO_KEYS,
@@ -36,6 +38,8 @@ from annotation_app.tasks.watched_videos import Seconds, Speed, its_video, with_
 from corpus_tools.world.scenarios.documents import Problem
 from g3.annotation import RATINGS, Judgment
 
+VERDICTS = "meta/verdicts.jsonl"
+"""File of a copy of a LeRobot dataset with people's ratings of the dataset's own language."""
 AGREES, DISAGREES = 4, 2
 """From and up to which rating an attention check was understood."""
 FEWEST_RATINGS = 8
@@ -159,6 +163,31 @@ def _oddities(bodies: Sequence[Record]) -> Iterator[str]:
         yield f"always the same rating: {ratings.pop()}, {len(bodies)} times"
 
 
+def _add_to_episodes(parts: EpisodeParts) -> None:
+    """Add the verdicts: people's ratings of the language of a video, shown with that video."""
+    ratings: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for answer, item in answers_of(parts.session, parts.study, RATE.name):
+        about = item.payload
+        if about["video"] in parts.videos and about["video"] == about["own_video"]:
+            ratings[about["video"], about["text"]].append(answer.body["rating"])
+    for (video, text), given in sorted(ratings.items()):
+        agree = sum(rating >= AGREES for rating in given)
+        interval = binomtest(agree, len(given)).proportion_ci(method="wilson")
+        parts.files[VERDICTS].append(
+            {
+                "episode_index": parts.episode(video),
+                "style": parts.videos[video].get("style", "task"),
+                "timestamp": parts.number(video, "timestamp"),
+                "content": text,
+                "ratings": given,
+                "agree": agree / len(given),
+                "agree_95": [float(interval.low), float(interval.high)],
+                "study": parts.study.name,
+            }
+        )
+    parts.counts["verdicts"] = len(ratings)
+
+
 RATE = Task(
     name="rate",
     words=TaskWords(
@@ -186,6 +215,7 @@ RATE = Task(
     in_random_order=True,
     passes=passes,
     export=lambda parts: parts.judgments.extend(judgments(parts.session, parts.study)),
+    episodes=_add_to_episodes,
     counts=Counts(RatingCounts, _counts, {}, "dashboard/rating_counts.html"),
     facts=_facts,
     agreement=_measured,

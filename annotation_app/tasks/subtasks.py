@@ -8,6 +8,7 @@ which agrees best with the others is exported (:func:`most_agreed`).
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
@@ -24,6 +25,8 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.store.models import Record
 from annotation_app.tasks.agreement import Measured
+from annotation_app.tasks.corpus_parts import answers_of
+from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
 from annotation_app.tasks.watched_videos import (
     Seconds,
@@ -33,6 +36,7 @@ from annotation_app.tasks.watched_videos import (
     video_payload,
     with_watching,
 )
+from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, Language
 
 LONGEST_TEXT = 300
 MOST_SUBTASKS = 200
@@ -141,6 +145,25 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
         yield Measured(measure, float(np.mean(scores)), len(scores))
 
 
+def _add_to_episodes(parts: EpisodeParts) -> None:
+    """Add the subtasks of each episode: of several answers, that which agrees best."""
+    by_episode = defaultdict(list)
+    for answer, item in answers_of(parts.session, parts.study, SUBTASKS.name):
+        if item.payload["video"] in parts.videos:
+            by_episode[parts.episode(item.payload["video"])].append(answer)
+    for index, answers in by_episode.items():
+        chosen = answers[most_agreed([answer.body for answer in answers])]
+        scores = [boundary_f(chosen.body, a.body) for a in answers if a is not chosen]
+        agreement = sum(scores) / len(scores) if scores else None
+        source = parts.source(chosen, answers=len(answers), agreement=agreement)
+        steps = steps_of(chosen.body)
+        parts.language[index] += [Language(SUBTASK, time, text, source) for time, text in steps]
+        parts.replaced[index] |= {SUBTASK, PLAN}
+    parts.counts["steps"] = sum(
+        row.style == SUBTASK for rows in parts.language.values() for row in rows
+    )
+
+
 SUBTASKS = Task(
     name="subtasks",
     words=TaskWords(
@@ -173,4 +196,5 @@ SUBTASKS = Task(
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
     facts=lambda _session, _item, body: [(f"{s:.1f} s", text) for s, text in steps_of(body)],
     agreement=_measured,
+    episodes=_add_to_episodes,
 )

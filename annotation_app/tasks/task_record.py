@@ -23,6 +23,7 @@ from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, Part
 from annotation_app.tasks.corpus_parts import CorpusParts
+from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.practice_example import OwnPractice, PracticeExample
 from corpus_tools.exporters.csv_tables import write_rows
 from corpus_tools.world.scenarios.documents import Problem
@@ -248,6 +249,8 @@ class Task:
 
     export: Callable[[CorpusParts], None] = lambda _parts: None
     """Adds to an exported corpus what the answers make."""
+    episodes: Callable[[EpisodeParts], None] = lambda _parts: None
+    """Adds to a copy of a LeRobot dataset what the answers make."""
     counts: Counts | None = None
     """The dashboard's counts."""
     agreement: Callable[[Sequence[Sequence[Record]]], Iterable[Measured]] = _none

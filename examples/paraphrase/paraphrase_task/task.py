@@ -17,6 +17,7 @@ from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.corpus_parts import add_commands
 from annotation_app.tasks.describe import text_problems, typed_often
+from annotation_app.tasks.episode_parts import add_wordings
 from annotation_app.tasks.task_record import COMMAND, Counts, Source, Task, TaskWords
 from annotation_app.tasks.task_registry import register
 
@@ -98,6 +99,7 @@ register(
         gives=COMMAND,
         source=Source(COMMAND, items),
         export=lambda parts: add_commands(parts, "paraphrase"),
+        episodes=lambda parts: add_wordings(parts, "paraphrase"),
         counts=Counts(ParaphraseCounts, counts, {"paraphrases": "paraphrases"}),
         oddities=typed_often,
     )
