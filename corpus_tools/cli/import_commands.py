@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,9 +12,11 @@ from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell
 from corpus_tools.runtime.progress import progress_bar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
+    from corpus_tools.episodes.study_tables import StudyInput
     from corpus_tools.importers.report import ImportReport
+    from corpus_tools.runtime.progress import OnProgress
 
 SHOWN = 5
 """Number of record ids that the summary names for each note."""
@@ -126,30 +128,64 @@ for _importer in importers():
     import_.add_command(_command(_importer))
 
 
-@import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
-@click.argument("path", type=PATH)
-@out_file("Folder for the tables.", "FOLDER")
-@click.option(
-    "--camera", help="The camera that people see [default: the first that is no depth map]."
+def _episode_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add what all importers of episodes have: where from and where to, and which episodes."""
+    for option in (
+        FORMAT,
+        click.option("--force", is_flag=True, help="Replace the tables that are there."),
+        click.option(
+            "--keep-going",
+            is_flag=True,
+            help="Leave out the episodes that can't be shown and list them, rather than fail.",
+        ),
+        click.option(
+            "--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes."
+        ),
+        click.option(
+            "--camera", help="The camera that people see [default: the first that is no depth map]."
+        ),
+        out_file("Folder for the tables.", "FOLDER"),
+    ):
+        command = option(command)
+    return command
+
+
+_PATH = click.argument("path", type=PATH)
+_FPS = click.option(
+    "--fps",
+    type=click.FloatRange(0, 1000, min_open=True),
+    help="Frames a second, where the dataset gives none or wrong ones.",
 )
-@click.option("--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes.")
-@click.option(
-    "--keep-going",
-    is_flag=True,
-    help="Leave out the episodes that can't be shown and list them, rather than fail.",
-)
-@click.option("--force", is_flag=True, help="Replace the tables that are there.")
-@FORMAT
-def lerobot(
-    *,
-    path: Path,
-    out: Path,
-    camera: str | None,
-    first: int | None,
-    keep_going: bool,
-    force: bool,
-    form: str,
+
+
+def _write_tables(
+    make: Callable[[Path, OnProgress], StudyInput], out: Path, *, force: bool, form: str
 ) -> None:
+    """Write the tables that are made, with a folder for films, and say what comes next."""
+    from tempfile import TemporaryDirectory
+
+    from corpus_tools.episodes.study_tables import EPISODES
+    from corpus_tools.runtime.atomic_folder import check_target, write_folder
+    from corpus_tools.runtime.terminal import note_all
+
+    check_target(out, force=force, marker=EPISODES)
+    with (
+        TemporaryDirectory(dir=out.parent, prefix=".episodes-") as scratch,
+        progress_bar("reading episodes") as on_progress,
+    ):
+        made = make(Path(scratch), on_progress)
+        write_folder(out, made.files, force=force, marker=EPISODES)
+    note_all(made.notes)
+    lines = [f"{count:6} rows in {out / name}" for name, count in made.rows.items()]
+    following = f"next: ct annotate init study.yaml --videos {out / EPISODES}"
+    record = {"folder": out, "rows": made.rows, "notes": made.notes}
+    tell(form, record, *lines, following)
+
+
+@import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
+@_PATH
+@_episode_options
+def lerobot(*, path: Path, out: Path, force: bool, form: str, **options: Any) -> None:
     """Import episodes of a LeRobot dataset, for people to describe, cut and rate.
 
     PATH is a dataset's folder, of version 2.0, 2.1 or 3. This writes tables for studies:
@@ -162,30 +198,39 @@ def lerobot(
       ct import lerobot pick-and-place --out episodes
       ct import lerobot droid --camera observation.images.wrist --first 50 --out wrist
     """
-    from tempfile import TemporaryDirectory
-
     from corpus_tools.lerobot.episode_reading import open_dataset
-    from corpus_tools.lerobot.study_input import EPISODES, study_input
-    from corpus_tools.runtime.atomic_folder import check_target, write_folder
-    from corpus_tools.runtime.terminal import note_all
+    from corpus_tools.lerobot.study_input import study_input
 
-    check_target(out, force=force, marker=EPISODES)
-    with (
-        TemporaryDirectory(dir=out.parent, prefix=".lerobot-") as scratch,
-        progress_bar("reading episodes") as on_progress,
-    ):
-        made = study_input(
-            open_dataset(path),
-            out,
-            camera=camera,
-            first=first,
-            scratch=Path(scratch),
-            keep_going=keep_going,
-            on_progress=on_progress,
-        )
-        write_folder(out, made.files, force=force, marker=EPISODES)
-    note_all(made.notes)
-    lines = [f"{count:6} rows in {out / name}" for name, count in made.rows.items()]
-    following = f"next: ct annotate init study.yaml --videos {out / EPISODES}"
-    record = {"folder": out, "rows": made.rows, "notes": made.notes}
-    tell(form, record, *lines, following)
+    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
+        dataset = open_dataset(path)
+        return study_input(dataset, out, scratch=scratch, on_progress=on_progress, **options)
+
+    _write_tables(make, out, force=force, form=form)
+
+
+@import_.command("robomimic", short_help="Episodes of robomimic's HDF5, as tables for studies.")
+@_PATH
+@_episode_options
+@_FPS
+def robomimic(
+    *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any
+) -> None:
+    """Import episodes of HDF5 files, for people to describe, cut and rate.
+
+    PATH is a file that robomimic, MimicGen, RoboCasa or LIBERO has written, or a folder of such
+    files. This writes tables for studies, episodes.csv and tasks.csv, and makes videos beside them.
+    docs/how-to/other-episodes.md has more. It needs the extras hdf5 and render.
+
+    \b
+    Examples:
+      ct import robomimic lift/ph/image.hdf5 --out episodes
+      ct import robomimic libero_spatial --camera eye_in_hand_rgb --first 50 --out wrist
+    """
+    from corpus_tools.episodes.robomimic import open_demonstrations
+    from corpus_tools.episodes.study_tables import study_input
+
+    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
+        source = open_demonstrations(path, fps=fps)
+        return study_input(source, scratch, on_progress=on_progress, **options)
+
+    _write_tables(make, out, force=force, form=form)

@@ -2,28 +2,36 @@
 
 No video is copied: tables name files and parts of them (``start_s``, ``end_s``). Only episodes
 whose frames are pictures get videos, beside the tables.
-
-- ``episodes.csv``: the episodes as videos, to be described and cut into subtasks.
-- ``tasks.csv``: the dataset's task of each episode, as a command to be checked or rated.
-- ``subtasks.csv``: the dataset's subtasks, each with its part of the video, as commands to be
-  rated. Only for datasets with language.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.episodes.films import Picture, decoded, write_film
+from corpus_tools.episodes.study_tables import (
+    EPISODES,
+    FILMS,
+    SUBTASKS,
+    TASK_COLUMNS,
+    TASKS,
+    VIDEO_COLUMNS,
+    StudyInput,
+    Table,
+    check_errors,
+    choose_camera,
+    depth_note,
+    episode_name,
+    written,
+)
 from corpus_tools.lerobot.dataset_files import (
     check_is_file,
     damaged,
@@ -41,30 +49,11 @@ from corpus_tools.lerobot.episode_frames import (
 from corpus_tools.lerobot.episode_reading import INFO, Dataset
 from corpus_tools.lerobot.language_rows import SUBTASK, Row, persistent_rows_of
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from g3.errors import CorpusError, FormatError, ManyError
+from g3.errors import CorpusError, FormatError
 
-if TYPE_CHECKING:
-    from corpus_tools.video.drawing.canvas import Image
-
-
-EPISODES, TASKS, SUBTASKS = "episodes.csv", "tasks.csv", "subtasks.csv"
-FILMS = "films"
-"""The folder beside the tables with the videos that were made of pictures, or are links."""
-_VIDEO = ("video", "id", "start_s", "end_s")
 _ROUNDING_S = 1e-3
 
 Seconds = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class StudyInput:
-    """The tables by name, and videos that were made for them."""
-
-    files: dict[str, bytes | Path]
-    rows: dict[str, int]
-    """The number of rows of each table."""
-    notes: tuple[str, ...] = ()
-    """The parts of the dataset that aren't shown as it has them, each with the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +69,6 @@ class _Shown:
     @property
     def end_s(self) -> float:
         return self.start_s + self.framed.length_s
-
-
-def episode_name(index: int) -> str:
-    """Return the name of an episode in a study."""
-    return f"episode-{index:06d}"
 
 
 def study_input(
@@ -149,8 +133,7 @@ def study_input(
         files |= {names[index]: film for index, film in films.items()}
         shown = [_Shown(f, names[f.episode.index], 0.0, True) for f in framed]
         longer = []
-    if errors and not (keep_going and shown):
-        raise errors[0] if len(errors) == 1 else ManyError(errors)
+    check_errors(errors, len(shown), keep_going=keep_going)
     if not shown:
         raise FormatError(
             "no episode has frames", where=str(dataset.folder), fix="record episodes first"
@@ -159,13 +142,13 @@ def study_input(
         *(f"left out: {error}" for error in errors),
         *_notes(dataset, every, shown_camera, longer, is_all=first is None and not errors),
     ]
-    tables: dict[str, tuple[Sequence[str], list[Sequence[object]]]] = {
+    tables: dict[str, Table] = {
         EPISODES: (
-            (*_VIDEO, "episode", "task", "camera", "dataset"),
+            (*VIDEO_COLUMNS, "episode", "task", "camera", "dataset"),
             list(_episodes(dataset, shown, shown_camera)),
         ),
         TASKS: (
-            ("video", "command", "episode", "style"),
+            TASK_COLUMNS,
             [
                 (episode_name(one.framed.episode.index), task, one.framed.episode.index, "task")
                 for one in shown
@@ -173,40 +156,22 @@ def study_input(
             ],
         ),
         SUBTASKS: (
-            (*_VIDEO, "command", "episode", "style", "timestamp", "dataset"),
+            (*VIDEO_COLUMNS, "command", "episode", "style", "timestamp", "dataset"),
             list(_subtasks(dataset, shown, notes)),
         ),
     }
-    kept = {name: table for name, table in tables.items() if table[1] or name == EPISODES}
-    files |= {name: _csv(header, rows) for name, (header, rows) in kept.items()}
-    return StudyInput(files, {name: len(rows) for name, (_, rows) in kept.items()}, tuple(notes))
+    return written(tables, files, notes)
 
 
 def _camera(dataset: Dataset, camera: str | None) -> str:
-    cameras, depth = (*dataset.cameras, *dataset.image_cameras), dataset.depth_cameras
-    named = ", ".join(f"{name} (a depth map)" if name in depth else name for name in cameras)
-    if not cameras:
-        raise FormatError(
-            "the dataset has no videos and no images: its frames are numbers only, and people "
-            "couldn't see what is done",
-            where=str(dataset.folder),
-            fix="take a dataset with a camera, or draw its episodes as videos and make a study of "
-            "these: ct annotate init study.yaml --videos FOLDER",
-        )
-    if camera is not None and camera not in cameras:
-        raise FormatError(
-            f"the dataset has no camera {camera!r}",
-            where="--camera",
-            fix=f"the cameras are: {named}",
-        )
-    seen = [name for name in cameras if name not in depth]
-    if camera is None and not seen:
-        raise FormatError(
-            "all cameras are depth maps, on which people can't see what is done",
-            where=str(dataset.folder),
-            fix=f"show one all the same with --camera: {named}",
-        )
-    return camera or seen[0]
+    return choose_camera(
+        (*dataset.cameras, *dataset.image_cameras),
+        camera,
+        depth=dataset.depth_cameras,
+        where=dataset.folder,
+        without="take a dataset with a camera, or draw its episodes as videos and make a study of "
+        "these: ct annotate init study.yaml --videos FOLDER",
+    )
 
 
 def _parts(
@@ -302,7 +267,7 @@ def _notes(
     is_all: bool,
 ) -> Iterator[str]:
     if camera in dataset.depth_cameras:
-        yield f"{camera} is a depth map: people see distances, no colours"
+        yield depth_note(camera)
     empty = [one.episode.index for one in every if not one.episode.frames]
     if empty:
         yield f"left out, as they have no frames: {len(empty)} episodes: {first_of(empty)}"
@@ -362,24 +327,13 @@ def _time(row: Row) -> float:
     return float(row["timestamp"])
 
 
-def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(header)
-    writer.writerows(rows)
-    return text.getvalue().encode()
-
-
 FILES = (
     "images/{key}/episode_{episode:06d}/frame_{frame:06d}.png",
     "images/{key}/episode-{episode:06d}/frame-{frame:06d}.png",
 )
 """The files of pictures, as LeRobot has them in version 2 and in version 3."""
 ROWS_AT_ONCE = 16
-MOST_PIXELS = 64_000_000
 LARGEST_FILE = 256 << 20
-_CODECS = {b"\x89PNG": "png", b"\xff\xd8\xff": "mjpeg"}
-"""The decoders of FFmpeg, by the first bytes of a picture."""
 
 
 def write_films(
@@ -408,7 +362,7 @@ def write_films(
                 raise one.episode.error(f"its frames in {file.name} are not all together")
             films[index] = folder / f"episode-{index:06d}.mp4"
             pictures = _pictures(dataset, camera, cells)
-            _write_film(pictures, films[index], dataset.info.fps, str(file))
+            write_film(pictures, films[index], dataset.info.fps, str(file))
             on_progress("making videos of pictures", len(films), len(wanted))
     return films
 
@@ -440,19 +394,9 @@ def _cells(file: Path, camera: str) -> Iterator[_Cell]:
             row += len(episodes)
 
 
-def _pictures(dataset: Dataset, camera: str, cells: Iterable[_Cell]) -> Iterator[Image]:
-    shape: tuple[int, ...] = ()
+def _pictures(dataset: Dataset, camera: str, cells: Iterable[_Cell]) -> Iterator[Picture]:
     for cell in cells:
-        picture = _picture(_content(dataset, camera, cell), cell.where)
-        shape = shape or picture.shape
-        if picture.shape != shape:
-            what = f"the picture has {_size(picture.shape)}, others {_size(shape)}"
-            raise damaged(cell.where, what)
-        yield picture[: shape[0] // 2 * 2, : shape[1] // 2 * 2]
-
-
-def _size(shape: Sequence[int]) -> str:
-    return f"{shape[1]} by {shape[0]} pixels"
+        yield decoded(_content(dataset, camera, cell), cell.where)
 
 
 def _content(dataset: Dataset, camera: str, cell: _Cell) -> bytes:
@@ -473,40 +417,3 @@ def _content(dataset: Dataset, camera: str, cell: _Cell) -> bytes:
                 raise damaged(file, "the picture is too large")
             return file.read_bytes()
     raise damaged(cell.where, f"there is no picture, and no file {names[0]}")
-
-
-def _picture(content: bytes, where: str) -> Image:
-    """Decode a picture to red, green and blue, shape (height, width, 3)."""
-    import av  # noqa: PLC0415 - large, and not always installed
-
-    codec = next((name for head, name in _CODECS.items() if content.startswith(head)), None)
-    if codec is None:
-        raise damaged(where, "the picture is no PNG or JPEG")
-    context: Any = av.CodecContext.create(codec, "r")
-    context.options = {"max_pixels": str(MOST_PIXELS)}
-    context.thread_count = 1
-    try:
-        frames = [*context.decode(av.Packet(content)), *context.decode(None)]
-        if not frames or min(frames[0].width, frames[0].height) < 2:
-            raise ValueError("it has no pixels")
-        picture: Image = np.ascontiguousarray(frames[0].to_ndarray(format="rgb24"))
-    except (av.FFmpegError, ValueError, MemoryError) as error:
-        raise damaged(where, f"the picture can't be read: {error}") from error
-    return picture
-
-
-def _write_film(pictures: Iterator[Image], target: Path, fps: float, where: str) -> None:
-    from corpus_tools.video.encode import encode  # noqa: PLC0415 - needs PyAV
-
-    first = next(pictures, None)
-    if first is None:
-        raise FormatError("there are no pictures", where=where)
-    height, width = first.shape[:2]
-
-    def frames() -> Iterator[Image]:
-        yield first
-        yield from pictures
-
-    target.parent.mkdir(parents=True, exist_ok=True)
-    rate = Fraction(fps).limit_denominator(1001)
-    encode(frames(), target, size=(width, height), fps=rate, quality="standard")

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
 import re
+from typing import Any
+
+from g3.errors import FormatError
 
 DISTRIBUTION = "corpus-tools-g3"
 
@@ -11,8 +15,36 @@ _REQUIREMENT = re.compile(r"([\w.-]+).*;.*extra == ['\"]([\w-]+)['\"]")
 _REMEDY = re.compile(rf"pip install '{DISTRIBUTION}\[([\w-]+)\]'")
 _COLLECTIONS = ("all", "test", "bench", "docs", "release", "dev")
 """Extras that bring others' packages, or only development tools."""
-_MODULES = {"cv2": "opencv_python_headless"}
+_MODULES = {
+    "cv2": "opencv_python_headless",
+    "google.protobuf": "protobuf",
+    "mcap_protobuf": "mcap_protobuf_support",
+    "mcap_ros2": "mcap_ros2_support",
+}
 """Distributions of modules that have another name."""
+
+
+def import_extra(module: str, extra: str, purpose: str) -> Any:
+    """Import a module of an extra.
+
+    Parameters
+    ----------
+    purpose
+        Beginning of the error's sentence, such as "HDF5 files are read".
+
+    Raises
+    ------
+    FormatError
+        If it isn't installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = _MODULES.get(module, module).replace("_", "-")
+        raise FormatError(
+            f"{purpose} with {package}, which isn't installed",
+            fix=f"pip install '{DISTRIBUTION}[{extra}]'",
+        ) from error
 
 
 def extras() -> dict[str, list[str]]:

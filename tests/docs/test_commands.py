@@ -54,7 +54,7 @@ ELSEWHERE = {
         "tests/corpus_tools/exporters/test_lerobot_episodes.py",
         "needs videos",
     ),
-    r"ct import lerobot": (
+    r"ct import (lerobot|robomimic|rlds|rosbag)": (
         "tests/corpus_tools/lerobot/test_study_input.py",
         "needs a dataset",
     ),

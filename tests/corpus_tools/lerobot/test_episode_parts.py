@@ -18,8 +18,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from corpus_tools.cli.console import run
+from corpus_tools.episodes.study_tables import StudyInput
 from corpus_tools.lerobot.episode_reading import open_dataset
-from corpus_tools.lerobot.study_input import StudyInput, study_input
+from corpus_tools.lerobot.study_input import study_input
 from corpus_tools.video.probe import probe
 from g3.errors import FormatError
 from tests.lerobot_datasets import (

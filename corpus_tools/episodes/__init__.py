@@ -1,0 +1,1 @@
+"""Robot episodes of several formats, as videos and tables for studies."""
