@@ -234,3 +234,32 @@ def robomimic(
         return study_input(source, scratch, on_progress=on_progress, **options)
 
     _write_tables(make, out, force=force, form=form)
+
+
+@import_.command("rlds", short_help="Episodes of an RLDS dataset, as tables for studies.")
+@_PATH
+@_episode_options
+@_FPS
+def rlds(
+    *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any
+) -> None:
+    """Import episodes of an RLDS dataset, for people to describe, cut and rate.
+
+    PATH is the folder that TensorFlow Datasets has written: dataset_info.json, features.json and
+    TFRecord shards. TensorFlow isn't needed. This writes tables for studies, episodes.csv and
+    tasks.csv, and makes videos beside them. docs/how-to/other-episodes.md has more. It needs the
+    extras rlds and render.
+
+    \b
+    Examples:
+      ct import rlds bridge_dataset/1.0.0 --first 50 --fps 5 --out episodes
+      ct import rlds droid/1.0.1 --camera observation/wrist_image_left --out wrist
+    """
+    from corpus_tools.episodes.rlds import open_steps
+    from corpus_tools.episodes.study_tables import study_input
+
+    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
+        source = open_steps(path, fps=fps)
+        return study_input(source, scratch, on_progress=on_progress, **options)
+
+    _write_tables(make, out, force=force, form=form)

@@ -40,7 +40,8 @@ def import_extra(module: str, extra: str, purpose: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = _MODULES.get(module, module).replace("_", "-")
+        names = (name for of, name in _MODULES.items() if f"{module}.".startswith(f"{of}."))
+        package = next(names, module.partition(".")[0]).replace("_", "-")
         raise FormatError(
             f"{purpose} with {package}, which isn't installed",
             fix=f"pip install '{DISTRIBUTION}[{extra}]'",
