@@ -263,3 +263,32 @@ def rlds(
         return study_input(source, scratch, on_progress=on_progress, **options)
 
     _write_tables(make, out, force=force, form=form)
+
+
+@import_.command("rosbag", short_help="MCAP files and ROS bags, as tables for studies.")
+@_PATH
+@_episode_options
+@_FPS
+def rosbag(
+    *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any
+) -> None:
+    """Import recordings of robots, for people to describe, cut and rate.
+
+    PATH is an MCAP file, a ROS 2 bag (a folder, or a .db3 file), a ROS 1 bag, or a folder of these;
+    each is an episode. Its cameras are the topics with compressed images, compressed video or raw
+    images. This writes tables for studies and makes videos beside them.
+    docs/how-to/other-episodes.md has more. It needs the extras ros and render.
+
+    \b
+    Examples:
+      ct import rosbag run-17.mcap --camera /camera/color/image_raw/compressed --out episodes
+      ct import rosbag bags --first 50 --out episodes
+    """
+    from corpus_tools.episodes.rosbag import open_recordings
+    from corpus_tools.episodes.study_tables import study_input
+
+    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
+        source = open_recordings(path, fps=fps)
+        return study_input(source, scratch, on_progress=on_progress, **options)
+
+    _write_tables(make, out, force=force, form=form)

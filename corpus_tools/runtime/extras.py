@@ -19,7 +19,6 @@ _MODULES = {
     "cv2": "opencv_python_headless",
     "google.protobuf": "protobuf",
     "mcap_protobuf": "mcap_protobuf_support",
-    "mcap_ros2": "mcap_ros2_support",
 }
 """Distributions of modules that have another name."""
 

@@ -1,0 +1,296 @@
+"""MCAP files and ROS bags, by their own writers, become tables and videos; bad ones are named."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import sqlite3
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import lz4.frame
+import numpy as np
+import pytest
+import zstandard
+
+pytest.importorskip("rosbags", reason="the extra `ros` is not installed")
+pytest.importorskip("mcap_protobuf", reason="the extra `ros` is not installed")
+
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
+from mcap_protobuf.writer import Writer as ProtobufWriter
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_typestore
+
+from corpus_tools.cli.console import run
+from tests.lerobot_datasets import HEIGHT, WIDTH, png, shade
+
+TOPIC = "/camera/color/image_raw/compressed"
+FRAMES = 8
+START_NS = 1_700_000_000_000_000_000
+STEP_NS = 50_000_000
+"""20 frames a second."""
+STORE2, STORE1 = get_typestore(Stores.ROS2_HUMBLE), get_typestore(Stores.ROS1_NOETIC)
+
+Times = Sequence[int]
+TIMES: Times = [START_NS + STEP_NS * i for i in range(FRAMES)]
+
+
+def image2(number: int, content: bytes | None = None) -> bytes:
+    types = STORE2.types
+    stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=number)
+    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="camera")
+    data = np.frombuffer(png(shade(0, number)) if content is None else content, np.uint8)
+    message = types["sensor_msgs/msg/CompressedImage"](header=header, format="png", data=data)
+    return bytes(STORE2.serialize_cdr(message, message.__msgtype__))
+
+
+def bag2(folder: Path, plugin: Any = StoragePlugin.SQLITE3) -> Path:
+    with Writer2(folder, version=9, storage_plugin=plugin) as writer:
+        kind = "sensor_msgs/msg/CompressedImage"
+        camera = writer.add_connection(TOPIC, kind, typestore=STORE2)
+        state = writer.add_connection("/state", "std_msgs/msg/Float64", typestore=STORE2)
+        number = STORE2.types["std_msgs/msg/Float64"](data=1.0)
+        for i, time_ns in enumerate(TIMES):
+            writer.write(camera, time_ns, image2(i))
+            writer.write(state, time_ns, STORE2.serialize_cdr(number, "std_msgs/msg/Float64"))
+    return folder
+
+
+def bag2_mcap(folder: Path) -> Path:
+    return bag2(folder, StoragePlugin.MCAP)
+
+
+def database(folder: Path) -> Path:
+    return next(bag2(folder).glob("*.db3"))
+
+
+def bag1(file: Path) -> Path:
+    types = STORE1.types
+    with Writer1(file.with_suffix(".bag")) as writer:
+        camera = writer.add_connection(TOPIC, "sensor_msgs/msg/CompressedImage", typestore=STORE1)
+        for i, time_ns in enumerate(TIMES):
+            stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=i)
+            header = types["std_msgs/msg/Header"](seq=i, stamp=stamp, frame_id="camera")
+            data = np.frombuffer(png(shade(0, i)), np.uint8)
+            message = types["sensor_msgs/msg/CompressedImage"](
+                header=header, format="png", data=data
+            )
+            writer.write(camera, time_ns, STORE1.serialize_ros1(message, message.__msgtype__))
+    return file.with_suffix(".bag")
+
+
+def raw_bag(folder: Path) -> Path:
+    types = STORE2.types
+    kind = "sensor_msgs/msg/Image"
+    with Writer2(folder, version=9) as writer:
+        camera = writer.add_connection(TOPIC, kind, typestore=STORE2)
+        for i, time_ns in enumerate(TIMES):
+            stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=i)
+            header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="camera")
+            rows = np.zeros((HEIGHT, WIDTH * 3 + 8), np.uint8)
+            rows[:, : WIDTH * 3] = shade(0, i)
+            message = types[kind](
+                header=header, height=HEIGHT, width=WIDTH, encoding="bgr8", is_bigendian=0,
+                step=WIDTH * 3 + 8, data=rows.reshape(-1),
+            )  # fmt: skip
+            writer.write(camera, time_ns, STORE2.serialize_cdr(message, kind))
+    return folder
+
+
+def protobuf(file: Path, messages: Sequence[Any] | None = None, times: Times = TIMES) -> Path:
+    file = file.with_suffix(".mcap")
+    if messages is None:
+        messages = [CompressedImage(data=png(shade(0, i)), format="png") for i in range(FRAMES)]
+    with file.open("wb") as stream, ProtobufWriter(stream) as writer:
+        for message, time_ns in zip(messages, times, strict=False):
+            writer.write_message(TOPIC, message, time_ns, time_ns)
+    return file
+
+
+def _coded(codec: str, options: dict[str, str]) -> Iterator[bytes]:
+    context: Any = av.CodecContext.create(codec, "w")
+    context.width, context.height, context.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+    context.time_base, context.options = Fraction(1, 20), options
+    for i in range(FRAMES):
+        pixels = np.full((HEIGHT, WIDTH, 3), shade(0, i), np.uint8)
+        frame = av.VideoFrame.from_ndarray(pixels, format="rgb24").reformat(format="yuv420p")
+        frame.pts = i
+        yield from map(bytes, context.encode(frame))
+    yield from map(bytes, context.encode(None))
+
+
+def video(file: Path) -> Path:
+    options = {"tune": "zerolatency", "x264-params": "repeat-headers=1:annexb=1", "crf": "8"}
+    every = [CompressedVideo(data=data, format="h264") for data in _coded("libx264", options)]
+    return protobuf(file, every)
+
+
+def video_from_its_middle(file: Path) -> Path:
+    """A recording that began between two key frames: the first frames can't be decoded."""
+    options = {"tune": "zerolatency", "x264-params": "repeat-headers=1:annexb=1", "crf": "8"}
+    every = [CompressedVideo(data=data, format="h264") for data in _coded("libx264", options)]
+    return protobuf(file, [*every[1:3], *every], [TIMES[0] - 2, TIMES[0] - 1, *TIMES])
+
+
+def in_json(file: Path, compression: CompressionType = CompressionType.LZ4) -> Path:
+    file = file.with_suffix(".mcap")
+    with file.open("wb") as stream:
+        writer = McapWriter(stream, compression=compression)
+        writer.start()
+        schema = writer.register_schema("foxglove.CompressedImage", "jsonschema", b"{}")
+        channel = writer.register_channel(TOPIC, "json", schema)
+        for i, time_ns in enumerate(TIMES):
+            data = base64.b64encode(png(shade(0, i))).decode()
+            content = json.dumps({"data": data, "format": "png"}).encode()
+            writer.add_message(channel, time_ns, content, time_ns)
+        writer.finish()
+    return file
+
+
+def call(path: Path, *options: str) -> list[str]:
+    out = str(path.parent / "tables")
+    return ["import", "rosbag", str(path), "--out", out, "--force", *options]
+
+
+def shown(folder: Path) -> list[tuple[dict[str, str], list[float]]]:
+    """The rows of a table, with the shades of their films' frames."""
+    found = []
+    for row in csv.DictReader((folder / "episodes.csv").read_text().splitlines()):
+        with av.open(str(folder / row["video"])) as container:
+            frames = [f.to_ndarray(format="rgb24").mean() for f in container.decode(video=0)]
+        found.append((row, frames))
+    return found
+
+
+@pytest.mark.parametrize(
+    "write",
+    [bag2, bag2_mcap, database, bag1, raw_bag, protobuf, video, video_from_its_middle, in_json],
+)
+def test_a_recording_is_an_episode(tmp_path: Path, write: Callable[[Path], Path]):
+    path = write(tmp_path / "run")
+    assert run(call(path)) == 0
+    ((row, frames),) = shown(path.parent / "tables")
+    assert (row["camera"], row["fps"], row["episode"]) == (TOPIC, "20.0", "0")
+    assert int(row["start"]) == START_NS
+    assert row["source"].startswith("run")
+    expected = [shade(0, i) for i in range(FRAMES)]
+    assert frames == pytest.approx(expected, abs=4)
+
+
+def test_a_folder_of_recordings(tmp_path: Path):
+    (tmp_path / "bags/b").mkdir(parents=True)
+    for name in ("b/second", "a"):
+        bag2(tmp_path / "bags" / name)
+    protobuf(tmp_path / "bags/c")
+    assert run(call(tmp_path / "bags")) == 0
+    assert [row["source"] for row, _ in shown(tmp_path / "tables")] == ["a", "b/second", "c.mcap"]
+
+
+def test_frames_stay_until_the_next_comes(tmp_path: Path):
+    times = [START_NS + STEP_NS * i for i in (0, 1, 2, 6, 7, 7, 8, 9)]
+    path = protobuf(tmp_path / "run", times=times)
+    assert run(call(path, "--fps", "20")) == 0
+    ((_, frames),) = shown(tmp_path / "tables")
+    expected = [shade(0, i) for i in (0, 1, 2, 2, 2, 2, 3, 5, 6, 7)]
+    assert frames == pytest.approx(expected, abs=4)
+
+
+def _half(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def _other(path: Path) -> None:
+    path.write_bytes(b"nothing of that kind, and longer than a header" * 4)
+
+
+def _flipped(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+def _no_picture(path: Path) -> None:
+    with sqlite3.connect(path) as connection:
+        connection.execute("update messages set data = ?", (image2(0, b"no picture"),))
+    connection.close()
+
+
+def _short(path: Path) -> None:
+    with sqlite3.connect(path) as connection:
+        connection.execute("update messages set data = substr(data, 1, 9)")
+    connection.close()
+
+
+@pytest.mark.parametrize(
+    ("write", "change"),
+    [
+        (in_json, _half), (in_json, _other), (in_json, _flipped),
+        (bag1, _half), (bag1, _other), (database, _half), (database, _other),
+        (database, _no_picture), (database, _short),
+    ],
+)  # fmt: skip
+def test_other_peoples_recordings_are_not_trusted(tmp_path: Path, capsys, write, change):
+    path = write(tmp_path / "run")
+    change(path)
+    assert run(call(path)) == 2
+    assert str(path) in capsys.readouterr().err
+    assert not (path.parent / "tables").exists()
+
+
+def _bomb(compression: str) -> bytes:
+    content = bytes(64 << 20)
+    return zstandard.compress(content) if compression == "zstd" else lz4.frame.compress(content)
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_chunk_is_not_uncompressed_beyond_its_size(tmp_path: Path, capsys, compression: str):
+    path = protobuf(tmp_path / "run")
+    content = path.read_bytes()
+    bomb, name = _bomb(compression), compression.encode()
+    chunk = (0).to_bytes(8, "little") * 2 + (1000).to_bytes(8, "little") + bytes(4)
+    chunk += len(name).to_bytes(4, "little") + name + len(bomb).to_bytes(8, "little") + bomb
+    header_end = 8 + 9 + int.from_bytes(content[9:17], "little")
+    record = b"\x06" + len(chunk).to_bytes(8, "little") + chunk
+    end = b"\x0f" + (4).to_bytes(8, "little") + bytes(4) + b"\x02" + (20).to_bytes(8, "little")
+    path.write_bytes(content[:header_end] + record + end + bytes(20) + content[:8])
+    assert run(call(path, "--camera", TOPIC)) == 2
+    assert "a chunk has other than its 1000 bytes" in capsys.readouterr().err
+
+
+def test_messages_that_say_too_much(tmp_path: Path, capsys):
+    cases = {
+        "a jump": (protobuf(tmp_path / "a", times=[0, STEP_NS, 2**62]), "don't go on"),
+        "back": (protobuf(tmp_path / "b", times=[10**12, 2 * 10**12, 0]), "don't go on"),
+        "codec": (
+            protobuf(tmp_path / "c", [CompressedVideo(data=b"x", format="rawvideo")]),
+            "'rawvideo' isn't among",
+        ),
+        "no key frame": (
+            protobuf(tmp_path / "d", [CompressedVideo(data=b"x" * 40, format="h264")]),
+            "there are no pictures",
+        ),
+    }
+    for path, what in cases.values():
+        assert run(call(path)) == 2
+        assert what in capsys.readouterr().err
+
+
+def test_a_recording_without_a_camera(tmp_path: Path, capsys):
+    with Writer2(tmp_path / "run", version=9) as writer:
+        state = writer.add_connection("/state", "std_msgs/msg/Float64", typestore=STORE2)
+        number = STORE2.types["std_msgs/msg/Float64"](data=1.0)
+        writer.write(state, START_NS, STORE2.serialize_cdr(number, "std_msgs/msg/Float64"))
+    assert run(call(tmp_path / "run")) == 2
+    assert "record a topic with compressed images" in capsys.readouterr().err
+    (tmp_path / "empty").mkdir()
+    assert run(call(tmp_path / "empty")) == 2
+    assert "there are no recordings" in capsys.readouterr().err
