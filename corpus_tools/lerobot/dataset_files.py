@@ -67,8 +67,13 @@ def _bad_pattern(pattern: str, names: Mapping[str, Any], where: str) -> FormatEr
     )
 
 
-def file_inside(folder: Path, name: str, *, where: str) -> Path:
+def file_inside(folder: Path, name: str, *, where: str, checked: set[Path] | None = None) -> Path:
     """Return the path of a file of a dataset; `folder` is the dataset's, resolved.
+
+    Parameters
+    ----------
+    checked
+        Folders of earlier calls, which are noted here: their files are only looked at themselves.
 
     Raises
     ------
@@ -81,6 +86,8 @@ def file_inside(folder: Path, name: str, *, where: str) -> Path:
         raise _outside(name, where)
     path = folder / pure
     try:
+        if checked is not None and path.parent in checked and not path.is_symlink():
+            return path
         real = path.resolve()
     except (OSError, RuntimeError) as error:  # a name that is too long, or links in a circle
         raise FormatError(f"{name!r} can't be followed: {error}", where=where, fix=RESTORE) from (
@@ -89,6 +96,8 @@ def file_inside(folder: Path, name: str, *, where: str) -> Path:
     if folder in real.parents or (
         folder.parent.name == "snapshots" and folder.parent.parent / "blobs" in real.parents
     ):
+        if checked is not None and real == path:
+            checked.add(path.parent)
         return path
     raise _outside(name, where)
 

@@ -147,8 +147,9 @@ class Dataset:
         shown = self.cameras if cameras is None else cameras
         rows = json_lines(self.folder / EPISODES_JSONL) if self.is_old else _new_rows(self, shown)
         seen: dict[int, Record] = {}
+        files = _Files(self)
         for record in rows:
-            episode = _episode(self, record, shown)
+            episode = _episode(self, record, shown, files)
             first = seen.setdefault(episode.index, record)
             if first is not record:
                 what = f"episode {episode.index} is also in {first.file.name}, row {first.row}"
@@ -233,7 +234,7 @@ _OF_DATA = ("data/chunk_index", "data/file_index")
 _OF_VIDEO = ("chunk_index", "file_index", "from_timestamp", "to_timestamp")
 
 
-def _episode(dataset: Dataset, record: Record, cameras: Sequence[str]) -> Episode:
+def _episode(dataset: Dataset, record: Record, cameras: Sequence[str], files: _Files) -> Episode:
     info = dataset.info
     index, frames = record.whole("episode_index"), record.whole("length")
     tasks = tuple(text for text in record.texts("tasks") if text.strip())
@@ -244,7 +245,7 @@ def _episode(dataset: Dataset, record: Record, cameras: Sequence[str]) -> Episod
             "episode_index": index,
         }
         for camera in cameras:
-            file = _file(dataset, "video_path", names | {"video_key": camera})
+            file = files.of("video_path", names | {"video_key": camera})
             videos[camera] = VideoPart(file, 0.0, None)
     else:
         chunk, number = (record.whole(column) for column in _OF_DATA)
@@ -254,13 +255,27 @@ def _episode(dataset: Dataset, record: Record, cameras: Sequence[str]) -> Episod
             part = [record.whole(column) for column in columns[:2]]
             start_s, end_s = (record.seconds(column) for column in columns[2:])
             of_part = dict(zip(names, part, strict=True)) | {"video_key": camera}
-            videos[camera] = VideoPart(_file(dataset, "video_path", of_part), start_s, end_s)
-    return Episode(index, frames, tasks, _file(dataset, "data_path", names), record, videos)
+            videos[camera] = VideoPart(files.of("video_path", of_part), start_s, end_s)
+    return Episode(index, frames, tasks, files.of("data_path", names), record, videos)
 
 
-def _file(dataset: Dataset, kind: str, names: Mapping[str, int | str]) -> Path:
-    """Return the file of data or of a video, by the given pattern, else by the usual one."""
-    usual = dict(zip(("data_path", "video_path"), _PATHS[dataset.is_old], strict=True))
-    pattern = getattr(dataset.info, kind) or usual[kind]
-    where = f"{dataset.folder / INFO}, {kind}"
-    return file_inside(dataset.folder, filled_in(pattern, names, where=where), where=where)
+class _Files:
+    """Files of data and of videos, each checked once, as most of them hold many episodes."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        self._dataset = dataset
+        self._checked: dict[str, Path] = {}
+        self._folders: set[Path] = set()
+
+    def of(self, kind: str, names: Mapping[str, int | str]) -> Path:
+        """Return a file, by the given pattern, else by the usual one."""
+        dataset = self._dataset
+        usual = dict(zip(("data_path", "video_path"), _PATHS[dataset.is_old], strict=True))
+        pattern = getattr(dataset.info, kind) or usual[kind]
+        where = f"{dataset.folder / INFO}, {kind}"
+        name = filled_in(pattern, names, where=where)
+        if name not in self._checked:
+            self._checked[name] = file_inside(
+                dataset.folder, name, where=where, checked=self._folders
+            )
+        return self._checked[name]
