@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from annotation_app.store.models import Study
     from corpus_tools.corpus.corpus_model import Corpus
 
-LEROBOT = "lerobot"
+LEROBOT, RLDS = "lerobot", "rlds"
 """Written into a copy of a dataset, where `ct corpus export` makes a new one."""
+LANGUAGE = "language"
+OF_EPISODES = (LEROBOT, RLDS, LANGUAGE)
+"""Formats for studies of robot episodes."""
 
 STUDY_NAME = click.option(
     "--study", "study_name", metavar="NAME", help="Which study, if there are several."
@@ -36,13 +39,14 @@ STUDY_NAME = click.option(
     default="corpus",
     show_default=True,
     help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
-    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot: a copy of "
-    "the episodes' dataset with what people said.",
+    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot, rlds: a "
+    "copy of the episodes' dataset with what people said; language: the same as JSON lines, for "
+    "episodes of any format.",
 )
 @click.option(
     "--episodes",
     type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Where the LeRobot dataset is, if it has moved: lerobot.",
+    help="Where the dataset is, if it has moved: lerobot, rlds.",
 )
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option(
@@ -73,6 +77,7 @@ def export(
       ct annotate export answers.csv --format csv
       ct annotate export for-slu-core --format slu-core
       ct annotate export my-dataset-with-language --format lerobot
+      ct annotate export language.jsonl --format language
     """
     from annotation_app.core.config import existing_instance
     from annotation_app.export import answer_tables
@@ -88,7 +93,7 @@ def export(
     told = "json" if as_json else PLAIN
     # Answers as a table, where a corpus's table has the same name.
     folders = {exporter.name for exporter in exporters()} - {*answer_tables.TABLES, LEROBOT}
-    known = ("corpus", LEROBOT, *sorted(folders), *answer_tables.TABLES)
+    known = ("corpus", *OF_EPISODES, *sorted(folders), *answer_tables.TABLES)
     if form not in known:
         fix = f"use one of {', '.join(known)}"
         raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
@@ -98,8 +103,10 @@ def export(
             where=f"--format {form}",
             fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
         )
-    if episodes is not None and form != LEROBOT:
-        raise FormatError("only lerobot takes episodes", where="--episodes", fix="leave it out")
+    if episodes is not None and form not in (LEROBOT, RLDS):
+        raise FormatError(
+            "only lerobot and rlds take episodes", where="--episodes", fix="leave it out"
+        )
     if form == "corpus":
         Corpus.check_target(out, force=force)
     config = existing_instance(*place)
@@ -117,8 +124,8 @@ def export(
             serving.note_on_this_machine(config, "exported", study.name, format=form)
             tell(told, {"files": [out]}, f"wrote {out}")
             return
-        if form == LEROBOT:
-            counts = _write_lerobot(session, study, out, episodes, force=force)
+        if form in OF_EPISODES:
+            counts = _write_language(session, study, out, form, episodes, force=force)
         else:
             corpus = exports.export_corpus(session, study, licence=licence)
             counts = {
@@ -133,7 +140,7 @@ def export(
     serving.note_on_this_machine(config, "exported", study.name, format=form)
     summary = ", ".join(f"{count} {what}" for what, count in counts.items())
     tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
-    if form != LEROBOT and not (corpus.annotations or corpus.judgments):
+    if form not in OF_EPISODES and not (corpus.annotations or corpus.judgments):
         note(*_without_annotations(corpus))
 
 
@@ -153,18 +160,32 @@ def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
     )
 
 
-def _write_lerobot(
-    session: Session, study: Study, out: Path, dataset: Path | None, *, force: bool
+def _write_language(
+    session: Session, study: Study, out: Path, form: str, dataset: Path | None, *, force: bool
 ) -> dict[str, int]:
-    """Write a copy of the episodes' dataset with people's language; return the counts."""
+    """Write people's language about episodes, with a copy of their dataset; return the counts."""
+    from annotation_app.export.episode_language import PEOPLE, language_lines, rate_of
     from annotation_app.export.lerobot_export import peoples_language
-    from corpus_tools.lerobot.episode_reading import open_dataset
-    from corpus_tools.lerobot.language_writing import write_language
+    from g3.storage.atomic_file import replacing
 
     said = peoples_language(session, study)
-    source = open_dataset(dataset or said.dataset)
-    notes = write_language(source, out, said.language, attachments=said.files, force=force)
-    note_all(notes)
+    if form == LANGUAGE:
+        with replacing(out) as file:
+            file.write(language_lines(said))
+    elif form == LEROBOT:
+        from corpus_tools.lerobot.episode_reading import open_dataset
+        from corpus_tools.lerobot.language_writing import write_language
+
+        source = open_dataset(dataset or said.dataset)
+        note_all(write_language(source, out, said.language, attachments=said.files, force=force))
+    else:
+        from corpus_tools.episodes.rlds import open_steps
+        from corpus_tools.episodes.rlds_writing import write_rlds
+
+        rates = {i: rate for i, row in said.episodes.items() if (rate := rate_of(row))}
+        files = {PEOPLE: language_lines(said)}
+        steps = open_steps(dataset or said.dataset)
+        note_all(write_rlds(steps, out, said.language, rates, attachments=files, force=force))
     return dict(said.counts)
 
 

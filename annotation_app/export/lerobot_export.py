@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from sqlalchemy.orm import Session
@@ -33,6 +34,8 @@ class PeoplesLanguage:
     """Further files by their names in the copy."""
     counts: Mapping[str, int]
     """Number of each kind of language."""
+    episodes: Mapping[int, Mapping[str, Any]]
+    """The row of the study's table of each episode."""
 
 
 def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
@@ -68,4 +71,6 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
     }
     files = {name: msgspec.json.Encoder().encode_lines(rows) for name, rows in parts.files.items()}
     counts = {"episodes": len(language), **parts.counts}
-    return PeoplesLanguage(Path(datasets.pop()), language, files, counts)
+    whole = filter(parts.shows_whole_episode, videos)
+    episodes = {parts.episode(video): videos[video] for video in whole}
+    return PeoplesLanguage(Path(datasets.pop()), language, files, counts, episodes)

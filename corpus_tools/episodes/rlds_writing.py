@@ -1,0 +1,213 @@
+"""Putting people's language into a copy of an RLDS dataset.
+
+An RLDS dataset has its language at the steps. The first description becomes the instruction of an
+episode that has none; others get features of their own, ``language_instruction_2`` and so on, as
+DROID has them; subtasks become ``language_subtask``. Everything else of a record stays.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from corpus_tools.episodes.films import RESTORE
+from corpus_tools.episodes.rlds import FEATURES, FPS, INFO, STEPS, Steps
+from corpus_tools.episodes.tf_records import example_of, framed, records, values_of
+from corpus_tools.lerobot.language_rows import SUBTASK, TASK_AUG, placed
+from corpus_tools.lerobot.language_writing import EpisodeLanguage
+from corpus_tools.runtime.atomic_folder import write_folder
+from g3.errors import FormatError
+from g3.storage.regular_file import read_bytes
+from g3.storage.system_errors import about
+
+INSTRUCTION, SUBTASKS = "language_instruction", "language_subtask"
+TEXT = {
+    "pythonClassName": "tensorflow_datasets.core.features.text_feature.Text",
+    "text": {},
+}
+"""The entry of a text in ``features.json``."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """Names of the features with language."""
+
+    instruction: str
+    more: tuple[str, ...]
+    """Names for the descriptions after the instruction."""
+    subtasks: str
+
+
+def write_rlds(
+    steps: Steps,
+    target: Path,
+    language: Mapping[int, EpisodeLanguage],
+    rates: Mapping[int, float],
+    *,
+    attachments: Mapping[str, bytes],
+    force: bool = False,
+) -> list[str]:
+    """Write a copy of a dataset with language in it: the whole folder or, on any error, nothing.
+
+    Parameters
+    ----------
+    language
+        By the numbers of episodes; the others keep what they have.
+    rates
+        Frames a second at which each episode was shown.
+    attachments
+        Further files by name.
+
+    Returns
+    -------
+    list of str
+        The texts that aren't written or are at another step than the nearest, and the shards that
+        aren't there.
+
+    Raises
+    ------
+    FormatError
+        If the copy would lie in the dataset, or a file can't be read or written.
+    """
+    source, resolved = steps.path, target.resolve()
+    if source == resolved or source in resolved.parents:
+        fix = "name a folder elsewhere: the dataset stays as it is"
+        raise FormatError("the copy would lie in the dataset itself", where=str(target), fix=fix)
+    columns = _columns(steps, language)
+    notes: list[str] = []
+    seen: set[int] = set()
+    with (
+        about(target),
+        tempfile.TemporaryDirectory(dir=target.parent, prefix=".rlds-") as scratch,
+        about(target, instead_of=scratch),
+    ):
+        shards = {shard.file.name: shard for shard in steps.shards}
+        files: dict[str, bytes | Path] = {}
+        sizes: dict[str, int] = {}
+        for name, shard in shards.items():
+            if not shard.file.exists():
+                notes.append(f"{name} isn't there, so it isn't in the copy")
+                continue
+            files[name] = new = Path(scratch) / name
+            with new.open("wb") as stream:
+                for number, content in enumerate(records(shard.file)):
+                    where = f"{shard.file}, record {number}"
+                    if number >= len(shard.episodes):
+                        what = f"the shard has more records than {INFO} has of it"
+                        raise FormatError(what, where=where, fix=RESTORE)
+                    index = shard.episodes[number]
+                    seen.add(index)
+                    added = language.get(index, EpisodeLanguage(()))
+                    example = example_of(content, where)
+                    rate = rates.get(index, FPS)
+                    found = _add_language(example, added, columns, rate, where)
+                    notes += [f"episode {index}: {note}" for note in found]
+                    stream.write(framed(example.SerializeToString(deterministic=True)))
+            sizes[name] = new.stat().st_size
+        if language and not seen & language.keys():
+            what = f"the dataset has no episode {min(language)}, nor any other of these"
+            fix = "name the dataset that the language is about"
+            raise FormatError(what, where=str(source), fix=fix)
+        for path in sorted(source.iterdir()):
+            if path.name not in shards and not path.name.startswith(".") and path.is_file():
+                files[path.name] = Path(shutil.copyfile(path, Path(scratch) / path.name))
+        files[INFO] = _info(source / INFO, sizes)
+        files[FEATURES] = _with_features(source / FEATURES, columns)
+        write_folder(target, files | dict(attachments), force=force, marker=INFO)
+    return notes
+
+
+def _columns(steps: Steps, language: Mapping[int, EpisodeLanguage]) -> _Columns:
+    names = {feature.name for feature in steps.features}
+    instruction = steps.texts[0] if steps.texts else INSTRUCTION
+    most = max((len(_wordings(added)) for added in language.values()), default=0)
+    numbered = (f"{instruction}_{number}" for number in range(2, 2 + len(names) + most))
+    free = [name for name in numbered if name not in names]
+    return _Columns(instruction, tuple(free[:most]), SUBTASKS)
+
+
+def _wordings(added: EpisodeLanguage) -> list[str]:
+    return list(dict.fromkeys(item.text for item in added.said if item.style == TASK_AUG))
+
+
+def _add_language(
+    example: Any, added: EpisodeLanguage, columns: _Columns, rate: float, where: str
+) -> Iterator[str]:
+    """Add the features to an example; yield what isn't written where it should be."""
+    count = _count(example, where)
+    has = [value for value in values_of(example, f"{STEPS}{columns.instruction}") if value.strip()]
+    wordings = _wordings(added)
+    if not has:
+        text, *wordings = wordings or [""]
+        _put(example, columns.instruction, [text] * count)
+    for number, name in enumerate(columns.more):
+        text = wordings[number] if number < len(wordings) else ""
+        _put(example, name, [text] * count)
+    subtasks = [item for item in added.said if item.style == SUBTASK]
+    if not subtasks and len(values_of(example, f"{STEPS}{columns.subtasks}")) == count:
+        return  # those of the dataset stay
+    every = [""] * count
+    at = placed(subtasks, np.arange(count) / rate, 1 / rate) if subtasks else []
+    for item in sorted(at, key=lambda one: -1 if one.frame is None else one.frame):
+        if item.note:
+            yield f"{item.language.text!r:.60}: {item.note}"
+        if item.frame is not None:
+            every[item.frame :] = [item.language.text] * (count - item.frame)
+    _put(example, columns.subtasks, every)
+
+
+def _count(example: Any, where: str) -> int:
+    """Return the number of steps: the length of most features, those of a number or text each."""
+    names = [*example.context.feature, *example.feature_lists.feature_list]
+    for name in (f"{STEPS}is_first", *sorted(names)):
+        values = values_of(example, name)
+        if name.startswith(STEPS) and values and (name == f"{STEPS}is_first" or _is_bytes(values)):
+            return len(values)
+    what = "the episode has no steps with is_first, a text or an image"
+    raise FormatError(what, where=where, fix=RESTORE)
+
+
+def _is_bytes(values: Sequence[Any]) -> bool:
+    return isinstance(values[0], bytes)
+
+
+def _put(example: Any, name: str, texts: Sequence[str]) -> None:
+    contents = [text.encode() for text in texts]
+    lists = example.feature_lists.feature_list
+    if len(lists):  # a sequence example
+        del lists[f"{STEPS}{name}"].feature[:]
+        for content in contents:
+            lists[f"{STEPS}{name}"].feature.add().bytes_list.value.append(content)
+        return
+    feature = example.context.feature[f"{STEPS}{name}"]
+    feature.Clear()
+    feature.bytes_list.value.extend(contents)
+
+
+def _info(file: Path, sizes: Mapping[str, int]) -> bytes:
+    """Return ``dataset_info.json`` with the new numbers of bytes."""
+    info = msgspec.json.decode(read_bytes(file))
+    for split in info["splits"]:
+        part = f"-{split['name']}."
+        split["numBytes"] = str(sum(size for name, size in sizes.items() if part in name))
+    return json.dumps(info, indent=2, ensure_ascii=False).encode()
+
+
+def _with_features(file: Path, columns: _Columns) -> bytes:
+    features = msgspec.json.decode(read_bytes(file))
+    of_step = features["featuresDict"]["features"]["steps"]["sequence"]["feature"]
+    for name in (columns.instruction, *columns.more, columns.subtasks):
+        *groups, last = name.split("/")
+        place = of_step
+        for group in groups:
+            place = place["featuresDict"]["features"][group]
+        place["featuresDict"]["features"].setdefault(last, TEXT)
+    return json.dumps(features, indent=4, ensure_ascii=False).encode()
