@@ -29,7 +29,7 @@ from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
 EXTRAS = (
     "study", "plot", "speed", "language", "render", "parquet", "app", "cluster", "embeddings",
-    "llm", "hdf5", "rlds", "ros",
+    "llm", "hdf5", "hub", "rlds", "ros",
 )  # fmt: skip
 CONTAINER = "--instance data/annotation --studies data/studies --https --proxies 1"
 SMALL = "--size 160x120 --fps 4 --quality draft"

@@ -12,6 +12,8 @@ from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, TARGET, tell
 from corpus_tools.runtime.terminal import note, note_all
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from sqlalchemy.orm import Session
 
     from annotation_app.store.models import Study
@@ -48,6 +50,12 @@ STUDY_NAME = click.option(
     type=click.Path(path_type=Path, exists=True, file_okay=False),
     help="Where the dataset is, if it has moved: lerobot, rlds.",
 )
+@click.option(
+    "--push-to",
+    metavar="NAME",
+    help="Also write the copy to this dataset of the Hugging Face Hub, OWNER/NAME; it is made, "
+    "private, if there is none: lerobot.",
+)
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option(
     "--with-excluded",
@@ -63,6 +71,7 @@ def export(
     place: Place,
     form: str,
     episodes: Path | None,
+    push_to: str | None,
     licence: str,
     with_excluded: bool,
     force: bool,
@@ -86,27 +95,13 @@ def export(
     from annotation_app.store.database import opened, reading
     from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_model import Corpus
-    from corpus_tools.exporters.export_registry import export_corpus_to, exporters
-    from g3.errors import FormatError
+    from corpus_tools.exporters.export_registry import export_corpus_to
+    from corpus_tools.lerobot.hub import push
     from g3.storage.atomic_file import replacing
 
     told = "json" if as_json else PLAIN
-    # Answers as a table, where a corpus's table has the same name.
-    folders = {exporter.name for exporter in exporters()} - {*answer_tables.TABLES, LEROBOT}
-    known = ("corpus", *OF_EPISODES, *sorted(folders), *answer_tables.TABLES)
-    if form not in known:
-        fix = f"use one of {', '.join(known)}"
-        raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
-    if with_excluded and form not in answer_tables.WITH_EXCLUDED:
-        raise FormatError(
-            "this format has no place for excluded answers",
-            where=f"--format {form}",
-            fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
-        )
-    if episodes is not None and form not in (LEROBOT, RLDS):
-        raise FormatError(
-            "only lerobot and rlds take episodes", where="--episodes", fix="leave it out"
-        )
+    folders = _folders()
+    _check_options(form, folders, with_excluded=with_excluded, episodes=episodes, push_to=push_to)
     if form == "corpus":
         Corpus.check_target(out, force=force)
     config = existing_instance(*place)
@@ -139,9 +134,59 @@ def export(
         export_corpus_to(corpus, form, out, force=force)
     serving.note_on_this_machine(config, "exported", study.name, format=form)
     summary = ", ".join(f"{count} {what}" for what, count in counts.items())
-    tell(told, {"folder": out, **counts}, f"wrote {out}: {summary}")
+    record: dict[str, object] = {"folder": out, **counts}
+    lines = [f"wrote {out}: {summary}"]
+    if push_to is not None:
+        pushed = push(out, push_to)
+        details = {"to": push_to, "commit": pushed.commit}
+        serving.note_on_this_machine(config, "pushed", study.name, **details)
+        record["pushed"] = pushed
+        what = "pushed to {}: {}" if pushed.is_new else "{} has all of this already: {}"
+        lines.append(what.format(push_to, pushed.url))
+    tell(told, record, *lines)
     if form not in OF_EPISODES and not (corpus.annotations or corpus.judgments):
         note(*_without_annotations(corpus))
+
+
+def _folders() -> set[str]:
+    """Return the formats of corpora that are written as folders."""
+    from annotation_app.export.answer_tables import TABLES
+    from corpus_tools.exporters.export_registry import exporters
+
+    # Answers as a table, where a corpus's table has the same name.
+    return {exporter.name for exporter in exporters()} - {*TABLES, LEROBOT}
+
+
+def _check_options(
+    form: str,
+    folders: Collection[str],
+    *,
+    with_excluded: bool,
+    episodes: Path | None,
+    push_to: str | None,
+) -> None:
+    """Raise a FormatError for an unknown format, or an option that it doesn't take."""
+    from annotation_app.export import answer_tables
+    from corpus_tools.lerobot.hub import check_can_push
+    from g3.errors import FormatError
+
+    known = ("corpus", *OF_EPISODES, *sorted(folders), *answer_tables.TABLES)
+    if form not in known:
+        fix = f"use one of {', '.join(known)}"
+        raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
+    if with_excluded and form not in answer_tables.WITH_EXCLUDED:
+        raise FormatError(
+            "this format has no place for excluded answers",
+            where=f"--format {form}",
+            fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
+        )
+    if episodes is not None and form not in (LEROBOT, RLDS):
+        what = "only lerobot and rlds take episodes"
+        raise FormatError(what, where="--episodes", fix="leave it out")
+    if push_to is not None:
+        if form != LEROBOT:
+            raise FormatError("only lerobot is pushed", where="--push-to", fix="leave it out")
+        check_can_push(push_to)
 
 
 def _without_annotations(corpus: Corpus) -> tuple[str, ...]:

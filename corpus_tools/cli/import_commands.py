@@ -183,12 +183,24 @@ def _write_tables(
 
 
 @import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
-@_PATH
+@click.argument("path", type=PATH, required=False)
+@click.option(
+    "--repo-id", metavar="NAME", help="Fetch this dataset of the Hugging Face Hub: OWNER/NAME."
+)
 @_episode_options
-def lerobot(*, path: Path, out: Path, force: bool, form: str, **options: Any) -> None:
+def lerobot(
+    *,
+    path: Path | None,
+    repo_id: str | None,
+    out: Path,
+    force: bool,
+    form: str,
+    **options: Any,
+) -> None:
     """Import episodes of a LeRobot dataset, for people to describe, cut and rate.
 
-    PATH is a dataset's folder, of version 2.0, 2.1 or 3. This writes tables for studies:
+    PATH is a dataset's folder, of version 2.0, 2.1 or 3; with --repo-id it is fetched into
+    huggingface_hub's cache, which needs the extra hub. This writes tables for studies:
     episodes.csv, tasks.csv and, if the dataset has language, subtasks.csv. Videos aren't copied:
     the tables name them. Of episodes that are pictures, videos are made beside the tables.
     docs/how-to/robot-episodes.md shows the whole way.
@@ -197,12 +209,17 @@ def lerobot(*, path: Path, out: Path, force: bool, form: str, **options: Any) ->
     Examples:
       ct import lerobot pick-and-place --out episodes
       ct import lerobot droid --camera observation.images.wrist --first 50 --out wrist
+      ct import lerobot --repo-id lerobot/pusht --out episodes
     """
     from corpus_tools.lerobot.episode_reading import open_dataset
+    from corpus_tools.lerobot.hub import fetch
     from corpus_tools.lerobot.study_input import study_input
 
+    if (path is None) == (repo_id is None):
+        raise click.UsageError("Give either a dataset's folder or --repo-id NAME.")
+
     def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
-        dataset = open_dataset(path)
+        dataset = open_dataset(path or fetch(repo_id or ""))
         return study_input(dataset, out, scratch=scratch, on_progress=on_progress, **options)
 
     _write_tables(make, out, force=force, form=form)
