@@ -1,6 +1,6 @@
 """Damaged files for every reader: each is refused by name, or means what was written.
 
-``python -m tests.fuzz`` makes 2 800 of them, each reader in a process of its own, and prints what
+``python -m tests.fuzz`` makes 3 500 of them, each reader in a process of its own, and prints what
 came of them. It exits with 1 if a reader failed otherwise than by a named error, took damage for
 another meaning, or needed 1 GiB. ``tests/test_fuzz.py`` tries some in the suite.
 
@@ -453,6 +453,29 @@ def _make_lerobot(folder: Path, *, is_new: bool) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in kept)
 
 
+def _make_robomimic(folder: Path) -> list[str]:
+    from tests.corpus_tools.episodes.test_robomimic import dataset
+
+    return [dataset(folder / "dataset.hdf5").name]
+
+
+def _make_rlds(folder: Path) -> list[str]:
+    from tests.rlds_datasets import dataset
+
+    files = dataset(folder / "dataset").iterdir()
+    return sorted(str(path.relative_to(folder)) for path in files)
+
+
+def _make_mcap(folder: Path) -> list[str]:
+    from tests.corpus_tools.episodes.test_rosbag import protobuf
+
+    return [protobuf(folder / "dataset").name]
+
+
+def _episodes(command: str, name: str) -> Callable[[Path], Any]:
+    return _by_command("import", command, f"{{0}}/{name}", "--out", "{0}/out", "--force")
+
+
 _LEROBOT = _by_command("import", "lerobot", "{0}/dataset", "--out", "{0}/out", "--force")
 READERS: dict[str, Reader] = {
     "corpus": Reader(_make_corpus, _read_corpus),
@@ -468,6 +491,9 @@ READERS: dict[str, Reader] = {
     "tables and COCO": Reader(_make_tables, _by_command("annotate", "check", "{0}/arm.yaml")),
     "LeRobot 3.0": Reader(functools.partial(_make_lerobot, is_new=True), _LEROBOT),
     "LeRobot 2.1": Reader(functools.partial(_make_lerobot, is_new=False), _LEROBOT),
+    "HDF5": Reader(_make_robomimic, _episodes("robomimic", "dataset.hdf5")),
+    "RLDS": Reader(_make_rlds, _episodes("rlds", "dataset")),
+    "MCAP": Reader(_make_mcap, _episodes("rosbag", "dataset.mcap")),
 }
 
 

@@ -96,6 +96,10 @@ TRIALS = (
     Trial(("app",), f"ct annotate serve --port 0 {CONTAINER}", serves=True),
     Trial(("app", "render"), "ct annotate --demo --port 0", serves=True),
     Trial(("parquet", "render"), "ct import lerobot episodes --out tables"),
+    Trial(("hdf5", "render"), "ct import robomimic demos.hdf5 --out from-hdf5"),
+    Trial(("rlds", "render"), "ct import rlds toy --out from-rlds"),
+    Trial(("ros", "render"), "ct import rosbag run.db3 --out from-ros"),
+    Trial(("hub",), "ct import lerobot --repo-id no/such/name --out from-hub", runs=False),
     Trial(
         ("render", "cluster"),
         f"ct render-videos --corpus tiny --out v {SMALL} --scheduler tcp://127.0.0.1:1",
