@@ -126,6 +126,12 @@ class Dataset:
             name for name, feature in self.info.features.items() if _is_depth_map(feature)
         )
 
+    @property
+    def pictures(self) -> Mapping[str, tuple[int, int] | None]:
+        """The cameras, with the width and height of their pictures where the metadata have them."""
+        cameras = (*self.cameras, *self.image_cameras)
+        return {name: _size(self.info.features[name]) for name in cameras}
+
     def _features_of(self, dtype: str) -> tuple[str, ...]:
         features = self.info.features.items()
         return tuple(name for name, feature in features if feature.get("dtype") == dtype)
@@ -155,6 +161,18 @@ class Dataset:
                 what = f"episode {episode.index} is also in {first.file.name}, row {first.row}"
                 raise record.error("episode_index", what)
             yield episode
+
+
+def _size(feature: Mapping[str, Any]) -> tuple[int, int] | None:
+    """Return the width and height of a camera's pictures: the channels are first or last."""
+    shape = feature.get("shape")
+    if not isinstance(shape, list) or len(shape) != 3 or not all(isinstance(n, int) for n in shape):
+        return None
+    names = feature.get("names")
+    first = names[0] if isinstance(names, list) and names else ""
+    is_first = first in ("channel", "channels", "c") or (shape[0] <= 4 < shape[2])
+    height, width = shape[1:] if is_first else shape[:2]
+    return width, height
 
 
 def _is_depth_map(feature: Mapping[str, Any]) -> bool:

@@ -6,11 +6,14 @@ https://huggingface.co/docs/lerobot/language_and_recipes.
 
 LeRobot takes one row of a style at a frame: with two, training stops at "Ambiguous resolver". Only
 of ``task_aug`` there may be several, all at the first frame; one of them then stands for the task,
-so the task itself has to be among them, and is the first.
+so the task itself has to be among them, and is the first. Styles that are about a picture
+(:data:`STYLES`) have a row for each camera and role, and name the camera; the others name none.
 """
 
 from __future__ import annotations
 
+import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,13 +30,17 @@ from corpus_tools.lerobot.dataset_files import (
     whole_numbers_of,
 )
 from corpus_tools.lerobot.episode_reading import Dataset, data_files
+from corpus_tools.lerobot.grounded_answers import Answer, Fault, Size
 from corpus_tools.runtime.parquet import import_pyarrow
 
 PERSISTENT, EVENTS = "language_persistent", "language_events"
 FEATURE: Mapping[str, Any] = {"dtype": "language", "shape": [1], "names": None}
 """The entry of both columns in ``meta/info.json``."""
-SUBTASK, PLAN, TASK_AUG = "subtask", "plan", "task_aug"
+SUBTASK, PLAN, TASK_AUG, MEMORY, MOTION = "subtask", "plan", "task_aug", "memory", "motion"
+INTERJECTION, VQA, TRACE = "interjection", "vqa", "trace"
 USER, ASSISTANT = "user", "assistant"
+SAY = "say"
+"""The tool whose call is what the robot says."""
 FRAMES_AT_ONCE = 4096
 
 Row = dict[str, Any]
@@ -42,16 +49,70 @@ _FIELDS = ("role", "content", "style", "timestamp", "camera", "tool_calls")
 
 
 @dataclass(frozen=True, slots=True)
+class Style:
+    """The rule of a style: its column, the role of its text, and whether it is about a picture."""
+
+    column: str
+    role: str
+    has_camera: bool = False
+
+
+STYLES: Mapping[str, Style] = {
+    TASK_AUG: Style(PERSISTENT, USER),
+    SUBTASK: Style(PERSISTENT, ASSISTANT),
+    PLAN: Style(PERSISTENT, ASSISTANT),
+    MEMORY: Style(PERSISTENT, ASSISTANT),
+    MOTION: Style(PERSISTENT, ASSISTANT),
+    INTERJECTION: Style(EVENTS, USER),
+    VQA: Style(EVENTS, USER, has_camera=True),
+    TRACE: Style(EVENTS, ASSISTANT, has_camera=True),
+}
+"""The styles of LeRobot's ``lerobot/datasets/language.py``."""
+
+
+@dataclass(frozen=True, slots=True)
 class Language:
-    """A text about an episode, which is true from a time on."""
+    """A text about an episode, which is true from a time on, or of an event at that time."""
 
     style: str
-    """``subtask``, ``plan`` or ``task_aug``."""
+    """One of :data:`STYLES`."""
     start_s: float
     """The time in seconds from the episode's first frame."""
     text: str
     source: Mapping[str, Any] = field(default_factory=dict, compare=False)
     """Origin of the text; not written into the column."""
+    camera: str | None = None
+    """The camera whose picture it is about."""
+    answer: Answer | None = None
+    """The answer of a ``vqa``, the path of a ``trace``."""
+    reply: str = ""
+    """The robot's reply to an ``interjection``, if there is one."""
+
+    def fault(self, cameras: Mapping[str, Size | None]) -> Fault | None:
+        """Return the first broken rule of the format.
+
+        Parameters
+        ----------
+        cameras
+            The cameras of the dataset, with the sizes of their pictures.
+        """
+        style = STYLES.get(self.style)
+        if style is None:
+            return Fault.STYLE
+        if not any(character.isalnum() for character in self.text):
+            return Fault.TEXT
+        if not style.has_camera:
+            return Fault.NO_PICTURE if self.camera is not None or self.answer else None
+        if self.camera is None or self.camera not in cameras:
+            return Fault.CAMERA
+        if self.answer is None:
+            return Fault.ANSWER
+        return self.answer.fault(cameras[self.camera])
+
+    @property
+    def is_event(self) -> bool:
+        """True for a style that is on its exact frame alone."""
+        return STYLES[self.style].column == EVENTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,25 +126,46 @@ class Placed:
     """Reason for not writing it, or for a frame other than the nearest to its time."""
 
     def row(self, timestamps: npt.NDArray[np.float32]) -> Row:
-        """Return the row of the column; `timestamps` are those of the frames, shape (n,)."""
-        return {
-            "role": USER if self.language.style == TASK_AUG else ASSISTANT,
-            "content": self.language.text,
-            "style": self.language.style,
-            "timestamp": float(timestamps[self.frame or 0]),
-            "camera": None,
-            "tool_calls": None,
-        }
+        """Return the row of a text that is no event; `timestamps` are those of the frames."""
+        row = _row(STYLES[self.language.style].role, self.language.text, self.language.style)
+        return row | {"timestamp": float(timestamps[self.frame or 0])}
+
+    def event_rows(self) -> list[Row]:
+        """Return the rows of an event: its text, and the answer or the reply to it."""
+        item = self.language
+        if item.style == TRACE and item.answer is not None:
+            return [_row(ASSISTANT, item.answer.content(), item.style, item.camera)]
+        rows = [_row(STYLES[item.style].role, item.text, item.style, item.camera)]
+        if item.answer is not None:
+            rows.append(_row(ASSISTANT, item.answer.content(), item.style, item.camera))
+        if item.reply:
+            call = {
+                "type": "function",
+                "function": {"name": SAY, "arguments": {"text": item.reply}},
+            }
+            rows.append(_row(ASSISTANT, None, None) | {"tool_calls": [call]})
+        return rows
+
+
+def _row(role: str, content: str | None, style: str | None, camera: str | None = None) -> Row:
+    return {
+        "role": role, "content": content, "style": style, "camera": camera, "tool_calls": None,
+    }  # fmt: skip
 
 
 def placed(
-    language: Sequence[Language], times: npt.NDArray[np.float64], frame_s: float
+    language: Sequence[Language],
+    times: npt.NDArray[np.float64],
+    frame_s: float,
+    cameras: Mapping[str, Size | None] | None = None,
 ) -> list[Placed]:
     """Place texts at the frames of an episode, at most one of a style at each.
 
     Of texts that are nearest to the same frame, in the order of their times, the later ones go to
-    the next frames, or at the episode's end the earlier ones to the frames before. A text outside
-    the episode is not written, nor are the last ones where there are more texts than frames.
+    the next frames, or at the episode's end the earlier ones to the frames before. Events stay at
+    the nearest frame: of several of a style and a camera there the first is written. A text that
+    breaks a rule or is outside the episode is not written, nor are the last ones where there are
+    more texts than frames.
 
     Parameters
     ----------
@@ -91,6 +173,8 @@ def placed(
         The times of the frames, shape (n,), seconds, ascending.
     frame_s
         The time for which the last frame is seen, seconds.
+    cameras
+        The cameras of the dataset, with the sizes of their pictures.
 
     Returns
     -------
@@ -101,12 +185,21 @@ def placed(
     end_s = float(since[-1]) + frame_s
     result: dict[int, Placed] = {}
     by_style: dict[str, list[int]] = {}
+    events: set[tuple[str, str | None, int]] = set()
     for number, item in enumerate(language):
-        if not -0.5 * frame_s <= item.start_s <= end_s + 0.5 * frame_s:
+        if (fault := item.fault(cameras or {})) is not None:
+            result[number] = Placed(item, None, fault.value)
+        elif not -0.5 * frame_s <= item.start_s <= end_s + 0.5 * frame_s:
             why = f"{item.start_s:g} s is outside of the episode, which ends at {end_s:g} s"
             result[number] = Placed(item, None, why)
         elif item.style == TASK_AUG:
             result[number] = Placed(item, 0)
+        elif item.is_event:
+            frame = int(np.abs(since - item.start_s).argmin())
+            key = (item.style, item.camera, frame)
+            taken = f"there is another one at {since[frame]:g} s" if key in events else ""
+            result[number] = Placed(item, None if taken else frame, taken)
+            events.add(key)
         else:
             by_style.setdefault(item.style, []).append(number)
     for numbers in by_style.values():
@@ -134,22 +227,27 @@ def _apart(wanted: Sequence[int], frames: int) -> list[int]:
     return result
 
 
-def plans(subtasks: Iterable[Placed]) -> list[Placed]:
-    """Return a plan at the frame of each subtask: the subtasks that are left, numbered."""
-    written = [subtask for subtask in subtasks if subtask.frame is not None]
-    ordered = sorted(written, key=lambda subtask: subtask.frame or 0)
+def plans(items: Iterable[Placed]) -> list[Placed]:
+    """Return a plan at the frame of each subtask: the subtasks that are left, numbered.
+
+    As in LeRobot's own pipeline, an interjection has the plan once more at its frame. Texts of
+    other styles change nothing.
+    """
+    written = [item for item in items if item.frame is not None]
+    subtasks = [item for item in written if item.language.style == SUBTASK]
+    ordered = sorted(subtasks, key=lambda subtask: subtask.frame or 0)
     texts = [subtask.language.text for subtask in ordered]
-    return [
-        Placed(
-            Language(
-                PLAN,
-                subtask.language.start_s,
-                "\n".join(f"{n}. {text}" for n, text in enumerate(texts[place:], start=1)),
-            ),
-            subtask.frame,
-        )
-        for place, subtask in enumerate(ordered)
-    ]
+    frames = [subtask.frame or 0 for subtask in ordered]
+    starts = {item.frame: item.language.start_s for item in ordered}
+    for item in written:
+        if item.language.style == INTERJECTION and frames and (item.frame or 0) >= frames[0]:
+            starts.setdefault(item.frame, item.language.start_s)
+    result = []
+    for frame in sorted(frame for frame in starts if frame is not None):
+        left = texts[int(np.searchsorted(frames, frame, side="right")) - 1 :]
+        text = "\n".join(f"{n}. {step}" for n, step in enumerate(left, start=1))
+        result.append(Placed(Language(PLAN, starts[frame], text), frame))
+    return result
 
 
 def rows_of(
@@ -159,12 +257,12 @@ def rows_of(
     tasks: Sequence[str] = (),
     others: Sequence[Row] = (),
 ) -> list[Row]:
-    """Return the rows of an episode in LeRobot's order.
+    """Return the persistent rows of an episode in LeRobot's order.
 
     Parameters
     ----------
     items
-        The texts that are added.
+        The texts that are added; events among them are left out.
     timestamps
         The times of the frames as the data have them, shape (n,).
     tasks
@@ -172,7 +270,8 @@ def rows_of(
     others
         Rows that are there already.
     """
-    rows = [*others, *(item.row(timestamps) for item in items if item.frame is not None)]
+    written = [item for item in items if item.frame is not None and not item.language.is_event]
+    rows = [*others, *(item.row(timestamps) for item in written)]
     if any(row["style"] == TASK_AUG for row in rows):
         own = (Placed(Language(TASK_AUG, 0.0, task), 0) for task in tasks)
         rows = [*(item.row(timestamps) for item in own), *rows]
@@ -190,39 +289,67 @@ def sorted_rows(rows: Iterable[Row]) -> list[Row]:
     )
 
 
-def column_types() -> Mapping[str, Any]:
-    """Return the Arrow types of both columns, as LeRobot writes them."""
+def events_of(items: Iterable[Placed]) -> dict[int, list[Row]]:
+    """Return the rows of an episode's events, by the frame, in LeRobot's order."""
+    result: dict[int, list[Row]] = {}
+    for item in items:
+        if item.frame is not None and item.language.is_event:
+            result.setdefault(item.frame, []).extend(item.event_rows())
+    return {frame: sorted(rows, key=_event_order) for frame, rows in result.items()}
+
+
+def with_events(there: Sequence[Row], new: Sequence[Row]) -> list[Row]:
+    """Return a frame's events with new ones, which replace those that LeRobot can't tell apart."""
+    taken = {(row["style"], row["role"], row["camera"]) for row in new}
+    kept = [row for row in there if (row["style"], row["role"], row["camera"]) not in taken]
+    return sorted([*kept, *new], key=_event_order)
+
+
+def _event_order(row: Row) -> tuple[str, str, str]:
+    return row["style"] or "", row["role"] or "", row["camera"] or ""
+
+
+def column_types(*, has_speech: bool = False) -> Mapping[str, Any]:
+    """Return the Arrow types of both columns, as LeRobot writes them.
+
+    Parameters
+    ----------
+    has_speech
+        True if events have calls of the tool :data:`SAY`.
+    """
     pa, _ = import_pyarrow()
     text = pa.string()
     head = [("role", text), ("content", text), ("style", text)]
     tail = [("camera", text), ("tool_calls", pa.list_(text))]
-    return {
-        PERSISTENT: pa.list_(pa.struct([*head, ("timestamp", pa.float32()), *tail])),
-        EVENTS: pa.list_(pa.struct([*head, *tail])),
-    }
+    persistent = pa.list_(pa.struct([*head, ("timestamp", pa.float32()), *tail]))
+    if has_speech:
+        function = [("name", text), ("arguments", pa.struct([("text", text)]))]
+        call = pa.struct([("type", text), ("function", pa.struct(function))])
+        tail = [tail[0], ("tool_calls", pa.list_(call))]
+    return {PERSISTENT: persistent, EVENTS: pa.list_(pa.struct([*head, *tail]))}
 
 
 def check_language(schema: Any, file: Path) -> None:
-    """Raise a FormatError if a table has persistent rows that are none of LeRobot's."""
-    if PERSISTENT not in schema.names:
-        return
+    """Raise a FormatError if a table has a column of language that isn't LeRobot's."""
     pa, _ = import_pyarrow()
-    kind = schema.field(PERSISTENT).type
-    row = kind.value_type if _is_list(kind) else kind
-    if pa.types.is_null(row):
-        return
-    row = row if _is_list(kind) else pa.null()
-    fields = {f.name: f.type for f in row} if pa.types.is_struct(row) else {}
-    is_right = {
-        "role": is_text, "content": is_text, "style": is_text, "timestamp": pa.types.is_floating,
-    }  # fmt: skip
-    for name, is_type in is_right.items():
-        if name not in fields or not (pa.types.is_null(fields[name]) or is_type(fields[name])):
-            where = f"{file}, column {PERSISTENT}"
-            raise damaged(where, f"{kind!s:.120} has no {name} as LeRobot writes it")
-    with content_of(file):  # what can't be written is named before anybody is asked
-        row = Placed(Language(SUBTASK, 0.0, "reach"), 0).row(np.zeros(1, np.float32))
-        language_array([row], widened(kind, column_types()[PERSISTENT]))
+    is_right = {"role": is_text, "content": is_text, "style": is_text}
+    for column in (PERSISTENT, EVENTS):
+        if column not in schema.names:
+            continue
+        kind = schema.field(column).type
+        row = kind.value_type if _is_list(kind) else kind
+        if pa.types.is_null(row):
+            continue
+        row = row if _is_list(kind) else pa.null()
+        fields = {f.name: f.type for f in row} if pa.types.is_struct(row) else {}
+        timed = {"timestamp": pa.types.is_floating} if column == PERSISTENT else {}
+        for name, is_type in {**is_right, **timed}.items():
+            if name not in fields or not (pa.types.is_null(fields[name]) or is_type(fields[name])):
+                where = f"{file}, column {column}"
+                raise damaged(where, f"{kind!s:.120} has no {name} as LeRobot writes it")
+        with content_of(file):  # what can't be written is named before anybody is asked
+            reach = Placed(Language(SUBTASK, 0.0, "reach"), 0).row(np.zeros(1, np.float32))
+            language_array([reach], widened(kind, column_types()[column]))
 
 
 def widened(kind: Any, usual: Any) -> Any:
@@ -243,8 +370,18 @@ def widened(kind: Any, usual: Any) -> Any:
 def language_array(rows: Sequence[Row], kind: Any) -> Any:
     """Return an array of one cell with the rows of an episode, of the type `kind`."""
     pa, _ = import_pyarrow()
+    calls = {f.name: f.type for f in kind.value_type}.get("tool_calls")
+    is_struct = calls is not None and _is_list(calls) and pa.types.is_struct(calls.value_type)
+    written = rows if is_struct else [row | _as_json(row) for row in rows]
     # Arrow builds no extension types, such as its JSON for tool calls, but converts to them.
-    return pa.array([rows], _stored(kind)).cast(kind)
+    return pa.array([written], _stored(kind)).cast(kind)
+
+
+def _as_json(row: Row) -> Row:
+    """Return the tool calls of a row as texts, where the column has no fields for them."""
+    calls = row.get("tool_calls")
+    texts = calls and [c if isinstance(c, str | None) else json.dumps(c) for c in calls]
+    return {"tool_calls": texts}
 
 
 def _stored(kind: Any) -> Any:
@@ -298,6 +435,30 @@ def persistent_rows_of(file: Path) -> Iterator[tuple[int, list[Row]]]:
                 yield int(episodes[place]), [_checked(row, where) for row in rows]
             seen = int(episodes[-1]) if len(episodes) else seen
             first_row += len(episodes)
+
+
+def event_rows(dataset: Dataset) -> Iterator[tuple[int, int, list[Row]]]:
+    """Yield the number of an episode, that of a frame in it, and the events on the frame, if any.
+
+    Raises
+    ------
+    FormatError
+        If a file can't be read, or rows have other values than LeRobot's.
+    """
+    for file in data_files(dataset):
+        seen: Counter[int] = Counter()
+        first_row = 0
+        with parquet_file(file) as parquet:
+            if EVENTS not in parquet.schema_arrow.names:
+                continue
+            check_language(parquet.schema_arrow, file)
+            for batch in parquet.iter_batches(FRAMES_AT_ONCE, columns=["episode_index", EVENTS]):
+                episodes = whole_numbers_of(batch, "episode_index", file, first_row).tolist()
+                for index, rows in zip(episodes, batch.column(EVENTS).to_pylist(), strict=True):
+                    if rows:
+                        yield index, seen[index], [row for row in rows if row is not None]
+                    seen[index] += 1
+                first_row += len(episodes)
 
 
 def _checked(row: Row | None, where: str) -> Row:

@@ -10,8 +10,9 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -33,17 +34,20 @@ from corpus_tools.lerobot.language_rows import (
     EVENTS,
     FEATURE,
     PERSISTENT,
-    SUBTASK,
+    PLAN,
+    SAY,
     Language,
     Placed,
     Row,
     column_types,
+    events_of,
     language_array,
     persistent_rows_of,
     placed,
     plans,
     rows_of,
     widened,
+    with_events,
 )
 from corpus_tools.lerobot.task_tables import TASK_INDEX, TaskTable, task_table
 from corpus_tools.runtime.atomic_folder import write_folder
@@ -56,6 +60,22 @@ LINKED = ("videos", "images")
 PROVENANCE = "meta/people.jsonl"
 """The file of the copy with the source of each text."""
 
+SAY_TOOL = {
+    "type": "function",
+    "function": {
+        "name": SAY,
+        "description": "Speak a short utterance to the user via the TTS executor.",
+        "parameters": {
+            "type": "object",
+            "properties": {
+                "text": {"type": "string", "description": "The verbatim text to speak."}
+            },
+            "required": ["text"],
+        },
+    },
+}
+"""The tool of the robot's replies, as LeRobot declares it in ``meta/info.json``."""
+
 _HUGGING_FACE = b"huggingface"
 
 
@@ -64,7 +84,7 @@ class EpisodeLanguage:
     """The language of an episode."""
 
     said: tuple[Language, ...]
-    """The texts that are added to its persistent rows, and plans of the subtasks among them."""
+    """The texts that are added, and plans of the subtasks among them unless there are others."""
     replaces: frozenset[str] = frozenset()
     """Styles of which the dataset's own rows go."""
     task: str = ""
@@ -140,8 +160,9 @@ def write_language(
             continue
         if added.task and not episode.tasks:
             texts[episode.index] = added.task
-        items = placed(added.said, framed.frames.times, 1 / dataset.info.fps)
-        items += plans(item for item in items if item.language.style == SUBTASK)
+        items = placed(added.said, framed.frames.times, 1 / dataset.info.fps, dataset.pictures)
+        if all(item.style != PLAN for item in added.said):
+            items += plans(items)
         times = framed.frames.times.astype(np.float32)
         tasks = episode.tasks or ((added.task,) if added.task else ())
         new[episode.index] = _NewLanguage(tuple(items), times, tasks, added.replaces)
@@ -156,6 +177,7 @@ def write_language(
         )
     notes += [f"episode {n}: its language isn't written: it is no episode here" for n in left_out]
     tasks_of = _new_tasks(table, texts, max(numbers, default=-1))
+    has_speech = any(item.language.reply for one in new.values() for item in one.items)
     with (
         about(target),
         tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch,
@@ -165,8 +187,9 @@ def write_language(
         for file in episode_reading.data_files(dataset):
             name = file.relative_to(source).as_posix()
             files[name] = Path(scratch) / f"{name}.new"
-            _rewrite(file, files[name], new, tasks_of.numbers)
-        every: dict[str, bytes | Path] = {**files, **_metadata(dataset, table, tasks_of, scratch)}
+            notes += _rewrite(file, files[name], new, tasks_of.numbers, has_speech=has_speech)
+        changed = _metadata(dataset, table, tasks_of, scratch, has_speech=has_speech)
+        every: dict[str, bytes | Path] = {**files, **changed}
         every |= attachments
         if lines := _provenance(language, new):
             before = files.get(PROVENANCE)  # of those who were asked about this dataset earlier
@@ -195,10 +218,17 @@ def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewL
                 rows.append(
                     {
                         "episode_index": index, "style": text.style, "start_s": text.start_s,
-                        "timestamp": time, "content": text.text, **text.source,
+                        "timestamp": time, "content": text.text, **_more(text), **text.source,
                     }
                 )  # fmt: skip
     return msgspec.json.Encoder().encode_lines(rows)
+
+
+def _more(text: Language) -> dict[str, str]:
+    """Return the other texts of an event's rows."""
+    answer = text.answer.content() if text.answer is not None else ""
+    more = {"camera": text.camera, "answer": answer, "reply": text.reply}
+    return {name: value for name, value in more.items() if value}
 
 
 def _copies(source: Path, scratch: Path) -> Iterator[tuple[str, Path]]:
@@ -242,12 +272,18 @@ def _new_tasks(table: TaskTable, texts: Mapping[int, str], last: int) -> _NewTas
 
 
 def _rewrite(
-    file: Path, target: Path, new: Mapping[int, _NewLanguage], tasks: Mapping[int, int]
-) -> None:
-    """Write the frames of a file once more, with their language."""
+    file: Path,
+    target: Path,
+    new: Mapping[int, _NewLanguage],
+    tasks: Mapping[int, int],
+    *,
+    has_speech: bool,
+) -> list[str]:
+    """Write the frames of a file once more, with their language; return notes on events."""
     pa, pq = import_pyarrow()
-    usual = column_types()
+    usual = column_types(has_speech=has_speech)
     rows = _rows_by_episode(file, new)
+    events = _FileEvents({index: events_of(one.items) for index, one in new.items()})
     target.parent.mkdir(parents=True, exist_ok=True)
     with content_of(file):
         parquet = pq.ParquetFile(file)
@@ -255,7 +291,8 @@ def _rewrite(
         before = parquet.schema_arrow
         kinds = dict(usual)
         if EVENTS in before.names:
-            kinds[EVENTS] = before.field(EVENTS).type
+            kind = before.field(EVENTS).type
+            kinds[EVENTS] = widened(kind, usual[EVENTS]) if any(events.new.values()) else kind
         if PERSISTENT in before.names:
             kinds[PERSISTENT] = widened(before.field(PERSISTENT).type, usual[PERSISTENT])
         kept = [name for name in before.names if name not in kinds]
@@ -271,12 +308,47 @@ def _rewrite(
                     if tasks and TASK_INDEX in columns:
                         columns[TASK_INDEX] = _with_tasks(columns[TASK_INDEX], episodes, tasks)
                     columns[PERSISTENT] = _spread(rows, episodes, kinds[PERSISTENT], table)
-                    columns[EVENTS] = (
+                    there = (
                         table.column(EVENTS)
                         if EVENTS in before.names
                         else pa.array([[]], kinds[EVENTS]).take(_zeros(len(table)))
                     )
+                    columns[EVENTS] = events.added(there, episodes, kinds[EVENTS])
                 writer.write_table(pa.table(columns, schema=schema))
+    return events.notes
+
+
+@dataclass(slots=True)
+class _FileEvents:
+    """The events that are added to a file, whose frames come a group of rows at a time."""
+
+    new: Mapping[int, Mapping[int, list[Row]]]
+    """By the numbers of episodes and of frames."""
+    notes: list[str] = field(default_factory=list)
+    frames: Counter[int] = field(default_factory=Counter)
+    """Number of the frames so far, of each episode."""
+
+    def added(self, column: Any, episodes: npt.NDArray[np.int64], kind: Any) -> Any:
+        """Return a column with the new events of its frames, as the type `kind`."""
+        pa, _ = import_pyarrow()
+        column = column if column.type == kind else column.cast(kind)
+        pieces, start = [], 0
+        for place, index in enumerate(episodes.tolist()):
+            rows = self.new.get(index, {}).get(self.frames[index])
+            if rows:
+                before = [row for row in column[place].as_py() or () if row is not None]
+                every = with_events(before, rows)
+                if gone := len(before) + len(rows) - len(every):
+                    where = f"episode {index}, frame {self.frames[index]}"
+                    self.notes.append(f"{where}: people's text replaces {gone} of the dataset's")
+                pieces += [column.slice(start, place - start), language_array(every, kind)]
+                start = place + 1
+            self.frames[index] += 1
+        if not pieces:
+            return column
+        pieces.append(column.slice(start))
+        chunks = [chunk for piece in pieces for chunk in getattr(piece, "chunks", [piece])]
+        return pa.chunked_array(chunks, kind)
 
 
 def _rows_by_episode(file: Path, new: Mapping[int, _NewLanguage]) -> dict[int, list[Row] | None]:
@@ -332,28 +404,40 @@ def _with_columns(before: Any, kinds: Mapping[str, Any]) -> dict[bytes, bytes]:
         features = content["info"]["features"]
         for name, kind in kinds.items():
             if name not in before.names or before.field(name).type != kind:
-                features[name] = _feature(name)
+                features[name] = _feature(name, kind)
     except (KeyError, TypeError, ValueError):  # it isn't from there
         return metadata
     return metadata | {_HUGGING_FACE: json.dumps(content).encode()}
 
 
-def _feature(column: str) -> dict[str, Any]:
+def _feature(column: str, kind: Any) -> dict[str, Any]:
     text = {"dtype": "string", "_type": "Value"}
     row: dict[str, Any] = dict.fromkeys(("role", "content", "style"), text)
     if column == PERSISTENT:
         row["timestamp"] = {"dtype": "float32", "_type": "Value"}
-    row |= {"camera": text, "tool_calls": {"feature": text, "_type": "List"}}
+    pa, _ = import_pyarrow()
+    call: dict[str, Any] = text
+    if pa.types.is_struct(kind.value_type.field("tool_calls").type.value_type):
+        call = {"type": text, "function": {"name": text, "arguments": {"text": text}}}
+    row |= {"camera": text, "tool_calls": {"feature": call, "_type": "List"}}
     return {"feature": row, "_type": "List"}
 
 
 def _metadata(
-    dataset: episode_reading.Dataset, table: TaskTable, tasks: _NewTasks, scratch: str
+    dataset: episode_reading.Dataset,
+    table: TaskTable,
+    tasks: _NewTasks,
+    scratch: str,
+    *,
+    has_speech: bool,
 ) -> dict[str, bytes | Path]:
     """Return the files of ``meta`` that change."""
     info = msgspec.json.decode((dataset.folder / episode_reading.INFO).read_bytes())
     for name in (PERSISTENT, EVENTS):
         info["features"].setdefault(name, dict(FEATURE))
+    tools = info.get("tools") or []
+    if has_speech and isinstance(tools, list) and f'"{SAY}"' not in json.dumps(tools):
+        info["tools"] = [*tools, SAY_TOOL]
     files: dict[str, bytes | Path] = {}
     if tasks.added:
         info["total_tasks"] = len(table.texts) + len(tasks.added)

@@ -16,11 +16,20 @@ import pyarrow.parquet as pq
 
 from corpus_tools.lerobot.episode_frames import checked_episodes
 from corpus_tools.lerobot.episode_reading import data_files, open_dataset
-from corpus_tools.lerobot.language_rows import Language, persistent_rows
+from corpus_tools.lerobot.grounded_answers import Answer, Shape
+from corpus_tools.lerobot.language_rows import Language, event_rows, persistent_rows
 from corpus_tools.lerobot.language_writing import EpisodeLanguage, write_language
 from corpus_tools.lerobot.study_input import study_input
 from g3.errors import FormatError
-from tests.lerobot_datasets import LANGUAGE, new_dataset, old_dataset, said, write_lines
+from tests.lerobot_datasets import (
+    CAMERA,
+    LANGUAGE,
+    WRIST,
+    new_dataset,
+    old_dataset,
+    said,
+    write_lines,
+)
 from tests.shared_cases import case
 
 STEPS = (Language("subtask", 0.0, "reach for it"), Language("subtask", 0.32, "take it"))
@@ -333,3 +342,119 @@ def test_published_layouts_come_out_as_they_went_in(name: str, tmp_path: Path):
             old.episode.tasks or ((f"Task {index}.",) if index < 2 else ())
         )
     assert [text for _, text in subtasks(tmp_path / "copy")] == ["reach for it", "take it"]
+
+
+def events_in(folder: Path) -> dict[tuple[int, int], list[tuple[str, str | None, str | None]]]:
+    """The role, style and content of the events, by episode and frame."""
+    return {
+        (episode, frame): [(row["role"], row["style"], row["content"]) for row in rows]
+        for episode, frame, rows in event_rows(open_dataset(folder))
+    }
+
+
+EVENTS = {
+    0: EpisodeLanguage(
+        (
+            *STEPS,
+            Language("interjection", 0.5, "Now lift it.", {"answer": 7}, reply="On it."),
+            Language("vqa", 0.1, "Where is it?", camera=CAMERA,
+                     answer=Answer("point", ("cube",), (Shape(((9.6, 3.2),)),))),
+            Language("vqa", 0.12, "Is it red?", camera=CAMERA, answer=Answer("words", ("yes",))),
+            Language("vqa", 0.1, "How many?", camera=WRIST, answer=Answer("count", ("cube", "2"))),
+            Language("trace", 1.1, "hand", camera=CAMERA,
+                     answer=Answer("path", ("hand",), (Shape(((0, 0), (5, 5), (64, 48))),))),
+            Language("memory", 0.7, "I took it."),
+        ),
+        frozenset({"subtask", "plan", "memory"}),
+    )
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("language", [True, False], ids=["with language", "without"])
+def test_events_are_on_their_exact_frames(tmp_path: Path, language: bool):
+    source = open_dataset(new_dataset(tmp_path / "set", language=language))
+    notes = write_language(source, tmp_path / "copy", EVENTS, attachments={})
+    assert any("'Is it red?' isn't written: there is another one at 0.1 s" in n for n in notes)
+    assert any("people's text replaces 1 of the dataset's" in n for n in notes) is language
+    point = '{"label": "cube", "point": [10, 3], "point_format": "xy"}'
+    path = '{"label": "hand", "point_format": "xy", "points": [[0, 0], [5, 5], [64, 48]]}'
+    there = {(e, 1): [("user", "vqa", "where?")] for e in (1, 2)} if language else {}
+    assert events_in(tmp_path / "copy") == there | {
+        (0, 1): [
+            ("assistant", "vqa", point),
+            ("assistant", "vqa", '{"count": 2, "label": "cube"}'),
+            ("user", "vqa", "Where is it?"),
+            ("user", "vqa", "How many?"),
+        ],
+        (0, 5): [("assistant", None, None), ("user", "interjection", "Now lift it.")],
+        (0, 11): [("assistant", "trace", path)],
+    }
+    rows = [row for *_, rows in event_rows(open_dataset(tmp_path / "copy")) for row in rows]
+    assert all("timestamp" not in row for row in rows)
+    assert {row["camera"] for row in rows if row["style"] in ("vqa", "trace")} == {CAMERA, WRIST}
+    (call,) = [call for row in rows for call in row["tool_calls"] or ()]
+    assert call == {
+        "type": "function", "function": {"name": "say", "arguments": {"text": "On it."}},
+    }  # fmt: skip
+    persistent = dict(persistent_rows(open_dataset(tmp_path / "copy")))[0]
+    plan = [(round(r["timestamp"], 6), r["content"]) for r in persistent if r["style"] == "plan"]
+    assert plan == [(0.0, "1. reach for it\n2. take it"), (0.3, "1. take it"), (0.5, "1. take it")]
+    memory = [(r["role"], r["content"]) for r in persistent if r["style"] == "memory"]
+    assert memory == [("assistant", "I took it.")]
+    info = json.loads((tmp_path / "copy/meta/info.json").read_text())
+    assert [tool["function"]["name"] for tool in info["tools"]] == ["say"]
+    lines = (tmp_path / "copy/meta/people.jsonl").read_text().splitlines()
+    (kept,) = map(json.loads, lines)
+    assert (kept["reply"], kept["answer"], kept["timestamp"]) == ("On it.", 7, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("language", "why"),
+    [
+        (Language("vqa", 0.1, "Where?", camera="mine", answer=Answer("words", ("a",))), "camera"),
+        (Language("vqa", 0.1, "Where?", answer=Answer("words", ("here",))), "names no camera"),
+        (Language("vqa", 0.1, "Where?", camera=CAMERA), "no answer"),
+        (Language("vqa", 0.1, "Where?", camera=CAMERA, answer=Answer("words", (" ",))), "answer"),
+        (Language("vqa", 0.1, "How many?", camera=CAMERA, answer=Answer("count", ("a", "two"))),
+         "no whole number"),
+        (Language("vqa", 0.1, "Where?", camera=CAMERA,
+                  answer=Answer("point", ("cube",), (Shape(((64.5, 3),)),))), "outside of the pic"),
+        (Language("vqa", 0.1, "Where?", camera=CAMERA,
+                  answer=Answer("boxes", (), (Shape(((0, 0), (9, 9))),))), "a box has no name"),
+        (Language("trace", 0.1, "hand", camera=CAMERA, answer=Answer("path", ("hand",))),
+         "nothing is drawn"),
+        (Language("memory", 0.1, "I took it.", camera=CAMERA), "names a camera"),
+        (Language("memory", 0.1, "…"), "no text"),
+        (Language("vqa", 5.0, "Where?", camera=CAMERA, answer=Answer("words", ("a",))), "outside"),
+        (Language("poem", 0.1, "Oh."), "no such style"),
+    ],
+)  # fmt: skip
+def test_what_breaks_a_rule_is_named_and_not_written(tmp_path: Path, language: Language, why: str):
+    source = open_dataset(new_dataset(tmp_path / "set", language=False))
+    said = {0: EpisodeLanguage((language,))}
+    (note,) = write_language(source, tmp_path / "copy", said, attachments={})
+    assert why in note
+    assert events_in(tmp_path / "copy") == {}
+    assert dict(persistent_rows(open_dataset(tmp_path / "copy")))[0] == []
+
+
+@pytest.mark.parametrize(
+    "kind", [pa.null(), pa.list_(pa.null()), "text", "json"], ids=["null", "nulls", "text", "json"]
+)
+def test_events_fit_the_column_that_is_there(tmp_path: Path, kind: pa.DataType | str):
+    source = open_dataset(new_dataset(tmp_path / "set", language=False))
+    (file,) = data_files(source)
+    if isinstance(kind, str):
+        call = pa.string() if kind == "text" else pa.json_()
+        text = pa.string()
+        row = [("role", text), ("content", text), ("style", text), ("camera", text)]
+        kind = pa.list_(pa.struct([*row, ("tool_calls", pa.list_(call))]))
+    table = pq.read_table(file)
+    empty = pa.nulls(len(table), kind)
+    pq.write_table(table.append_column("language_events", empty), file, row_group_size=7)
+    assert len(write_language(source, tmp_path / "copy", EVENTS, attachments={})) == 1
+    rows = {(e, f): rows for e, f, rows in event_rows(open_dataset(tmp_path / "copy"))}
+    (call,) = rows[0, 5][0]["tool_calls"]
+    call = json.loads(call) if isinstance(call, str) else call
+    assert call["function"]["arguments"] == {"text": "On it."}
+    assert rows[0, 5][1]["content"] == "Now lift it."

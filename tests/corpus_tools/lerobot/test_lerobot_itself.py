@@ -27,11 +27,12 @@ pytest.importorskip("av", reason="the extra `render` is not installed")
 from corpus_tools.exporters.export_registry import export_corpus_to
 from corpus_tools.lerobot.episode_frames import checked_episodes
 from corpus_tools.lerobot.episode_reading import open_dataset
+from corpus_tools.lerobot.grounded_answers import Answer, Shape
 from corpus_tools.lerobot.language_rows import Language
 from corpus_tools.lerobot.language_writing import EpisodeLanguage, write_language
 from corpus_tools.lerobot.study_input import study_input
 from corpus_tools.lerobot.task_tables import tasks_parquet
-from tests.lerobot_datasets import TASKS, image_dataset, new_dataset
+from tests.lerobot_datasets import CAMERA, TASKS, WRIST, image_dataset, new_dataset
 from tests.tiny_corpus import tiny_corpus
 
 PYTHON = os.environ.get("CT_LEROBOT_PYTHON", "")
@@ -80,6 +81,43 @@ for n in range(len(data)):
     rows.append([int(one["episode_index"]), round(float(one["timestamp"]), 6), one["task"], *texts])
 print(json.dumps({"episodes": data.num_episodes, "language": data.meta.has_language_columns,
                   "depth": data.meta.depth_keys, "rows": rows}))
+"""
+
+EVENTS = """
+import json, sys
+from lerobot.annotations.steerable_pipeline.validator import classify_vqa_answer
+from lerobot.configs.recipe import MessageTurn, TrainingRecipe
+from lerobot.datasets.language import column_for_style, validate_camera_field
+from lerobot.datasets.language_render import render_sample
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+data = LeRobotDataset("local/read", root=sys.argv[1], video_backend="pyav")
+camera = sys.argv[2]
+bindings = {"vqa_query": f"emitted_at(t, style=vqa, role=user, camera={camera})",
+            "vqa": f"emitted_at(t, style=vqa, role=assistant, camera={camera})",
+            "way": f"emitted_at(t, style=trace, camera={camera})",
+            "motion": "active_at(t, style=motion)"}
+turns = [MessageTurn("user", "${vqa_query}${interjection}", stream="high_level"),
+         MessageTurn("assistant", "${vqa}${way}", stream="high_level", tool_calls_from="speech"),
+         MessageTurn("assistant", "${plan}", stream="high_level"),
+         MessageTurn("assistant", "${memory}", stream="high_level"),
+         MessageTurn("assistant", "${motion}", stream="high_level", target=True)]
+recipe = TrainingRecipe(messages=turns, bindings=bindings)
+rows, kinds = [], []
+for n in range(len(data)):
+    one = data[n]
+    persistent, events = one["language_persistent"], one["language_events"]
+    for column, found in (("language_persistent", persistent), ("language_events", events)):
+        for row in found:
+            assert column_for_style(row["style"]) == column
+            validate_camera_field(row["style"], row["camera"])
+            if row["style"] == "vqa" and row["role"] == "assistant":
+                kinds.append(classify_vqa_answer(json.loads(row["content"])))
+    said = render_sample(recipe=recipe, persistent=persistent, events=events,
+                         t=float(one["timestamp"]), sample_idx=n)["messages"]
+    calls = [call["function"]["arguments"]["text"] for call in said[1].get("tool_calls", ())]
+    rows.append([int(one["episode_index"]), *[turn.get("content") for turn in said], calls])
+tools = [tool["function"]["name"] for tool in data.meta.tools]
+print(json.dumps({"rows": rows, "kinds": kinds, "tools": tools}))
 """
 
 
@@ -132,6 +170,46 @@ def test_steps_of_people_on_one_frame_are_rendered(tmp_path: Path):
     assert {row[3] for row in first} == {"Push the cube.", "Shove it."}
     assert first[0][4] == "1. reach\n2. take\n3. lift"
     assert {(row[2], row[3]) for row in rows if row[0] == 2} == {("Wait.", "Wait.")}
+
+
+def test_every_style_of_people_is_rendered(tmp_path: Path):
+    """Its rules of columns, cameras and answers hold."""
+    source = open_dataset(new_dataset(tmp_path / "set", language=False))
+    (tmp_path / "set/meta/tasks.parquet").write_bytes(tasks_parquet(TASKS))
+    answers = [
+        Answer("count", ("cube", "2")),
+        Answer("attribute", ("cube", "colour", "red")),
+        Answer("spatial", ("cube", "left_of", "hand")),
+        Answer("point", ("cube",), (Shape(((9.6, 3.2),)),)),
+        Answer("boxes", (), (Shape(((0, 0), (9, 9)), "cube"), Shape(((5, 5), (9, 12)), "hand"))),
+    ]
+    asked = [
+        Language("vqa", n / 10, f"What {n}?", camera=CAMERA, answer=answer)
+        for n, answer in enumerate(answers)
+    ]
+    way = Answer("path", ("hand",), (Shape(((0, 0), (64, 48))),))
+    said = (
+        *asked,
+        Language("vqa", 0.1, "And here?", camera=WRIST, answer=Answer("count", ("cube", "0"))),
+        Language("trace", 0.6, "hand", camera=CAMERA, answer=way),
+        Language("interjection", 0.8, "Faster, please.", reply="Sure."),
+        Language("subtask", 0.0, "reach"),
+        Language("memory", 0.5, "I reached it."),
+        Language("motion", 0.4, "close the gripper"),
+    )
+    language = {0: EpisodeLanguage(said)}
+    assert write_language(source, tmp_path / "copy", language, attachments={}) == []
+    seen = json.loads(lerobot(EVENTS, tmp_path / "copy", CAMERA).splitlines()[-1])
+    assert sorted(seen["kinds"]) == ["attribute", "bbox", "count", "count", "keypoint", "spatial"]
+    assert seen["tools"] == ["say"]
+    first = [row[1:] for row in seen["rows"] if row[0] == 0]
+    state = ["1. reach", "I reached it.", "close the gripper"]
+    assert [row[0] for row in first[:5]] == [f"What {n}?" for n in range(5)]
+    assert [row[1] for row in first[:5]] == [answer.content() for answer in answers]
+    assert first[6] == ["", way.content(), *state, []]
+    assert first[8] == ["Faster, please.", "", *state, ["Sure."]]
+    assert first[9][0] == ""
+    assert all(row[1:] == ["", "", "", "", "", []] for row in seen["rows"] if row[0] != 0)
 
 
 @pytest.mark.parametrize("kind", ["videos", "images"])
