@@ -140,6 +140,17 @@ def first_picture(file: Path, info: VideoInfo, part: Span) -> NDArray[np.uint8]:
         return picture(next(_frames(file, _Clock.of(info, part))), info.pixel_aspect)
 
 
+def pictures(file: Path, info: VideoInfo, part: Span) -> Iterator[tuple[float, NDArray[np.uint8]]]:
+    """Yield the frames of a span as people see them, each with its time in the file in seconds.
+
+    They have the form that :func:`first_picture` gives, and the same errors.
+    """
+    clock = _Clock.of(info, part)
+    with _named(file, part):
+        for at, frame in zip(clock.times, _frames(file, clock), strict=True):
+            yield float(at), picture(frame, info.pixel_aspect)
+
+
 def cut(file: Path, info: VideoInfo, part: Span, target: Path) -> None:
     """Write a span of a video as a file of its own.
 
