@@ -2,7 +2,7 @@
 //
 // It knows nothing of the page: a shape is {id, kind, points, name}, in pixels of the picture. A point has
 // one of `points`, a box two opposite corners, an outline three or more. `others` are further polygons
-// of an outline, which move and grow with it.
+// of an outline, which move and grow with it; `number` is what it is shown as, else its place among the shapes.
 
 import { h, s } from "./dom.js";
 import { labelLayer, unitOf } from "./label-layer.js";
@@ -37,14 +37,15 @@ export function cornersOf({ kind, points }) {
  *
  * `kinds` are those that may be drawn, `most` how many shapes there may be: one more takes the place of
  * the last. `changed(shapes)` is called after each change, `chose(id)` with what is chosen or null, and
- * `named(id)` when Enter asks for a shape's name. `newId()` gives the ids of new shapes.
+ * `named(id)` when Enter asks for a shape's name. `newId()` gives the ids of new shapes. A page that has a
+ * history of its own gives it: {undo(), redo(), canUndo(), canRedo()}; `changed` tells it if a key goes on.
  *
  * Gives {element, tools, help}: the surface, buttons, and a text about keys, which the page places; and
  * what a page may do.
  */
 export function drawing({
   width, height, label = _("Drawing"), kinds = ["box", "outline"], most = Infinity, shapes: first = [],
-  changed = () => {}, chose = () => {}, named = () => {}, newId = randomId,
+  changed = () => {}, chose = () => {}, named = () => {}, newId = randomId, history = null,
 }) {
   let shapes = first.map(copied);
   let past = [];
@@ -66,7 +67,7 @@ export function drawing({
   const status = h("p", { class: "unseen", role: "status" });
   const element = h(
     "div",
-    { class: "drawing", role: "application", tabindex: 0, "aria-label": label, "aria-describedby": help.id },
+    { class: "surface", role: "application", tabindex: 0, "aria-label": label, "aria-describedby": help.id },
     svg, status,
   );
   const groups = new Map();
@@ -98,7 +99,7 @@ export function drawing({
     remember(goesOn);
     shapes = next;
     draw();
-    changed(shapes.map(copied));
+    changed(shapes.map(copied), goesOn);
   }
   const replace = (shape) => shapes.map((one) => (one.id === shape.id ? shape : one));
   function travel(from, to, text) {
@@ -112,8 +113,8 @@ export function drawing({
     say(text);
     changed(shapes.map(copied));
   }
-  function undo() { travel(past, future, _("Undone.")); }
-  function redo() { travel(future, past, _("Done again.")); }
+  function undo() { history ? history.undo() : travel(past, future, _("Undone.")); }
+  function redo() { history ? history.redo() : travel(future, past, _("Done again.")); }
 
   function add(shape) {
     const made = { id: newId(), name: "", ...shape };
@@ -170,7 +171,7 @@ export function drawing({
   function use(kind) {
     cancel();
     tool = kind;
-    element.classList.toggle("drawing-on", Boolean(kind));
+    element.classList.toggle("surface-on", Boolean(kind));
     for (const one of toolButtons) one.setAttribute("aria-pressed", String(one.dataset.kind === kind));
   }
   function cancel() {
@@ -370,7 +371,8 @@ export function drawing({
 
   // What is seen and heard
 
-  const numberOf = (shape) => shapes.findIndex((one) => one.id === shape.id) + 1;
+  const placeOf = (shape) => shapes.findIndex((one) => one.id === shape.id);
+  const numberOf = (shape) => shape.number ?? placeOf(shape) + 1;
   const titleOf = (shape) => [numberOf(shape), shape.name || KINDS[shape.kind].label].join(" ");
   function described(shape) {
     const { x, y, w, h: tall } = boxOf(shape);
@@ -391,7 +393,8 @@ export function drawing({
     for (const shape of shapes) {
       if (!groups.has(shape.id)) groups.set(shape.id, groupOf(shape));
       const group = groups.get(shape.id);
-      if (layer.children[numberOf(shape) - 1] !== group) layer.insertBefore(group, layer.children[numberOf(shape) - 1] ?? null);
+      const there = layer.children[placeOf(shape)] ?? null;
+      if (there !== group) layer.insertBefore(group, there);
       const d = pathOf(shape, px);
       for (const path of group.children) path.setAttribute("d", d);
       group.setAttribute("class", `drawn ${shape.kind}${shape.id === chosen ? " chosen" : ""}`);
@@ -407,8 +410,8 @@ export function drawing({
       const wanted = shapes.map((one) => ({ id: one.id, kind: "object", text: String(numberOf(one)), box: boxOf(one), isChosen: one.id === chosen }));
       labels.put(wanted, { x: 0, y: 0, w: width, h: height }, px);
     }
-    undoing.disabled = !past.length;
-    redoing.disabled = !future.length;
+    undoing.disabled = history ? !history.canUndo() : !past.length;
+    redoing.disabled = history ? !history.canRedo() : !future.length;
     removing.disabled = !shape;
   }
   function groupOf({ id }) {
@@ -436,9 +439,9 @@ export function drawing({
     get tool() { return tool; },
     /** Show other shapes, such as those of another moment; there is nothing to undo then. */
     put(others) {
-      cancel();
+      if (!act) cancel();
       shapes = others.map(copied);
-      [past, future, corner] = [[], [], null];
+      [past, future] = [[], []];
       if (!find(chosen)) choose(null);
       draw();
     },

@@ -113,7 +113,7 @@ def test_an_outline_is_closed_at_its_first_corner(surface: Surface) -> None:
 
 def test_keys_alone_suffice(surface: Surface) -> None:
     page, keys = surface.page, surface.page.keyboard
-    page.locator(".drawing").focus()
+    page.locator(".surface").focus()
     keys.press("b")
     (left, top), (right, bottom) = surface.last
     keys.press("ArrowRight")
