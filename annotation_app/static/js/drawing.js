@@ -1,8 +1,9 @@
 // A surface over a picture, on which points, boxes and outlines are drawn by mouse, touch or keys.
 //
 // It knows nothing of the page: a shape is {id, kind, points, name}, in pixels of the picture. A point has
-// one of `points`, a box two opposite corners, an outline three or more. `others` are further polygons
-// of an outline, which move and grow with it; `number` is what it is shown as, else its place among the shapes.
+// one of `points`, a box two opposite corners, a line two or more, an outline three or more. `others` are
+// further polygons of an outline, which move and grow with it; `number` is what it is shown as, else its
+// place among the shapes.
 
 import { h, s } from "./dom.js";
 import { labelLayer, unitOf } from "./label-layer.js";
@@ -12,8 +13,10 @@ import { _, number } from "./speech.js";
 const KINDS = {
   point: { key: "p", label: _("Point") },
   box: { key: "b", label: _("Box") },
+  line: { key: "l", label: _("Line") },
   outline: { key: "o", label: _("Outline") },
 };
+const LEAST = { line: 2, outline: 3 };
 const REACH_PX = { mouse: 8, pen: 12, touch: 20 };
 const SMALLEST_PX = 3;
 const CORNER_PX = 5;
@@ -74,7 +77,7 @@ export function drawing({
   const button = (text, onclick, more = {}) => h("button", { type: "button", onclick, ...more }, text);
   const toolButtons = kinds.map((kind) =>
     button(KINDS[kind].label, () => use(tool === kind ? null : kind), { "aria-pressed": "false", "data-kind": kind }));
-  const closing = button(_("Close the outline"), finish, { hidden: true });
+  const closing = button("", finish, { hidden: true });
   const undoing = button(_("Undo"), undo);
   const redoing = button(_("Redo"), redo);
   const removing = button(_("Delete"), () => remove(chosen));
@@ -187,7 +190,7 @@ export function drawing({
     const isLarge = Math.max(box.w, box.h) >= SMALLEST_PX * unit() && (kind !== "box" || Math.min(box.w, box.h) >= unit());
     if (kind === "point") add({ kind, points });
     else if (kind === "box" && isLarge) add({ kind, points: ordered(points) });
-    else if (kind === "outline" && points.length > 2 && isLarge) add({ kind, points });
+    else if (points.length >= LEAST[kind] && isLarge) add({ kind, points });
   }
   /** Begin a shape by a key: in the middle of the picture, from where arrows move it. */
   function begin(kind) {
@@ -196,7 +199,11 @@ export function drawing({
     const shift = (shapes.length % 5) * side * 0.2;
     const [x, y] = [(width - side) / 2 + shift, (height - side) / 2 + shift];
     const box = [clamped([x, y]), clamped([x + side, y + side])];
-    const points = { point: [clamped([width / 2 + shift, height / 2 + shift])], box, outline: cornersOf({ kind: "box", points: box }) }[kind];
+    const middle = y + side / 2;
+    const points = {
+      point: [clamped([width / 2 + shift, height / 2 + shift])], box,
+      line: [clamped([x, middle]), clamped([x + side, middle])], outline: cornersOf({ kind: "box", points: box }),
+    }[kind];
     return add({ kind, points });
   }
 
@@ -212,9 +219,9 @@ export function drawing({
     return near && near[0] <= reach ? near[1] : null;
   }
   /** Whether a shape, or its edge, is at a point. */
-  function isAt({ id }, [x, y]) {
+  function isAt({ id, kind }, [x, y]) {
     const path = groups.get(id).querySelector(".hit");
-    return path.isPointInFill({ x, y }) || path.isPointInStroke({ x, y });
+    return (kind !== "line" && path.isPointInFill({ x, y })) || path.isPointInStroke({ x, y });
   }
   const area = (shape) => boxOf(shape).w * boxOf(shape).h;
   const shapeAt = (p) => shapes.filter((shape) => isAt(shape, p)).sort((a, b) => area(a) - area(b))[0] ?? null;
@@ -285,7 +292,7 @@ export function drawing({
     draw();
   });
   svg.addEventListener("dblclick", () => {
-    if (pending?.kind === "outline") {
+    if (pending?.kind in LEAST) {
       pending.points.pop();
       finish();
     }
@@ -302,7 +309,7 @@ export function drawing({
     else if (kind === "box") {
       if (done.isFirst && done.isMoved) points.push(p);
       if (points.length > 1) finish();
-    } else if (points.length > 3 && distance(points.at(-1), points[0]) <= done.reach) {
+    } else if (points.length > LEAST[kind] && distance(points.at(-1), kind === "line" ? points.at(-2) : points[0]) <= done.reach) {
       points.pop();
       finish();
     }
@@ -340,7 +347,7 @@ export function drawing({
     else if (key === "Enter") named(shape.id);
     else if (key === "Escape") (corner === null ? () => { choose(null); element.focus(); } : () => pick(null))();
     else if (letter === "c" && handled(shape).length) pick(corner === null ? 0 : (corner + 1) % handled(shape).length);
-    else if (shape.kind === "outline" && corner !== null && "+=-".includes(key)) recut(shape, key !== "-");
+    else if (shape.kind in LEAST && corner !== null && "+=-".includes(key)) recut(shape, key !== "-");
     else return false;
     return true;
   }
@@ -363,9 +370,11 @@ export function drawing({
   function recut(shape, isMore) {
     const { points } = shape;
     const [x, y] = points[corner];
-    const [u, v] = points[(corner + 1) % points.length];
-    if (isMore) set(replace({ ...shape, points: points.toSpliced(corner + 1, 0, [round((x + u) / 2), round((y + v) / 2)]) }));
-    else if (points.length > 3) set(replace({ ...shape, points: points.toSpliced(corner, 1) }));
+    // A line goes on after its last corner, the way that it came.
+    const isEnd = shape.kind === "line" && corner === points.length - 1;
+    const [u, v] = isEnd ? points[corner - 1].map((from, i) => 3 * points[corner][i] - 2 * from) : points[(corner + 1) % points.length];
+    if (isMore) set(replace({ ...shape, points: points.toSpliced(corner + 1, 0, clamped([(x + u) / 2, (y + v) / 2])) }));
+    else if (points.length > LEAST[shape.kind]) set(replace({ ...shape, points: points.toSpliced(corner, 1) }));
     pick(isMore ? corner + 1 : Math.min(corner, find(shape.id).points.length - 1));
   }
 
@@ -420,7 +429,8 @@ export function drawing({
     return group;
   }
   function showPending(cursor = null) {
-    closing.hidden = pending?.kind !== "outline" || pending.points.length < 3;
+    closing.hidden = !(pending?.kind in LEAST) || pending.points.length < LEAST[pending.kind];
+    closing.textContent = pending?.kind === "line" ? _("End the line") : _("Close the outline");
     const points = pending ? [...pending.points, ...(cursor ? [cursor] : [])] : [];
     const shown = pending?.kind === "box" && points.length > 1 ? [...cornersOf({ kind: "box", points }), points[0]] : points;
     const r = CORNER_PX * unit();
@@ -481,14 +491,15 @@ function withCorner(shape, index, change) {
 
 function pathOf(shape, unit) {
   if (shape.kind === "point") return dotAt(...shape.points[0], 1.4 * CORNER_PX * unit);
-  return [cornersOf(shape), ...(shape.others ?? [])].map((polygon) => `M${polygon.map((xy) => xy.join(",")).join("L")}Z`).join("");
+  const end = shape.kind === "line" ? "" : "Z";
+  return [cornersOf(shape), ...(shape.others ?? [])].map((polygon) => `M${polygon.map((xy) => xy.join(",")).join("L")}${end}`).join("");
 }
 
 function helpOf(kinds) {
-  const begins = { point: _("P begins a point."), box: _("B begins a box."), outline: _("O begins an outline.") };
+  const begins = { point: _("P begins a point."), box: _("B begins a box."), line: _("L begins a line."), outline: _("O begins an outline.") };
   const lines = kinds.map((kind) => begins[kind]);
   lines.push(_("Arrow keys move it, Tab goes to the next, Delete removes it, Enter names it, Ctrl+Z undoes."));
   if (kinds.some((kind) => kind !== "point")) lines.push(_("Shift and arrow keys resize it."));
-  if (kinds.includes("outline")) lines.push(_("C goes to an outline’s next corner, which + adds and − removes."));
+  if (kinds.some((kind) => kind in LEAST)) lines.push(_("C goes to the next corner, which + adds and − removes."));
   return lines.join(" ");
 }

@@ -19,7 +19,7 @@ import { drawing } from "/static/js/drawing.js";
 const picture = document.getElementById("picture");
 picture.style.cssText = "position: relative; width: 640px; height: 360px; background: #385";
 const surface = window.surface = drawing({
-  width: 1280, height: 720, kinds: ["box", "outline", "point"],
+  width: 1280, height: 720, kinds: ["box", "outline", "point", "line"],
   shapes: [{ id: "5", kind: "box", name: "truck", points: [[700, 300], [1000, 600]] }],
   named: (id) => { window.named = id; },
 });
@@ -109,6 +109,30 @@ def test_an_outline_is_closed_at_its_first_corner(surface: Surface) -> None:
     assert surface.last == [[100, 100], [300, 100], [300, 250]]
     surface.drag((300, 250), (320, 280))
     assert surface.last == [[100, 100], [300, 100], [320, 280]]
+
+
+def test_a_line_ends_at_the_second_click_on_a_corner(surface: Surface) -> None:
+    surface.tool("Line")
+    surface.click((100, 100), (300, 100), (300, 250))
+    surface.page.wait_for_timeout(600)  # no double click
+    surface.click((300, 250))
+    assert surface.last == [[100, 100], [300, 100], [300, 250]]
+    surface.click((150, 620), (250, 620))
+    surface.tool("End the line")
+    assert surface.last == [[150, 620], [250, 620]]
+    keys = surface.page.keyboard
+    surface.page.locator(".surface .drawn").last.focus()
+    for key in ("c", "c", "+", "ArrowDown", "ArrowDown"):
+        keys.press(key)
+    assert surface.last[:2] == [[150, 620], [250, 620]]
+    assert surface.last[2][0] == 350
+    assert surface.last[2][1] > 620
+    for key in ("-", "-", "-"):
+        keys.press(key)
+    assert len(surface.last) == 2
+    surface.tool("Line")  # no tool any more
+    surface.click((270, 140))  # inside of the first, if it were an outline
+    assert surface.page.evaluate("surface.chosen") is None
 
 
 def test_keys_alone_suffice(surface: Surface) -> None:
