@@ -56,6 +56,11 @@ def watched(session: Session, item: AnyItem) -> Record:
     return watched_video(session, item.study_id, item.payload["video"])
 
 
+def film_of(session: Session, study_id: str, video: str) -> Film:
+    """Return the film of one of a study's videos."""
+    return read_film(media_files(session, study_id, video).paths["manifest"].parent)
+
+
 def watched_video(session: Session, study_id: str, video: str) -> Record:
     """Return a page's data of one of a study's videos, like :func:`watched`."""
     files = media_files(session, study_id, video)

@@ -101,6 +101,8 @@ class Film:
     """Frames in a second, if that is known."""
     has_things: bool = True
     """True if the places of things are known, if only in a picture."""
+    size: tuple[int, int] | None = None
+    """Width and height of its pictures, if that is known."""
 
 
 def read_film(folder: Path) -> Film:
@@ -116,7 +118,8 @@ def _read_film(file: Path, _stamp: int) -> Film:
     metadata = manifest.get("metadata", {}) if not has_scene else {}
     has_things = has_scene or "things" in manifest
     duration_s = float(manifest["duration_s"])
-    return Film(duration_s, has_scene, metadata, manifest.get("fps"), has_things)
+    size = tuple(manifest["size"]) if "size" in manifest else None
+    return Film(duration_s, has_scene, metadata, manifest.get("fps"), has_things, size=size)
 
 
 @functools.lru_cache(maxsize=256)

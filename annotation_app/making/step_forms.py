@@ -14,8 +14,10 @@ from typing import Any, TypeAlias
 from werkzeug.datastructures import MultiDict
 
 from annotation_app.making.steps import defaults, task_defaults
+from annotation_app.studies.study_file import TaskConfig
 from annotation_app.studies.study_template import slug
 from annotation_app.study_setup.study_drafts import StudyDraft
+from annotation_app.tasks.task_record import Task, asked_styles
 from annotation_app.tasks.task_registry import tasks
 
 Form: TypeAlias = "MultiDict[str, str]"
@@ -83,6 +85,8 @@ def _tasks(value: Value, form: Form) -> None:
         minutes = number_of(form, f"lease-{task.name}")
         _put(of_task, "lease_minutes", minutes, usual["lease_minutes"])
         _put(of_task, "practice", f"practice-{task.name}" in form, usual["practice"])
+        if task.words.styles:
+            _put(of_task, "styles", _styles(task, of_task, form), [])
         if task.suggestion is not None:
             suggestions = form.get(f"suggestions-{task.name}", "")
             _put(of_task, "suggestions", suggestions, usual["suggestions"])
@@ -93,6 +97,16 @@ def _tasks(value: Value, form: Form) -> None:
         names = ("text", "video", "wrong_video")
         rows = ({n: text_of(form, f"known-{i}-{n}") for n in names} for i in range(MOST_ROWS))
         _put(value, "known_commands", [row for row in rows if any(row.values())], [])
+
+
+def _styles(task: Task, of_task: Value, form: Form) -> Value | list[str]:
+    """Return the chosen styles, with the prompts that the file has; empty for the usual ones."""
+    before = of_task.get("styles")
+    prompts = before if isinstance(before, dict) else {}
+    chosen = [name for name in task.words.styles if name in form.getlist(f"style-{task.name}")]
+    if any(prompts.get(name) for name in chosen):
+        return {name: prompts.get(name) for name in chosen}
+    return [] if chosen == list(asked_styles(TaskConfig(), task.words)) else chosen
 
 
 def _people(value: Value, form: Form) -> None:

@@ -40,7 +40,15 @@ STEPS = (
         "tasks",
         "Tasks",
         ("tasks", "watching", "attention_checks", "known_commands", "pairs", "seed"),
-        ("answers", "adoption", "lease_minutes", "practice", "suggestions", "suggestions_from"),
+        (
+            "answers",
+            "adoption",
+            "lease_minutes",
+            "practice",
+            "suggestions",
+            "suggestions_from",
+            "styles",
+        ),
     ),
     Step("people", "People", ("access", "qualification", "payment"), ("role",)),
     Step(
@@ -198,6 +206,7 @@ LABELS = {
     "practice_items": "Practice item",
     "summary": "Summary",
     "prompt": "Prompt",
+    "styles": "Styles of text",
     "instructions": "Instructions",
     "retention_days": "Days",
 }

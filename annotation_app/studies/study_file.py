@@ -113,6 +113,9 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         What people practise with, instead of the example with the boat.
     title, summary, prompt
         What people read of the task, instead of its own words.
+    styles
+        The styles of text that people write, if the task has several: those named, with prompts
+        instead of the usual ones where there are some. None named are the usual ones.
     instructions
         The same, as Markdown without HTML and pictures.
     """
@@ -128,6 +131,7 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     title: Line | None = None
     summary: Line | None = None
     prompt: Line | None = None
+    styles: tuple[Name, ...] | dict[Name, Line | None] = ()
     instructions: Text = ""
 
 

@@ -211,6 +211,7 @@ def prepare(item: OwnVideo, base: Path, on_progress: OnProgress = no_progress) -
         "sha256": sha256,
         "duration_s": of_part.duration_s,
         "fps": constant_rate(info, of_part),
+        "size": [info.width, info.height],
         "cut": CUT_VERSION,
     }
     if things:

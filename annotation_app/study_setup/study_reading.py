@@ -66,6 +66,12 @@ def _problems(study: StudyConfig) -> Iterator[Problem]:
         if problem is not None:
             yield problem
         of_task = study.tasks.get(task.name)
+        for style in of_task.styles if of_task is not None else ():
+            if style not in task.words.styles:
+                named = ", ".join(task.words.styles)
+                fix = f"use {named}" if named else "leave it out: this task has no styles"
+                field = ("tasks", task.name, "styles")
+                yield Problem(field, f"there is no style {style}", fix)
         if of_task is not None and of_task.practice_items:
             yield from _practice_problems(of_task, task)
     ids = [question.id for question in study.questions]

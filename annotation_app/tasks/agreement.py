@@ -21,6 +21,10 @@ Key: TypeAlias = tuple[str, Any]
 CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place", "area"
 
 
+CLOSE_S = 0.5
+"""Largest difference of times in a video that are taken for the same, in seconds."""
+
+
 class Part(NamedTuple):
     """A part of an answer that people decided, and whether they decided differently."""
 
@@ -53,6 +57,27 @@ class Measured:
     """Bounds of the interval of 95 %; None where all items agree equally."""
     items: int = 0
     """Number of items with several answers."""
+
+
+def times_f(one: Sequence[float], other: Sequence[float]) -> float:
+    """Return the F score of two people's times in a video.
+
+    Two times are the same if they are at most `CLOSE_S` apart; each is matched once.
+    """
+    if not one and not other:
+        return 1.0
+    return 2.0 * matched_times(one, other) / (len(one) + len(other))
+
+
+def matched_times(one: Sequence[float], other: Sequence[float]) -> int:
+    """Return the number of times that two people have in common, as in :func:`times_f`."""
+    matched, left = 0, list(other)
+    for time in one:
+        near = [t for t in left if abs(t - time) <= CLOSE_S]
+        if near:
+            left.remove(min(near, key=lambda t: abs(t - time)))
+            matched += 1
+    return matched
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:

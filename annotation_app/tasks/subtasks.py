@@ -24,7 +24,7 @@ from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.store.models import Record
-from annotation_app.tasks.agreement import Measured
+from annotation_app.tasks.agreement import CLOSE_S, Measured, times_f
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
@@ -40,8 +40,6 @@ from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, Language
 
 LONGEST_TEXT = 300
 MOST_SUBTASKS = 200
-CLOSE_S = 0.5
-"""Largest difference of beginnings that are taken for the same, in seconds."""
 SLACK_S = 0.5
 """Largest time beyond a video's end at which a subtask may begin, as players round, in seconds."""
 
@@ -71,20 +69,9 @@ class SubtaskCounts:
 
 
 def boundary_f(one: Record, other: Record) -> float:
-    """Return the F score of the subtasks' beginnings, without the first, which is the video's.
-
-    Two beginnings are the same if they are at most `CLOSE_S` apart; each is matched once.
-    """
+    """Return the F score of the subtasks' beginnings, without the first, which is the video's."""
     mine, theirs = ([s["start_s"] for s in body["subtasks"][1:]] for body in (one, other))
-    if not mine and not theirs:
-        return 1.0
-    found, left = 0, list(theirs)
-    for start in mine:
-        near = [t for t in left if abs(t - start) <= CLOSE_S]
-        if near:
-            left.remove(min(near, key=lambda t: abs(t - start)))
-            found += 1
-    return 2.0 * found / (len(mine) + len(theirs))
+    return times_f(mine, theirs)
 
 
 def steps_of(body: Record) -> list[tuple[float, str]]:

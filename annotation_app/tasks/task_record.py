@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import msgspec
 from flask import Blueprint
@@ -20,7 +20,7 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
-from annotation_app.studies.study_file import StudyConfig
+from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.tasks.agreement import Measured, Part
 from annotation_app.tasks.corpus_parts import CorpusParts
 from annotation_app.tasks.episode_parts import EpisodeParts
@@ -33,6 +33,16 @@ COMMAND, CLAUSES, GROUNDINGS = "command", "clauses", "groundings"
 """Kinds of content that answers give, and items are made of."""
 LONGEST_NAME = 20
 """Characters that the database has for a task's name."""
+
+
+class StyleWords(NamedTuple):
+    """A style of text that people write, in words."""
+
+    title: str
+    prompt: str
+    """Request to write such a text."""
+    is_usual: bool = False
+    """True if a study that names no styles has it."""
 
 
 @short_repr
@@ -52,6 +62,8 @@ class TaskWords:
     """Each key of the page, and what it does."""
     prompt: str = ""
     """Request beside the control that people fill in, if the page shows it."""
+    styles: Mapping[str, StyleWords] = field(default_factory=dict)
+    """The styles of text that people write, if there are several, by their names."""
 
 
 @short_repr
@@ -153,6 +165,15 @@ def write_csv(file: IO[bytes], columns: Sequence[str], rows: Iterable[Iterable[o
         write_rows(text, columns, rows)
     finally:
         text.detach()
+
+
+def asked_styles(config: TaskConfig, words: TaskWords) -> dict[str, StyleWords]:
+    """Return the styles of text that a study asks for, in the task's order."""
+    return {
+        name: style
+        for name, style in words.styles.items()
+        if (name in config.styles if config.styles else style.is_usual)
+    }
 
 
 VIDEO_KEYS = (

@@ -14,6 +14,7 @@ from annotation_app.store.models import TaskName
 from annotation_app.tasks.check import CHECK
 from annotation_app.tasks.describe import DESCRIBE
 from annotation_app.tasks.ground import GROUND
+from annotation_app.tasks.moments import MOMENTS
 from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.segment import SEGMENT
 from annotation_app.tasks.subtasks import SUBTASKS
@@ -62,6 +63,6 @@ def makers(gives: str) -> tuple[Task, ...]:
     )
 
 
-for _task in (DESCRIBE, SUBTASKS, SEGMENT, GROUND, CHECK, RATE):
+for _task in (DESCRIBE, SUBTASKS, MOMENTS, SEGMENT, GROUND, CHECK, RATE):
     register(_task)
 TASKS.load_others()

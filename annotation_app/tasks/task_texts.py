@@ -16,7 +16,7 @@ from annotation_app.studies.study_file import (
     in_its_language,
     told,
 )
-from annotation_app.tasks.task_record import Task, TaskWords
+from annotation_app.tasks.task_record import StyleWords, Task, TaskWords, asked_styles
 
 BOAT, THE_BOAT = N_("boat"), N_("the boat")
 """Subject of the app's own practice examples."""
@@ -45,7 +45,16 @@ def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
         instructions=tuple(map(gettext, words.instructions)),
         keys=tuple((gettext(key), gettext(does)) for key, does in words.keys),
         prompt=own.prompt or gettext(words.prompt),
+        styles=_styles(own, words),
     )
+
+
+def _styles(own: TaskConfig, words: TaskWords) -> dict[str, StyleWords]:
+    prompts = own.styles if isinstance(own.styles, dict) else {}
+    return {
+        name: StyleWords(gettext(usual.title), prompts.get(name) or gettext(usual.prompt))
+        for name, usual in asked_styles(own, words).items()
+    }
 
 
 def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = False) -> PageTexts:

@@ -27,6 +27,7 @@ function essence(body) {
   const plain = (text) => text.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, " ").trim();
   if (body.text !== undefined) return plain(body.text);
   if (body.subtasks) return body.subtasks.map(({ text }) => plain(text)).join("; ");
+  if (body.moments) return body.moments.map(({ style, text }) => `${style} ${plain(text)}`).sort().join("; ");
   if (body.groundings) {
     return JSON.stringify(Object.entries(body.groundings).map(([node, one]) => [node, chosen(one)]).sort());
   }
@@ -58,6 +59,12 @@ export function describeFeedback() {
 export function subtasksFeedback() {
   return {
     text: _("Compare yours with some that would do: “Sail over to the buoy” from 0 s is enough. “Wait” from 0 s and “Sail to the buoy” from about 0.5 s would do, too. Each says what is done, and from when on."),
+  };
+}
+
+export function momentsFeedback() {
+  return {
+    text: _("Compare yours with some that would do: somebody might say “Now to the buoy, please” when the boat begins to turn. “What is on the small island?” has the answer “a lighthouse”. A path follows the boat to the buoy."),
   };
 }
 

@@ -16,6 +16,7 @@ NEEDED = {
     "describe": ("video", ".player-bar", "#text", "#counter", "#submit"),
     "rate": ("#command", "video", ".player-bar", "#likert", "#likert label:last-child", "#submit"),
     "subtasks": ("video", ".player-bar", ".subtask .what", "#add", "#submit"),
+    "moments": ("video", ".player-bar", "#kinds li:last-child button", "#submit"),
     "check": ("#command", ".ask h2", ".ask .choices", "video", ".map", ".clause-bar", "#submit"),
     "segment": (".words", "#prompt", ".places", "#submit"),
     "ground": ("#command", ".ask h2", "video", ".map", ".clause-bar", "#submit"),

@@ -21,7 +21,7 @@ STUDIES = {"study_setup/demo_study.py", "study_setup/corpus_study.py"}
 
 
 def test_tasks_are_in_the_order_in_which_people_do_them() -> None:
-    assert task_names() == ("describe", "subtasks", "segment", "ground", "check", "rate")
+    assert task_names() == ("describe", "subtasks", "moments", "segment", "ground", "check", "rate")
 
 
 def test_what_is_made_of_what() -> None:

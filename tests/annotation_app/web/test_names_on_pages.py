@@ -40,7 +40,7 @@ STUDY = {
     "watching": "flagged",
     "tasks": {
         task: {"practice": False, "answers": 2 if task in ("segment", "ground") else 1}
-        for task in ("describe", "segment", "ground", "check", "rate", "subtasks")
+        for task in ("describe", "segment", "ground", "check", "rate", "subtasks", "moments")
     },
 }
 COCO = {
@@ -67,6 +67,7 @@ def body_of(task: str, payload: dict[str, Any], number: int) -> dict[str, Any]:
         "check": {"verdicts": {str(one["node"]): "cant_tell" for one in clauses}},
         "rate": {"rating": 4, "watched_s": 1},
         "subtasks": {"subtasks": steps, "played_to_end": True},
+        "moments": {"moments": [{"style": "interjection", "time_s": 0.2, "text": "Go on"}]},
     }[task]
 
 

@@ -51,7 +51,7 @@ def long_films(app: Flask, tmp_path: Path) -> None:
 
 @pytest.fixture
 def study() -> StudyConfig:
-    tasks = dict.fromkeys(("describe", "subtasks", "check", "rate"), NO_PRACTICE)
+    tasks = dict.fromkeys(("describe", "subtasks", "moments", "check", "rate"), NO_PRACTICE)
     return msgspec.structs.replace(study_of(**tasks), watching="required")
 
 
@@ -76,6 +76,7 @@ def told(person: Browser, item: str, body: object) -> str:
 BODIES = {
     "describe": described(),
     "subtasks": {"subtasks": [{"start_s": 0, "text": "Wait"}], "played_to_end": True},
+    "moments": {"moments": [{"style": "interjection", "time_s": 0.2, "text": "Go on"}]},
     "rate": {"rating": 3},
 }
 
