@@ -6,6 +6,7 @@ Metadata are other people's. Their patterns of file names are filled in by name,
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,6 +27,7 @@ LARGEST = 2**31 - 1
 AT_ONCE = 32 << 20
 """Bytes of a file that are read at once."""
 RESTORE = "restore the dataset"
+_HUGGING_FACE = b"huggingface"
 _FIELD = re.compile(r"\{(\w+)(?::(?:0(\d{1,2}))?d)?\}")
 
 
@@ -230,6 +232,19 @@ class Record:
     def error(self, column: str, what: str) -> FormatError:
         """Return the error that a column's value is wrong."""
         return damaged(f"{self.file}, row {self.row}, column {column}", what)
+
+
+def with_features(
+    metadata: Mapping[bytes, bytes] | None, features: Mapping[str, Any]
+) -> dict[bytes, bytes]:
+    """Return a Parquet file's metadata with types of columns, for Hugging Face's ``datasets``."""
+    before = dict(metadata or {})
+    try:
+        content = json.loads(before[_HUGGING_FACE])
+        content["info"]["features"].update(features)
+    except (KeyError, TypeError, ValueError, AttributeError):  # it isn't from there
+        return before
+    return before | {_HUGGING_FACE: json.dumps(content).encode()}
 
 
 def is_text(kind: Any) -> bool:

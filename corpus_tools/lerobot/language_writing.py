@@ -1,8 +1,9 @@
-"""Putting language into a copy of a LeRobot dataset.
+"""Putting language, tasks and columns of the episodes' index into a copy of a LeRobot dataset.
 
 Videos are linked, or copied where that can't be done. Of the frames only the two language columns
-change, and ``task_index`` where an episode had no task. Files are read and written a group of rows
-at a time, so that memory stays flat.
+change, and ``task_index`` where an episode gets a new task. A file in which nothing changes is
+copied byte for byte. Files are read and written a group of rows at a time, so that memory stays
+flat.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import json
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -26,16 +27,19 @@ from corpus_tools.lerobot.dataset_files import (
     check_is_file,
     content_of,
     file_inside,
-    files_below,
+    json_lines,
     whole_numbers_of,
+    with_features,
 )
-from corpus_tools.lerobot.episode_frames import EPISODE_INDEX, checked_episodes
+from corpus_tools.lerobot.episode_frames import EPISODE_INDEX, FramedEpisode, checked_episodes
+from corpus_tools.lerobot.episode_index import IndexColumn, rewritten_index
 from corpus_tools.lerobot.language_rows import (
     EVENTS,
     FEATURE,
     PERSISTENT,
     PLAN,
     SAY,
+    TASK_AUG,
     Language,
     Placed,
     Row,
@@ -76,8 +80,6 @@ SAY_TOOL = {
 }
 """The tool of the robot's replies, as LeRobot declares it in ``meta/info.json``."""
 
-_HUGGING_FACE = b"huggingface"
-
 
 @dataclass(frozen=True, slots=True)
 class EpisodeLanguage:
@@ -89,6 +91,9 @@ class EpisodeLanguage:
     """Styles of which the dataset's own rows go."""
     task: str = ""
     """Its task, if the dataset names none."""
+    corrected: Mapping[str, str] = field(default_factory=dict)
+    """New texts of its tasks, by the ones that they replace. The dataset's own wordings of these
+    tasks go, too; people's stay."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,14 +104,22 @@ class _NewLanguage:
     timestamps: npt.NDArray[np.float32]
     tasks: tuple[str, ...]
     replaces: frozenset[str]
+    new_tasks: Mapping[str, str]
+    """By the ones that they replace; by the empty text where the episode had none."""
+    numbers: tuple[int, ...]
+    """The numbers of the tasks of its frames."""
+
+    @property
+    def is_language(self) -> bool:
+        """True if there is more than tasks."""
+        return bool(self.items or self.replaces)
 
 
 @dataclass(frozen=True, slots=True)
 class _NewTasks:
-    """The number and the text of the task of each episode that had none, and new texts in order."""
+    """New numbers of tasks by the old ones of each episode, and new texts in their order."""
 
-    numbers: Mapping[int, int]
-    texts: Mapping[int, str]
+    numbers: Mapping[int, Mapping[int, int]]
     added: tuple[str, ...]
 
 
@@ -116,6 +129,7 @@ def write_language(
     language: Mapping[int, EpisodeLanguage],
     *,
     attachments: Mapping[str, bytes],
+    columns: Sequence[IndexColumn] = (),
     force: bool = False,
 ) -> list[str]:
     """Write a copy of a dataset with language in it: the whole folder or, on any error, nothing.
@@ -130,7 +144,9 @@ def write_language(
     language
         By the numbers of episodes; the others keep what they have.
     attachments
-        Further files by name.
+        Further files by name. The lines of a ``.jsonl`` follow those that the dataset has.
+    columns
+        Columns of the episodes' index.
 
     Returns
     -------
@@ -150,34 +166,38 @@ def write_language(
             fix="name a folder elsewhere: the dataset stays as it is",
         )
     table, notes, new = task_table(dataset), [], dict[int, _NewLanguage]()
-    texts: dict[int, str] = {}
+    changed: set[Path] = set()
     wrong: list[CorpusError] = []
     numbers: set[int] = set()
+    there: set[int] = set()
     for framed in checked_episodes(dataset, (), on_error=wrong.append):
         numbers.update(framed.frames.tasks)
-        episode, added = framed.episode, language.get(framed.episode.index)
-        if added is None or not episode.frames:
+        index, added = framed.episode.index, language.get(framed.episode.index)
+        if not framed.episode.frames:
             continue
-        if added.task and not episode.tasks:
-            texts[episode.index] = added.task
-        items = placed(added.said, framed.frames.times, 1 / dataset.info.fps, dataset.pictures)
-        if all(item.style != PLAN for item in added.said):
-            items += plans(items)
-        times = framed.frames.times.astype(np.float32)
-        tasks = episode.tasks or ((added.task,) if added.task else ())
-        new[episode.index] = _NewLanguage(tuple(items), times, tasks, added.replaces)
+        there.add(index)
+        if added is not None:
+            new[index], gone = _new_language(framed, added, dataset)
+            changed.add(framed.episode.data)
+            notes += [
+                f"episode {index}: the task {text!r:.60} is no longer its own" for text in gone
+            ]
     notes += [str(error) for error in wrong]
     notes += [f"episode {i}: {note}" for i, one in new.items() for note in _notes(one.items)]
-    left_out = sorted(language.keys() - new.keys())
-    if left_out and not new:
+    asked = language.keys() | {index for column in columns for index in column.values}
+    left_out = sorted(asked - there)
+    if left_out and not asked & there:
         raise FormatError(
             f"the dataset has no episode {left_out[0]} with frames, nor any other of these",
             where=str(source),
             fix="name the dataset that the language is about",
         )
     notes += [f"episode {n}: its language isn't written: it is no episode here" for n in left_out]
-    tasks_of = _new_tasks(table, texts, max(numbers, default=-1))
-    has_speech = any(item.language.reply for one in new.values() for item in one.items)
+    tasks_of = _new_tasks(table, new, max(numbers, default=-1))
+    with_language = any(one.is_language for one in new.values())
+    peoples = _peoples_wordings(source / PROVENANCE)
+    events = {index: events_of(one.items) for index, one in new.items()}
+    usual = column_types(has_speech=_has_speech(new))
     with (
         about(target),
         tempfile.TemporaryDirectory(dir=target.parent, prefix=".lerobot-") as scratch,
@@ -185,15 +205,36 @@ def write_language(
     ):
         files = dict(_copies(source, Path(scratch)))
         for file in episode_reading.data_files(dataset):
+            kinds = _language_kinds(
+                file, usual, is_added=with_language, has_events=any(events.values())
+            )
+            if file not in changed and not (with_language and _is_wider(file, kinds)):
+                continue
             name = file.relative_to(source).as_posix()
             files[name] = Path(scratch) / f"{name}.new"
-            notes += _rewrite(file, files[name], new, tasks_of.numbers, has_speech=has_speech)
-        changed = _metadata(dataset, table, tasks_of, scratch, has_speech=has_speech)
-        every: dict[str, bytes | Path] = {**files, **changed}
-        every |= attachments
-        if lines := _provenance(language, new):
-            before = files.get(PROVENANCE)  # of those who were asked about this dataset earlier
-            every[PROVENANCE] = (before.read_bytes() if before else b"") + lines
+            rows = _rows_by_episode(file, new, peoples, notes)
+            of_file = _FileEvents(events)
+            _rewrite(file, files[name], rows, of_file, kinds=kinds, tasks=tasks_of.numbers)
+            notes += of_file.notes
+        every: dict[str, bytes | Path] = {
+            **files,
+            **_metadata(
+                dataset,
+                table,
+                tasks_of,
+                with_language=with_language,
+                has_speech=_has_speech(new),
+            ),
+            **rewritten_index(
+                dataset, Path(scratch), {i: one.new_tasks for i, one in new.items()}, columns
+            ),
+        }
+        for name, content in (*attachments.items(), (PROVENANCE, _provenance(language, new))):
+            if content:  # behind the lines of those who were asked about this dataset earlier
+                before = every.get(name, b"") if name.endswith(".jsonl") else b""
+                every[name] = (
+                    before.read_bytes() if isinstance(before, Path) else before
+                ) + content
         write_folder(target, every, force=force, marker=episode_reading.INFO)
     return notes
 
@@ -226,8 +267,8 @@ def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewL
 
 def _more(text: Language) -> dict[str, str]:
     """Return the other texts of an event's rows."""
-    reply = text.answer.content() if text.answer is not None else text.reply
-    more = {"camera": text.camera, "reply": reply}
+    answer = text.answer.content() if text.answer is not None else ""
+    more = {"camera": text.camera, "answer": answer, "reply": text.reply}
     return {name: value for name, value in more.items() if value}
 
 
@@ -251,54 +292,130 @@ def _copied(file: Path, target: Path) -> Path:
     return target
 
 
-def _new_tasks(table: TaskTable, texts: Mapping[int, str], last: int) -> _NewTasks:
+def _new_language(
+    framed: FramedEpisode, added: EpisodeLanguage, dataset: episode_reading.Dataset
+) -> tuple[_NewLanguage, list[str]]:
+    """Place the language of an episode; also return the corrected tasks that it hasn't."""
+    episode, times = framed.episode, framed.frames.times
+    items = placed(added.said, times, 1 / dataset.info.fps, dataset.pictures)
+    if all(item.style != PLAN for item in added.said):
+        items += plans(items)
+    corrected = {_spaced(old): new for old, new in added.corrected.items()}
+    new_tasks = {old: new for old in episode.tasks if (new := corrected.get(_spaced(old)))}
+    if added.task and not episode.tasks:
+        new_tasks = {"": added.task}
+    own = {_spaced(task) for task in episode.tasks}
+    gone = [old for old in added.corrected if _spaced(old) not in own]
+    tasks = tuple(dict.fromkeys(new_tasks.get(task, task) for task in episode.tasks or ("",)))
+    language = _NewLanguage(
+        tuple(items),
+        times.astype(np.float32),
+        tuple(task for task in tasks if task),
+        added.replaces,
+        new_tasks,
+        framed.frames.tasks,
+    )
+    return language, gone
+
+
+def _spaced(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _new_tasks(table: TaskTable, new: Mapping[int, _NewLanguage], last: int) -> _NewTasks:
     """Return the tasks to be added; `last` is the largest number in the frames.
 
     Numbers that frames have and the table hasn't get rows without a text, so that no episode gets
     another's task, and a task's number stays its place in the table, as LeRobot has it.
     """
-    if not texts:
-        return _NewTasks({}, {}, ())
     number_of: dict[str, int] = {}
     for number, text in table.texts.items():
         number_of.setdefault(text, number)
     added = [""] * (last + 1 - table.following)
-    for text in texts.values():
-        if text not in number_of:
-            number_of[text] = table.following + len(added)
-            added.append(text)
-    numbers = {index: number_of[text] for index, text in texts.items()}
-    return _NewTasks(numbers, texts, tuple(added))
+    numbers: dict[int, dict[int, int]] = {}
+    for index, one in new.items():
+        for old, text in one.new_tasks.items():
+            if text not in number_of:
+                number_of[text] = table.following + len(added)
+                added.append(text)
+            is_only = len(one.new_tasks) == len(one.tasks) == 1
+            numbers.setdefault(index, {}).update(
+                (number, number_of[text])
+                for number in one.numbers
+                if is_only or table.texts.get(number) == old
+            )
+    is_new = any(added)
+    return _NewTasks(numbers, tuple(added) if is_new else ())
+
+
+def _peoples_wordings(provenance: Path) -> set[tuple[int, str]]:
+    """Return the episodes and texts of wordings that an earlier copy had from people."""
+    if not provenance.exists():
+        return set()
+    return {
+        (record.whole(EPISODE_INDEX), text)
+        for record in json_lines(provenance)
+        if record.values.get("style") == TASK_AUG
+        for text in record.texts("content")
+    }
+
+
+def _has_speech(new: Mapping[int, _NewLanguage]) -> bool:
+    """Check whether the robot replies in an event."""
+    return any(item.language.reply for one in new.values() for item in one.items)
+
+
+def _language_kinds(
+    file: Path, usual: Mapping[str, Any], *, is_added: bool, has_events: bool
+) -> dict[str, Any]:
+    """Return the types of a file's language columns, also of added ones."""
+    before = _schema(file)
+    kinds = {name: kind for name, kind in usual.items() if is_added or name in before.names}
+    if EVENTS in before.names:
+        kind = before.field(EVENTS).type
+        kinds[EVENTS] = widened(kind, usual[EVENTS]) if has_events else kind
+    if PERSISTENT in before.names:
+        kinds[PERSISTENT] = widened(before.field(PERSISTENT).type, usual[PERSISTENT])
+    return kinds
+
+
+def _schema(file: Path) -> Any:
+    _, pq = import_pyarrow()
+    with content_of(file):
+        return pq.read_schema(file)
+
+
+def _is_wider(file: Path, kinds: Mapping[str, Any]) -> bool:
+    """Return True if language columns are missing, or have narrower types."""
+    before = _schema(file)
+    return any(n not in before.names or before.field(n).type != k for n, k in kinds.items())
 
 
 def _rewrite(
     file: Path,
     target: Path,
-    new: Mapping[int, _NewLanguage],
-    tasks: Mapping[int, int],
+    rows: Mapping[int, list[Row] | None],
+    events: _FileEvents,
     *,
-    has_speech: bool,
-) -> list[str]:
-    """Write the frames of a file once more, with their language; return notes on events."""
+    kinds: Mapping[str, Any],
+    tasks: Mapping[int, Mapping[int, int]],
+) -> None:
+    """Write the frames of a file once more, with their language and their tasks."""
     pa, pq = import_pyarrow()
-    usual = column_types(has_speech=has_speech)
-    rows = _rows_by_episode(file, new)
-    events = _FileEvents({index: events_of(one.items) for index, one in new.items()})
     target.parent.mkdir(parents=True, exist_ok=True)
     with content_of(file):
         parquet = pq.ParquetFile(file)
     with parquet:
         before = parquet.schema_arrow
-        kinds = dict(usual)
-        if EVENTS in before.names:
-            kind = before.field(EVENTS).type
-            kinds[EVENTS] = widened(kind, usual[EVENTS]) if any(events.new.values()) else kind
-        if PERSISTENT in before.names:
-            kinds[PERSISTENT] = widened(before.field(PERSISTENT).type, usual[PERSISTENT])
         kept = [name for name in before.names if name not in kinds]
         fields = [before.field(name) for name in kept]
         fields += [pa.field(name, kind) for name, kind in kinds.items()]
-        schema = pa.schema(fields, metadata=_with_columns(before, kinds))
+        added = {
+            name: _feature(name, kind)
+            for name, kind in kinds.items()
+            if name not in before.names or before.field(name).type != kind
+        }
+        schema = pa.schema(fields, metadata=with_features(before.metadata, added))
         with pq.ParquetWriter(target, schema) as writer:
             for group in range(parquet.num_row_groups):
                 with content_of(file):
@@ -307,15 +424,16 @@ def _rewrite(
                     columns = {name: table.column(name) for name in kept}
                     if tasks and TASK_INDEX in columns:
                         columns[TASK_INDEX] = _with_tasks(columns[TASK_INDEX], episodes, tasks)
-                    columns[PERSISTENT] = _spread(rows, episodes, kinds[PERSISTENT], table)
-                    there = (
-                        table.column(EVENTS)
-                        if EVENTS in before.names
-                        else pa.array([[]], kinds[EVENTS]).take(_zeros(len(table)))
-                    )
-                    columns[EVENTS] = events.added(there, episodes, kinds[EVENTS])
+                    if PERSISTENT in kinds:
+                        columns[PERSISTENT] = _spread(rows, episodes, kinds[PERSISTENT], table)
+                    if EVENTS in kinds:
+                        there = (
+                            table.column(EVENTS)
+                            if EVENTS in before.names
+                            else pa.array([[]], kinds[EVENTS]).take(_zeros(len(table)))
+                        )
+                        columns[EVENTS] = events.added(there, episodes, kinds[EVENTS])
                 writer.write_table(pa.table(columns, schema=schema))
-    return events.notes
 
 
 @dataclass(slots=True)
@@ -351,7 +469,12 @@ class _FileEvents:
         return pa.chunked_array(chunks, kind)
 
 
-def _rows_by_episode(file: Path, new: Mapping[int, _NewLanguage]) -> dict[int, list[Row] | None]:
+def _rows_by_episode(
+    file: Path,
+    new: Mapping[int, _NewLanguage],
+    peoples: Collection[tuple[int, str]],
+    notes: list[str],
+) -> dict[int, list[Row] | None]:
     """Return the persistent rows of episodes; None for those that stay as they are."""
     result: dict[int, list[Row] | None] = {}
     had: dict[int, list[Row]] = {}
@@ -360,7 +483,16 @@ def _rows_by_episode(file: Path, new: Mapping[int, _NewLanguage]) -> dict[int, l
         result[index] = None
     for index, one in new.items():
         others = [row for row in had.get(index, ()) if row["style"] not in one.replaces]
-        result[index] = rows_of(one.items, one.timestamps, tasks=one.tasks, others=others)
+        items = one.items
+        if any(one.new_tasks) and any(row["style"] == TASK_AUG for row in others):
+            stay = [r for r in others if r["style"] != TASK_AUG or (index, r["content"]) in peoples]
+            gone = {row["content"] for row in others if row not in stay} - one.new_tasks.keys()
+            notes += [
+                f"episode {index}: {text!r:.60} rewords a wrong task: left out" for text in gone
+            ]
+            others = [row for row in stay if row["content"] not in one.new_tasks]
+            items = (*(Placed(Language(TASK_AUG, 0.0, task), 0) for task in one.tasks), *items)
+        result[index] = rows_of(items, one.timestamps, tasks=one.tasks, others=others)
     return result
 
 
@@ -388,26 +520,16 @@ def _zeros(count: int) -> Any:
     return pa.array(np.zeros(count, int))
 
 
-def _with_tasks(column: Any, episodes: npt.NDArray[np.int64], tasks: Mapping[int, int]) -> Any:
+def _with_tasks(
+    column: Any, episodes: npt.NDArray[np.int64], tasks: Mapping[int, Mapping[int, int]]
+) -> Any:
     pa, _ = import_pyarrow()
-    numbers = column.to_numpy().copy()
-    for index, number in tasks.items():
-        numbers[episodes == index] = number
+    before = column.to_numpy()
+    numbers = before.copy()
+    for index, new in tasks.items():
+        for old, number in new.items():
+            numbers[(episodes == index) & (before == old)] = number
     return pa.chunked_array([pa.array(numbers, column.type)])
-
-
-def _with_columns(before: Any, kinds: Mapping[str, Any]) -> dict[bytes, bytes]:
-    """Return a file's metadata with the columns' types, for Hugging Face's ``datasets``."""
-    metadata = dict(before.metadata or {})
-    try:
-        content = json.loads(metadata[_HUGGING_FACE])
-        features = content["info"]["features"]
-        for name, kind in kinds.items():
-            if name not in before.names or before.field(name).type != kind:
-                features[name] = _feature(name, kind)
-    except (KeyError, TypeError, ValueError):  # it isn't from there
-        return metadata
-    return metadata | {_HUGGING_FACE: json.dumps(content).encode()}
 
 
 def _feature(column: str, kind: Any) -> dict[str, Any]:
@@ -417,7 +539,9 @@ def _feature(column: str, kind: Any) -> dict[str, Any]:
         row["timestamp"] = {"dtype": "float32", "_type": "Value"}
     pa, _ = import_pyarrow()
     call: dict[str, Any] = text
-    if pa.types.is_struct(kind.value_type.field("tool_calls").type.value_type):
+    of_row = kind.value_type
+    has_calls = of_row.get_field_index("tool_calls") >= 0
+    if has_calls and pa.types.is_struct(of_row.field("tool_calls").type.value_type):
         call = {"type": text, "function": {"name": text, "arguments": {"text": text}}}
     row |= {"camera": text, "tool_calls": {"feature": call, "_type": "List"}}
     return {"feature": row, "_type": "List"}
@@ -427,63 +551,23 @@ def _metadata(
     dataset: episode_reading.Dataset,
     table: TaskTable,
     tasks: _NewTasks,
-    scratch: str,
     *,
+    with_language: bool,
     has_speech: bool,
 ) -> dict[str, bytes | Path]:
-    """Return the files of ``meta`` that change."""
+    """Return the files of ``meta`` that change, without the episodes' index."""
+    files: dict[str, bytes | Path] = {}
     info = msgspec.json.decode((dataset.folder / episode_reading.INFO).read_bytes())
-    for name in (PERSISTENT, EVENTS):
-        info["features"].setdefault(name, dict(FEATURE))
+    if with_language:
+        for name in (PERSISTENT, EVENTS):
+            info["features"].setdefault(name, dict(FEATURE))
     tools = info.get("tools") or []
     if has_speech and isinstance(tools, list) and f'"{SAY}"' not in json.dumps(tools):
         info["tools"] = [*tools, SAY_TOOL]
-    files: dict[str, bytes | Path] = {}
     if tasks.added:
         info["total_tasks"] = len(table.texts) + len(tasks.added)
         name = table.file.relative_to(dataset.folder).as_posix()
         files[name] = table.with_tasks(tasks.added)
-    if tasks.texts and dataset.is_old:
-        files[episode_reading.EPISODES_JSONL] = _old_episode_tasks(dataset, tasks.texts)
-    elif tasks.texts:
-        for file in files_below(dataset.folder, episode_reading.EPISODES_FOLDER):
-            name = file.relative_to(dataset.folder).as_posix()
-            files[name] = _episode_tasks(file, Path(scratch) / f"{name}.new", tasks.texts)
-    files[episode_reading.INFO] = json.dumps(info, indent=4, ensure_ascii=False).encode()
+    if with_language or tasks.added:
+        files[episode_reading.INFO] = msgspec.json.format(msgspec.json.encode(info), indent=4)
     return files
-
-
-def _old_episode_tasks(dataset: episode_reading.Dataset, texts: Mapping[int, str]) -> bytes:
-    lines = []
-    for line in (dataset.folder / episode_reading.EPISODES_JSONL).read_bytes().split(b"\n"):
-        row = msgspec.json.decode(line) if line.strip() else {}
-        task = texts.get(row.get(EPISODE_INDEX, -1))
-        lines.append(line if task is None else msgspec.json.encode(row | {"tasks": [task]}))
-    return b"\n".join(lines)
-
-
-def _episode_tasks(file: Path, target: Path, texts: Mapping[int, str]) -> Path:
-    """Write an episode index's file with new tasks; without a column for them, keep it."""
-    pa, pq = import_pyarrow()
-    with content_of(file):
-        parquet = pq.ParquetFile(file)
-    with parquet:
-        before = parquet.schema_arrow
-        if "tasks" not in before.names:
-            return file
-        place, kind = before.names.index("tasks"), before.field("tasks").type
-        kind = widened(kind, pa.list_(pa.string()))
-        is_list = pa.types.is_list(kind) or pa.types.is_large_list(kind)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        schema = before.set(place, before.field(place).with_type(kind))
-        with pq.ParquetWriter(target, schema) as writer:
-            for group in range(parquet.num_row_groups):
-                with content_of(file):
-                    table = parquet.read_row_group(group)
-                    had = table.column("tasks").to_pylist()
-                    for row, index in enumerate(table.column(EPISODE_INDEX).to_pylist()):
-                        if index in texts:
-                            had[row] = [texts[index]] if is_list else texts[index]
-                    column = pa.array(had, kind)
-                writer.write_table(table.set_column(place, schema.field(place), column))
-    return target
