@@ -48,6 +48,7 @@ STUDY = StudyConfig(
         "check": TaskConfig(practice=False),
         "rate": TaskConfig(answers=5, practice=False),
         "subtasks": TaskConfig(practice=False),
+        "mark": TaskConfig(answers=2, practice=False),
     },
     known_commands=(KnownCommand("Wait here.", SCENARIOS[0], SCENARIOS[1]),),
 )

@@ -117,7 +117,7 @@ def features(**more: Any) -> dict[str, Any]:
 
 
 def dataset(folder: Path, *, is_sequence: bool = False) -> Path:
-    """A dataset of three episodes: two shards of ``train``, one of ``val``; with unequal lengths."""
+    """A dataset of three episodes of unequal lengths: two shards of ``train``, one of ``val``."""
     folder.mkdir(parents=True)
     encode = sequence_example if is_sequence else example
     contents = [

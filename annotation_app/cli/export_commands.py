@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import shlex
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,18 +16,25 @@ from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, TARGET, tell
 from corpus_tools.runtime.terminal import note, note_all
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Callable, Collection
 
     from sqlalchemy.orm import Session
 
+    from annotation_app.export.lerobot_export import PeoplesLanguage
     from annotation_app.store.models import Study
+    from annotation_app.tasks.episode_parts import KeepFrom
     from corpus_tools.corpus.corpus_model import Corpus
+    from corpus_tools.lerobot.hub import Pushed
 
+REPORT = "meta/people_report.json"
+"""File of a copy of a LeRobot dataset with the dashboard's counts and agreement."""
 LEROBOT, RLDS = "lerobot", "rlds"
 """Written into a copy of a dataset, where `ct corpus export` makes a new one."""
 LANGUAGE = "language"
 OF_EPISODES = (LEROBOT, RLDS, LANGUAGE)
 """Formats for studies of robot episodes."""
+TAKERS = {"--episodes": (LEROBOT, RLDS), "--push-to": (LEROBOT,), "--keep-from": (LEROBOT,)}
+"""Formats that take an option."""
 
 STUDY_NAME = click.option(
     "--study", "study_name", metavar="NAME", help="Which study, if there are several."
@@ -56,6 +67,14 @@ STUDY_NAME = click.option(
     help="Also write the copy to this dataset of the Hugging Face Hub, OWNER/NAME; it is made, "
     "private, if there is none: lerobot.",
 )
+@click.option(
+    "--keep-from",
+    "least",
+    metavar="LEAST",
+    multiple=True,
+    help="What an episode needs so as not to be listed for deletion: partly or success, and a "
+    "quality from 1 to 5; may be given twice: lerobot. [default: partly]",
+)
 @click.option("--licence", default="", help="On what terms the corpus may be used.")
 @click.option(
     "--with-excluded",
@@ -72,6 +91,7 @@ def export(
     form: str,
     episodes: Path | None,
     push_to: str | None,
+    least: tuple[str, ...],
     licence: str,
     with_excluded: bool,
     force: bool,
@@ -87,6 +107,7 @@ def export(
       ct annotate export for-slu-core --format slu-core
       ct annotate export my-dataset-with-language --format lerobot
       ct annotate export language.jsonl --format language
+      ct annotate export marked --format lerobot --keep-from success --keep-from 3
     """
     from annotation_app.core.config import existing_instance
     from annotation_app.export import answer_tables
@@ -96,12 +117,13 @@ def export(
     from annotation_app.store.schema import check_current
     from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.exporters.export_registry import export_corpus_to
-    from corpus_tools.lerobot.hub import push
     from g3.storage.atomic_file import replacing
 
     told = "json" if as_json else PLAIN
-    folders = _folders()
-    _check_options(form, folders, with_excluded=with_excluded, episodes=episodes, push_to=push_to)
+    folders, keep_from = _folders(), _keep_from(least)
+    of_formats = {"--episodes": episodes, "--push-to": push_to, "--keep-from": least}
+    _check_options(form, folders, of_formats, with_excluded=with_excluded)
+    push = _pushing(push_to)
     if form == "corpus":
         Corpus.check_target(out, force=force)
     config = existing_instance(*place)
@@ -120,7 +142,9 @@ def export(
             tell(told, {"files": [out]}, f"wrote {out}")
             return
         if form in OF_EPISODES:
-            counts = _write_language(session, study, out, form, episodes, force=force)
+            counts = _write_language(
+                session, study, out, form, dataset=episodes, keep_from=keep_from, force=force
+            )
         else:
             corpus = exports.export_corpus(session, study, licence=licence)
             counts = {
@@ -133,14 +157,13 @@ def export(
     elif form in folders:
         export_corpus_to(corpus, form, out, force=force)
     serving.note_on_this_machine(config, "exported", study.name, format=form)
-    summary = ", ".join(f"{count} {what}" for what, count in counts.items())
+    shown = counts if form not in OF_EPISODES else {k: n for k, n in counts.items() if n}
+    summary = ", ".join(f"{count} {what}" for what, count in shown.items()) or "no answers"
     record: dict[str, object] = {"folder": out, **counts}
     lines = [f"wrote {out}: {summary}"]
-    if push_to is not None:
-        pushed = push(out, push_to)
-        details = {"to": push_to, "commit": pushed.commit}
-        serving.note_on_this_machine(config, "pushed", study.name, **details)
-        record["pushed"] = pushed
+    if push is not None and push_to is not None:
+        record["pushed"] = pushed = push(out, push_to)
+        serving.note_on_this_machine(config, "pushed", study.name, to=push_to, commit=pushed.commit)
         what = "pushed to {}: {}" if pushed.is_new else "{} has all of this already: {}"
         lines.append(what.format(push_to, pushed.url))
     tell(told, record, *lines)
@@ -158,16 +181,10 @@ def _folders() -> set[str]:
 
 
 def _check_options(
-    form: str,
-    folders: Collection[str],
-    *,
-    with_excluded: bool,
-    episodes: Path | None,
-    push_to: str | None,
+    form: str, folders: Collection[str], of_formats: Mapping[str, object], *, with_excluded: bool
 ) -> None:
     """Raise a FormatError for an unknown format, or an option that it doesn't take."""
     from annotation_app.export import answer_tables
-    from corpus_tools.lerobot.hub import check_can_push
     from g3.errors import FormatError
 
     known = ("corpus", *OF_EPISODES, *sorted(folders), *answer_tables.TABLES)
@@ -180,13 +197,21 @@ def _check_options(
             where=f"--format {form}",
             fix=f"use one of {', '.join(answer_tables.WITH_EXCLUDED)}",
         )
-    if episodes is not None and form not in (LEROBOT, RLDS):
-        what = "only lerobot and rlds take episodes"
-        raise FormatError(what, where="--episodes", fix="leave it out")
-    if push_to is not None:
-        if form != LEROBOT:
-            raise FormatError("only lerobot is pushed", where="--push-to", fix="leave it out")
-        check_can_push(push_to)
+    for option, value in of_formats.items():
+        takers = TAKERS[option]
+        if value and form not in takers:
+            what = f"only {' and '.join(takers)} take{'s' * (len(takers) == 1)} {option[2:]}"
+            raise FormatError(what, where=option, fix="leave it out")
+
+
+def _pushing(name: str | None) -> Callable[[Path, str], Pushed] | None:
+    """Return what pushes to a dataset of the hub, after a check that it can; None without one."""
+    if name is None:
+        return None
+    from corpus_tools.lerobot.hub import check_can_push, push
+
+    check_can_push(name)
+    return push
 
 
 def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
@@ -206,23 +231,26 @@ def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
 
 
 def _write_language(
-    session: Session, study: Study, out: Path, form: str, dataset: Path | None, *, force: bool
+    session: Session,
+    study: Study,
+    out: Path,
+    form: str,
+    *,
+    dataset: Path | None,
+    keep_from: KeepFrom,
+    force: bool,
 ) -> dict[str, int]:
-    """Write people's language about episodes, with a copy of their dataset; return the counts."""
+    """Write people's answers about episodes, with a copy of their dataset; return the counts."""
     from annotation_app.export.episode_language import PEOPLE, language_lines, rate_of
     from annotation_app.export.lerobot_export import peoples_language
     from g3.storage.atomic_file import replacing
 
-    said = peoples_language(session, study)
+    said = peoples_language(session, study, keep_from)
     if form == LANGUAGE:
         with replacing(out) as file:
             file.write(language_lines(said))
     elif form == LEROBOT:
-        from corpus_tools.lerobot.episode_reading import open_dataset
-        from corpus_tools.lerobot.language_writing import write_language
-
-        source = open_dataset(dataset or said.dataset)
-        note_all(write_language(source, out, said.language, attachments=said.files, force=force))
+        _write_lerobot(session, study, said, out, dataset=dataset, force=force)
     else:
         from corpus_tools.episodes.rlds import open_steps
         from corpus_tools.episodes.rlds_writing import write_rlds
@@ -232,6 +260,69 @@ def _write_language(
         steps = open_steps(dataset or said.dataset)
         note_all(write_rlds(steps, out, said.language, rates, attachments=files, force=force))
     return dict(said.counts)
+
+
+def _keep_from(least: tuple[str, ...]) -> KeepFrom:
+    """Read thresholds: the last of each kind counts."""
+    from annotation_app.tasks.episode_parts import KeepFrom
+    from g3.errors import FormatError
+
+    found = KeepFrom()
+    for one in least:
+        if one in ("partly", "success"):
+            found = replace(found, success=one)
+        elif re.fullmatch(r"5|[1-4](\.\d+)?", one):
+            found = replace(found, quality=float(one))
+        else:
+            raise FormatError(
+                f"{one!r:.40} is no threshold",
+                where="--keep-from",
+                fix="give partly, success, or a quality from 1 to 5",
+            )
+    return found
+
+
+def _write_lerobot(
+    session: Session,
+    study: Study,
+    said: PeoplesLanguage,
+    out: Path,
+    *,
+    dataset: Path | None,
+    force: bool,
+) -> None:
+    """Write a copy of the episodes' dataset with people's answers."""
+    from annotation_app.dashboard.consensus import agreement
+    from annotation_app.dashboard.study_statistics import collected
+    from annotation_app.export.lerobot_export import indented
+    from annotation_app.tasks.mark import TO_DELETE
+    from corpus_tools.lerobot.episode_reading import open_dataset
+    from corpus_tools.lerobot.language_writing import write_language
+
+    source = open_dataset(dataset or said.dataset)
+    report = {
+        "study": study.name,
+        "collected": collected(session, study.id),
+        "agreement": [one for one in agreement(session, study.id) if one.items],
+    }
+    notes = write_language(
+        source,
+        out,
+        said.language,
+        attachments={**said.files, REPORT: indented(report)},
+        columns=said.columns,
+        force=force,
+    )
+    note_all(notes)
+    if TO_DELETE in said.files:
+        place = shlex.quote(str(out / TO_DELETE))
+        note(
+            "note: to have LeRobot leave out the listed episodes in another copy, with a name of "
+            "yours:",
+            f"lerobot-edit-dataset --config_path={place} --repo_id=me/all "
+            f"--root={shlex.quote(str(out))} --new_repo_id=me/kept "
+            f"--new_root={shlex.quote(f'{out}-kept')}",
+        )
 
 
 @click.command("import")

@@ -138,7 +138,7 @@ def compare(session: Session, item: Item, adjudication: Adjudication, salt: byte
     slot = select(Slot.id).where(Slot.item_id == item.id, Slot.answered.is_(False)).limit(1)
     is_waiting = session.scalar(slot) is not None
     return Comparison(
-        item.id, item.task, item.payload["text"], sides, compared, agreement, is_waiting
+        item.id, item.task, item.command or item.video, sides, compared, agreement, is_waiting
     )
 
 
@@ -150,4 +150,4 @@ def _listed(session: Session, ids: Select[str]) -> list[Dispute]:
         .group_by(Item.id)
         .order_by(func.min(Answer.id))
     )
-    return [Dispute(item.id, item.task, item.payload["text"], count) for item, count in rows]
+    return [Dispute(item.id, item.task, item.command or item.video, count) for item, count in rows]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,9 @@ from annotation_app.items.replaced_videos import replaced
 from annotation_app.store.models import Study
 from annotation_app.study_setup.every_problem import together
 from annotation_app.tasks.corpus_parts import people_of
-from annotation_app.tasks.episode_parts import EpisodeParts
+from annotation_app.tasks.episode_parts import LEAST, EpisodeParts, KeepFrom
 from annotation_app.tasks.task_registry import tasks
+from corpus_tools.lerobot.episode_index import IndexColumn
 from corpus_tools.lerobot.language_rows import TASK_AUG
 from corpus_tools.lerobot.language_writing import EpisodeLanguage
 from g3.errors import FormatError
@@ -30,6 +31,8 @@ class PeoplesLanguage:
     """The dataset's folder, as the study's table names it."""
     language: Mapping[int, EpisodeLanguage]
     """Language by the numbers of episodes."""
+    columns: Sequence[IndexColumn]
+    """Columns of the episodes' index."""
     files: Mapping[str, bytes]
     """Further files by their names in the copy."""
     counts: Mapping[str, int]
@@ -38,8 +41,10 @@ class PeoplesLanguage:
     """The row of the study's table of each episode."""
 
 
-def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
-    """Return the language that people gave in a study of a dataset's episodes, task by task.
+def peoples_language(
+    session: Session, study: Study, keep_from: KeepFrom = LEAST
+) -> PeoplesLanguage:
+    """Return the answers to a study of a dataset's episodes, task by task.
 
     The first wording of a task (``task_aug``) is also the task of an episode that had none.
 
@@ -58,7 +63,7 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
         )
     if wrong := list(replaced(session, study.id, with_gone=False)):
         raise together(wrong)
-    parts = EpisodeParts(session, study, videos, people_of(session))
+    parts = EpisodeParts(session, study, videos, people_of(session), keep_from=keep_from)
     for task in tasks():
         task.episodes(parts)
     language = {
@@ -66,11 +71,20 @@ def peoples_language(session: Session, study: Study) -> PeoplesLanguage:
             tuple(rows),
             frozenset(parts.replaced[index]),
             next((row.text for row in rows if row.style == TASK_AUG), ""),
+            parts.corrected.get(index, {}),
         )
-        for index, rows in sorted(parts.language.items())
+        for index in sorted(parts.language.keys() | parts.corrected.keys())
+        for rows in [parts.language.get(index, [])]
     }
     files = {name: msgspec.json.Encoder().encode_lines(rows) for name, rows in parts.files.items()}
-    counts = {"episodes": len(language), **parts.counts}
+    files |= {name: indented(value) for name, value in parts.documents.items()}
+    written = language.keys() | {index for column in parts.columns for index in column.values}
+    counts = {"episodes": len(written), **parts.counts}
     whole = filter(parts.shows_whole_episode, videos)
     episodes = {parts.episode(video): videos[video] for video in whole}
-    return PeoplesLanguage(Path(datasets.pop()), language, files, counts, episodes)
+    return PeoplesLanguage(Path(datasets.pop()), language, parts.columns, files, counts, episodes)
+
+
+def indented(value: Any) -> bytes:
+    """Return a value as JSON for people to read."""
+    return msgspec.json.format(msgspec.json.encode(value), indent=2) + b"\n"

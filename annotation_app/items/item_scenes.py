@@ -36,6 +36,19 @@ def films_of(session: Session, study_id: str) -> Mapping[str, Film]:
     return {v: read_film(file.parent) for v, file in manifests.items() if file.is_file()}
 
 
+def film_of(session: Session, study_id: str, video: str) -> Film | None:
+    """Return one of a study's films; None if its files are away."""
+    file = media_files(session, study_id, video).paths.get("manifest")
+    return read_film(file.parent) if file is not None and file.is_file() else None
+
+
+def film_of_item(session: Session, item: AnyItem) -> Film:
+    """Return the film that an item is about; its files are there."""
+    return read_film(
+        media_files(session, item.study_id, item.payload["video"]).paths["manifest"].parent
+    )
+
+
 def has_things(session: Session, study_id: str, video: str) -> bool:
     """Check that the things in a video are known; true where no manifest denies it."""
     manifest = media_files(session, study_id, video).paths.get("manifest")
@@ -54,11 +67,6 @@ def watched(session: Session, item: AnyItem) -> Record:
     Studies of texts alone have no video.
     """
     return watched_video(session, item.study_id, item.payload["video"])
-
-
-def film_of(session: Session, study_id: str, video: str) -> Film:
-    """Return the film of one of a study's videos."""
-    return read_film(media_files(session, study_id, video).paths["manifest"].parent)
 
 
 def watched_video(session: Session, study_id: str, video: str) -> Record:

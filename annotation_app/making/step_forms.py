@@ -131,6 +131,9 @@ def _texts(value: Value, form: Form) -> None:
     for name in ("locale", "robot", "statement"):
         _put(value, name, text_of(form, name), usual[name])
     _put(value, "scale", [text_of(form, f"scale-{i}") for i in range(5)], usual["scale"])
+    if "reasons" in form:
+        reasons = [line for line in text_of(form, "reasons").split("\n") if line.strip()]
+        _put(value, "reasons", reasons, usual["reasons"])
     labels = {name: text_of(form, f"label-{name}") for name in usual["labels"]}
     _put(value, "labels", labels, usual["labels"])
     for task in tasks():

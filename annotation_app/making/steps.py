@@ -54,7 +54,7 @@ STEPS = (
     Step(
         "texts",
         "Texts",
-        ("title", "locale", "robot", "statement", "scale", "labels"),
+        ("title", "locale", "robot", "statement", "scale", "reasons", "labels"),
         ("title", "summary", "prompt", "instructions", "practice_items"),
     ),
     Step("consent", "Consent", ("consent", "questions", "retention_days")),
@@ -196,6 +196,7 @@ LABELS = {
     "robot": "Robot",
     "statement": "Statement",
     "scale": "Scale",
+    "reasons": "Reasons",
     "labels": "Labels",
     "thing": "a thing",
     "place": "a place",

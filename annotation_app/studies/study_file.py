@@ -30,6 +30,16 @@ SCALE = (
     N_("Agree"),
     N_("Strongly agree"),
 )
+REASONS = (
+    N_("The task isn’t finished"),
+    N_("The wrong thing is handled"),
+    N_("Something falls or is knocked over"),
+    N_("The robot hits something"),
+    N_("The robot stops or hesitates"),
+    N_("The episode begins too late or ends too early"),
+    N_("It can’t be seen well"),
+)
+MOST_REASONS = 20
 ROBOT = N_("forklift")
 Scale: TypeAlias = tuple[Line, Line, Line, Line, Line]
 
@@ -196,6 +206,8 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         What raters agree with, or don't.
     scale
         How much, from the least to the most.
+    reasons
+        Reasons against an episode, from which people choose.
     labels
         What things are called.
     access
@@ -229,6 +241,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     robot: Line = ROBOT
     statement: Line = STATEMENT
     scale: Scale = SCALE
+    reasons: Annotated[tuple[Line, ...], msgspec.Meta(max_length=MOST_REASONS)] = REASONS
     labels: Labels = Labels()
     consent: Text = CONSENT
     questions: tuple[Question, ...] = ()

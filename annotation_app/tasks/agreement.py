@@ -118,6 +118,16 @@ def _figure(measure: str, found: Estimate, units: int) -> Measured:
     return Measured(measure, value, units, reason=found.reason)
 
 
+def share_alike(
+    units: Iterable[Sequence[Hashable]], measure: str = "share of pairs that agree"
+) -> Measured:
+    """Return the share of pairs of people's choices for a unit that are the same."""
+    pairs = [a == b for unit in units for a, b in combinations(unit, 2)]
+    if not pairs:
+        return Measured(measure, None, 0, reason="no overlap")
+    return Measured(measure, float(np.mean(pairs)), len(pairs))
+
+
 def by_clause(
     items: Iterable[Sequence[Record]], part: str, value: Callable[[Any], Hashable]
 ) -> Iterator[list[Hashable]]:

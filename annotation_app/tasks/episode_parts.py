@@ -17,9 +17,21 @@ from annotation_app.items.elapsed import iso
 from annotation_app.items.new_items import GIVEN
 from annotation_app.store.models import Answer, Record, Study, TaskName
 from annotation_app.tasks.corpus_parts import answers_of
+from corpus_tools.lerobot.episode_index import IndexColumn
 from corpus_tools.lerobot.language_rows import TASK_AUG, Language
 from g3.errors import FormatError
 from g3.short_repr import short_repr
+
+
+@dataclass(frozen=True, slots=True)
+class KeepFrom:
+    """The least that an episode must have to be kept."""
+
+    success: str = "partly"
+    quality: float = 1.0
+
+
+LEAST = KeepFrom()
 
 
 @short_repr
@@ -37,8 +49,15 @@ class EpisodeParts:
     """Texts by the numbers of episodes."""
     replaced: dict[int, set[str]] = field(default_factory=lambda: defaultdict(set))
     """Styles of which the dataset's own rows go, by the numbers of episodes."""
+    corrected: dict[int, dict[str, str]] = field(default_factory=lambda: defaultdict(dict))
+    """New texts of tasks by the replaced ones, by the numbers of episodes."""
+    columns: list[IndexColumn] = field(default_factory=list)
+    """Columns of the episodes' index."""
     files: dict[str, list[Record]] = field(default_factory=lambda: defaultdict(list))
     """Further files of the copy: their lines by their names."""
+    documents: dict[str, Any] = field(default_factory=dict)
+    """Further files of the copy with one JSON value: the values by their names."""
+    keep_from: KeepFrom = LEAST
     counts: dict[str, int] = field(default_factory=dict)
     """Number of each kind of what was added, by a word for it."""
 

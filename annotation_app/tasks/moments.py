@@ -26,7 +26,7 @@ from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.item_scenes import film_of
+from annotation_app.items.item_scenes import film_of_item
 from annotation_app.items.scenes import Film
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import TaskConfig, restored
@@ -177,7 +177,7 @@ def language_of(moment: Record, camera: str | None, source: Record | None = None
 def _check(
     session: Session, item: AnyItem, answer: Moments, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
-    film = film_of(session, item.study_id, item.payload["video"])
+    film = film_of_item(session, item)
     config = restored(session.get_one(Study, item.study_id).config)
     asked = asked_styles(config.tasks.get(MOMENTS.name, TaskConfig()), MOMENTS.words)
     kept = [_kept(moment) for moment in answer.moments]

@@ -12,8 +12,10 @@ from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.store.models import TaskName
 from annotation_app.tasks.check import CHECK
+from annotation_app.tasks.correct import CORRECT
 from annotation_app.tasks.describe import DESCRIBE
 from annotation_app.tasks.ground import GROUND
+from annotation_app.tasks.mark import MARK
 from annotation_app.tasks.moments import MOMENTS
 from annotation_app.tasks.rate import RATE
 from annotation_app.tasks.segment import SEGMENT
@@ -63,6 +65,6 @@ def makers(gives: str) -> tuple[Task, ...]:
     )
 
 
-for _task in (DESCRIBE, SUBTASKS, MOMENTS, SEGMENT, GROUND, CHECK, RATE):
+for _task in (DESCRIBE, SUBTASKS, MOMENTS, MARK, CORRECT, SEGMENT, GROUND, CHECK, RATE):
     register(_task)
 TASKS.load_others()

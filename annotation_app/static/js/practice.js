@@ -25,6 +25,8 @@ export function ownFeedback(own, body, explain) {
 /** What like answers share: no times, no capitals, no order of what was chosen. */
 function essence(body) {
   const plain = (text) => text.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, " ").trim();
+  if (body.success) return body.success;
+  if (body.verdict) return `${body.verdict} ${plain(body.text ?? "")}`;
   if (body.text !== undefined) return plain(body.text);
   if (body.subtasks) return body.subtasks.map(({ text }) => plain(text)).join("; ");
   if (body.moments) return body.moments.map(({ style, text }) => `${style} ${plain(text)}`).sort().join("; ");
@@ -85,4 +87,15 @@ export function checkFeedback({ verdicts }) {
 export function rateFeedback({ rating }) {
   if (rating >= 4) return answer(true, _("The boat does sail to the buoy by the lighthouse."));
   return answer(false, _("Watch again: the boat sails to the buoy by the lighthouse. Most people would agree."));
+}
+
+export function markFeedback({ success, quality }) {
+  if (success !== "success") return answer(false, _("Watch again: the boat gets to the buoy by the lighthouse, as it was to do."));
+  if (quality < 3) return answer(false, _("The boat sails there without a detour. Somebody could learn it from this video."));
+  return answer(true, _("The boat does sail to the buoy by the lighthouse."));
+}
+
+export function correctFeedback({ verdict }) {
+  if (verdict !== "right") return answer(false, _("Watch again: the boat sails to the buoy by the lighthouse. Most people would agree."));
+  return answer(true, _("The boat does sail to the buoy by the lighthouse."));
 }

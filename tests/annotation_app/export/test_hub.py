@@ -132,7 +132,7 @@ def test_what_is_refused(study: Path, tmp_path: Path, hub: Hub):
     assert hub.repositories[NAME].files == {"train.csv": b"x"}
     call = ["annotate", "export", tmp_path / "x", "--instance", study / "instance", "--push-to"]
     done = called(hub, tmp_path, *call, NAME)
-    assert (done.returncode, "only lerobot is pushed" in done.stderr) == (2, True)
+    assert (done.returncode, "only lerobot takes push-to" in done.stderr) == (2, True)
     done = called(hub, tmp_path, *call, "no/such/name", "--format", "lerobot")
     assert (done.returncode, "no name of a dataset" in done.stderr) == (2, True)
 

@@ -17,6 +17,8 @@ NEEDED = {
     "rate": ("#command", "video", ".player-bar", "#likert", "#likert label:last-child", "#submit"),
     "subtasks": ("video", ".player-bar", ".subtask .what", "#add", "#submit"),
     "moments": ("video", ".player-bar", "#kinds li:last-child button", "#submit"),
+    "mark": ("video", ".player-bar", "#success", "#quality", "#reasons", "#moment", "#submit"),
+    "correct": ("#command", "video", ".player-bar", "#verdict", "#submit"),
     "check": ("#command", ".ask h2", ".ask .choices", "video", ".map", ".clause-bar", "#submit"),
     "segment": (".words", "#prompt", ".places", "#submit"),
     "ground": ("#command", ".ask h2", "video", ".map", ".clause-bar", "#submit"),

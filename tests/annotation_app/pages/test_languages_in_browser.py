@@ -74,7 +74,7 @@ def test_pages_from_right_to_left_say_no_english(
     site.sign_in(context)
     page = context.new_page()
     errors = errors_of(page)
-    practised = (*TASKS, "subtasks", "moments")
+    practised = (*TASKS, "subtasks", "moments", "mark", "correct")
     for address in (
         *(f"/s/sea/{task}" for task in TASKS),
         *(f"/practice/{task}?study=sea" for task in practised),

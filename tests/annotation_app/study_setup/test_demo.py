@@ -45,9 +45,9 @@ def test_the_demo_is_about_all_layouts_and_tasks(cache: Path) -> None:
     names, of = demo_scenarios(), layouts()
     assert {of[name] for name in names} == set(of.values())
     study = demo_study(rendered_videos(cache / CACHE / "annotate-demo" / "videos"))
-    # Videos of one task each have no steps to tell.
-    episodes = ("subtasks", "moments")
-    assert tuple(study.tasks) == tuple(name for name in task_names() if name not in episodes)
+    # Videos of one task each have no steps to tell, and all succeed.
+    others = ("subtasks", "moments", "mark", "correct")
+    assert tuple(study.tasks) == tuple(name for name in task_names() if name not in others)
     assert study.known_commands
     assert all(of[known.video] != of[known.wrong_video] for known in study.known_commands)
 

@@ -21,12 +21,23 @@ STUDIES = {"study_setup/demo_study.py", "study_setup/corpus_study.py"}
 
 
 def test_tasks_are_in_the_order_in_which_people_do_them() -> None:
-    assert task_names() == ("describe", "subtasks", "moments", "segment", "ground", "check", "rate")
+    named = (
+        "describe",
+        "subtasks",
+        "moments",
+        "mark",
+        "correct",
+        "segment",
+        "ground",
+        "check",
+        "rate",
+    )
+    assert task_names() == named
 
 
 def test_what_is_made_of_what() -> None:
     made = {gives: [task.name for task in makers(gives)] for gives in (COMMAND, CLAUSES)}
-    assert made == {COMMAND: ["segment", "rate"], CLAUSES: ["ground", "check"]}
+    assert made == {COMMAND: ["correct", "segment", "rate"], CLAUSES: ["ground", "check"]}
     assert [task.name for task in makers(GROUNDINGS)] == ["check"]
     assert makers("") == ()
 

@@ -40,7 +40,16 @@ STUDY = {
     "watching": "flagged",
     "tasks": {
         task: {"practice": False, "answers": 2 if task in ("segment", "ground") else 1}
-        for task in ("describe", "segment", "ground", "check", "rate", "subtasks", "moments")
+        for task in (
+            "describe",
+            "segment",
+            "ground",
+            "check",
+            "rate",
+            "subtasks",
+            "moments",
+            "mark",
+        )
     },
 }
 COCO = {
@@ -68,6 +77,7 @@ def body_of(task: str, payload: dict[str, Any], number: int) -> dict[str, Any]:
         "rate": {"rating": 4, "watched_s": 1},
         "subtasks": {"subtasks": steps, "played_to_end": True},
         "moments": {"moments": [{"style": "interjection", "time_s": 0.2, "text": "Go on"}]},
+        "mark": {"success": "partly", "quality": 3, "moment_s": 0.1},
     }[task]
 
 

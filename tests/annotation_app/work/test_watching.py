@@ -51,7 +51,8 @@ def long_films(app: Flask, tmp_path: Path) -> None:
 
 @pytest.fixture
 def study() -> StudyConfig:
-    tasks = dict.fromkeys(("describe", "subtasks", "moments", "check", "rate"), NO_PRACTICE)
+    names = ("describe", "subtasks", "moments", "mark", "correct", "check", "rate")
+    tasks = dict.fromkeys(names, NO_PRACTICE)
     return msgspec.structs.replace(study_of(**tasks), watching="required")
 
 
@@ -78,12 +79,14 @@ BODIES = {
     "subtasks": {"subtasks": [{"start_s": 0, "text": "Wait"}], "played_to_end": True},
     "moments": {"moments": [{"style": "interjection", "time_s": 0.2, "text": "Go on"}]},
     "rate": {"rating": 3},
+    "mark": {"success": "success", "quality": 5},
+    "correct": {"verdict": "right"},
 }
 
 
 @pytest.mark.parametrize("task", BODIES)
 def test_watching_must_be_credible(app: Flask, study: StudyConfig, task: str) -> None:
-    if task == "rate":
+    if task in ("rate", "correct"):
         add(app, study, task, own_video=VIDEOS[0], right=None)
     person, body = Browser(app), BODIES[task]
     item = person.take(task)["item"]

@@ -26,6 +26,7 @@ pytest.importorskip("av", reason="the extra `render` is not installed")
 
 from corpus_tools.exporters.export_registry import export_corpus_to
 from corpus_tools.lerobot.episode_frames import checked_episodes
+from corpus_tools.lerobot.episode_index import IndexColumn
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.grounded_answers import Answer, Shape
 from corpus_tools.lerobot.language_rows import Language
@@ -60,6 +61,12 @@ for episode, (length, task) in enumerate([(7, "Push."), (12, "Lift."), (5, "Push
 made.finalize()
 """
 
+EDIT = """
+import sys
+from lerobot.scripts.lerobot_edit_dataset import main
+main()
+"""
+
 READ = """
 import json, sys
 from lerobot.configs.recipe import MessageTurn, TrainingRecipe
@@ -79,8 +86,10 @@ for n in range(len(data)):
     )
     texts = [turn["content"] for turn in said["messages"]]
     rows.append([int(one["episode_index"]), round(float(one["timestamp"]), 6), one["task"], *texts])
+columns = data.meta.episodes.column_names
+marks = {n: list(data.meta.episodes[n]) for n in columns if n.startswith("marks/")}
 print(json.dumps({"episodes": data.num_episodes, "language": data.meta.has_language_columns,
-                  "depth": data.meta.depth_keys, "rows": rows}))
+                  "depth": data.meta.depth_keys, "rows": rows, "marks": marks}))
 """
 
 EVENTS = """
@@ -210,6 +219,36 @@ def test_every_style_of_people_is_rendered(tmp_path: Path):
     assert first[8] == ["Faster, please.", "", *state, ["Sure."]]
     assert first[9][0] == ""
     assert all(row[1:] == ["", "", "", "", "", []] for row in seen["rows"] if row[0] != 0)
+
+
+def test_marks_and_corrected_tasks_are_read_and_bad_episodes_deleted(tmp_path: Path):
+    lerobot(WRITE, tmp_path / "made", "videos")
+    dataset = open_dataset(tmp_path / "made")
+    columns = (
+        IndexColumn("marks/success", "text", {0: "success", 1: "failure"}),
+        IndexColumn("marks/reasons", "texts", {0: [], 1: ["It drops"]}),
+        IndexColumn("marks/quality", "number", {0: 4.0, 1: 1.5}),
+    )
+    said = {2: EpisodeLanguage((), corrected={"Push.": "Pull."})}
+    listed = {"operation": {"type": "delete_episodes", "episode_indices": [1]}}
+    files = {"meta/delete_episodes.json": json.dumps(listed).encode()}
+    write_language(dataset, tmp_path / "copy", said, attachments=files, columns=columns)
+    seen = read(tmp_path / "copy")
+    assert seen["marks"] == {
+        "marks/success": ["success", "failure", None],
+        "marks/reasons": [[], ["It drops"], None],
+        "marks/quality": [4.0, 1.5, None],
+    }
+    assert {(row[0], row[2]) for row in seen["rows"]} == {(0, "Push."), (1, "Lift."), (2, "Pull.")}
+    assert not seen["language"]
+    options = {
+        "config_path": tmp_path / "copy/meta/delete_episodes.json", "repo_id": "me/all",
+        "root": tmp_path / "copy", "new_repo_id": "me/kept", "new_root": tmp_path / "kept",
+    }  # fmt: skip
+    lerobot(EDIT, *(f"--{name}={value}" for name, value in options.items()))
+    kept = read(tmp_path / "kept")
+    assert {(row[0], row[2]) for row in kept["rows"]} == {(0, "Push."), (1, "Pull.")}
+    assert read(tmp_path / "copy")["episodes"] == 3
 
 
 @pytest.mark.parametrize("kind", ["videos", "images"])
