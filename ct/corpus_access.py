@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -179,7 +180,7 @@ def export(
     out: Path | str,
     *,
     to: str = "corpus",
-    videos: Path | str | None = None,
+    videos: Path | str | Sequence[Path | str] | None = None,
     force: bool = False,
 ) -> Path:
     """Write a corpus to a folder, in this toolkit's format or another project's.
@@ -194,7 +195,8 @@ def export(
         ``corpus``, this toolkit's own format; or one of those that ``ct corpus formats`` lists,
         such as ``huggingface``.
     videos
-        Folder of ``ct render-videos`` for the corpus, for formats with videos.
+        Folder of ``ct render-videos`` for the corpus, or several of different cameras, for formats
+        with videos.
     force
         Replace an existing export of that format.
 
@@ -212,9 +214,10 @@ def export(
 
     one_of("to", to, ("corpus", *(exporter.name for exporter in exporters())))
     folder = Path(out)
-    if to == "corpus" and videos is None:
+    several = [videos] if isinstance(videos, str | Path) else videos or ()
+    films = [Path(video) for video in several]
+    if to == "corpus" and not films:
         load(corpus).save(folder, force=force)
     else:
-        films = None if videos is None else Path(videos)
         export_corpus_to(load(corpus), to, folder, videos=films, force=force)
     return folder

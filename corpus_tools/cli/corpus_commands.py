@@ -138,11 +138,15 @@ def formats(form: str) -> None:
 @click.option(
     "--videos",
     type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="What `ct render-videos --corpus CORPUS` has made, for the format lerobot.",
+    multiple=True,
+    help="What `ct render-videos --corpus CORPUS` has made, for the format lerobot; once more for "
+    "each further camera.",
 )
 @click.option("--force", is_flag=True, help="Replace what is there, if it is in this format.")
 @FORMAT
-def export(*, path: Path, to: str, out: Path, videos: Path | None, force: bool, form: str) -> None:
+def export(
+    *, path: Path, to: str, out: Path, videos: tuple[Path, ...], force: bool, form: str
+) -> None:
     """Write a corpus in the format of another project.
 
     docs/exports.md says what goes where. Other distributions can add formats.

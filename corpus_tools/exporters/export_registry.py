@@ -7,7 +7,7 @@ this one is imported.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from pkgutil import resolve_name
@@ -35,7 +35,7 @@ class Exporter:
     marker: str
     """A file that every folder in this format has. A folder without it isn't replaced."""
     takes_videos: bool = False
-    """True if the function also takes ``videos``: a folder of ``ct render-videos``, or None."""
+    """True if the function also takes ``videos``: folders of ``ct render-videos``, or none."""
 
     def load(self) -> Callable[..., Files]:
         """Import the function."""
@@ -47,7 +47,7 @@ register, exporters = EXPORTERS.add, EXPORTERS.by_name
 
 
 def export_corpus_to(
-    corpus: Corpus, to: str, folder: Path, *, videos: Path | None = None, force: bool = False
+    corpus: Corpus, to: str, folder: Path, *, videos: Sequence[Path] = (), force: bool = False
 ) -> tuple[str, ...]:
     """Write a corpus in another format: the whole folder or, on any error, nothing.
 
@@ -56,7 +56,8 @@ def export_corpus_to(
     folder
         Target; its parent must be there.
     videos
-        Output of ``ct render-videos`` for the corpus, for formats with videos.
+        Folders of ``ct render-videos`` for the corpus, one for each camera, for formats with
+        videos.
     force
         Replace an existing export, if it is in this format.
 
@@ -71,10 +72,10 @@ def export_corpus_to(
         If there is no such format, a package is missing, or the folder can't be written.
     """
     exporter = EXPORTERS.known(to, "--to")
-    if videos is not None and not exporter.takes_videos:
+    if videos and not exporter.takes_videos:
         raise FormatError(f"the format {to} has no videos", where="--videos", fix="leave it out")
     check_target(folder, force=force, marker=exporter.marker)
-    options = {"videos": videos} if exporter.takes_videos else {}
+    options = {"videos": tuple(videos)} if exporter.takes_videos else {}
     files = exporter.load()(corpus, **options)
     write_folder(folder, files, force=force, marker=exporter.marker)
     return tuple(files)

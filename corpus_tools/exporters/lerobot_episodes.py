@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -34,7 +34,8 @@ from g3.storage import regular_file
 FPS = 10
 """Frames a second of episodes without a video."""
 NAMES = ("x", "y", "z", "yaw")
-CAMERA = "observation.images.scene"
+IMAGES = "observation.images"
+"""The beginning of a camera's key; its end is the camera of ``ct render-videos``."""
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 FILES_IN_CHUNK = 1000
@@ -46,9 +47,10 @@ Array = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class _Film:
-    """A rendered video: its file, frames, frames a second, height and width."""
+    """A rendered video: its file, camera, frames, frames a second, height and width."""
 
     file: Path
+    camera: str
     frames: int
     fps: int
     size: tuple[int, int]
@@ -63,19 +65,19 @@ class _Recorded:
     state: Array
     timestamps: Array
     language: list[dict[str, Any]]
-    film: _Film | None
+    films: tuple[_Film, ...]
 
 
-def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path]:
+def lerobot_files(corpus: Corpus, videos: Sequence[Path]) -> dict[str, bytes | Path]:
     """Return the dataset's files. Videos are taken as they are.
 
-    `videos` is what ``ct render-videos --corpus`` has made: contexts without a video are left out.
-    It is None for a dataset without videos. Raises FormatError if nothing moves in the corpus, a
-    video is missing, or pyarrow isn't installed.
+    `videos` are folders that ``ct render-videos --corpus`` has made, one for each camera: contexts
+    without a video are left out. There are none for a dataset without videos. Raises FormatError if
+    nothing moves in the corpus, a video is missing, or pyarrow isn't installed.
     """
-    films = {} if videos is None else _films(videos)
-    recorded = _recorded(corpus, films, videos)
-    fps = next((r.film.fps for r in recorded if r.film), FPS)
+    films = _by_context(videos)
+    recorded = _recorded(corpus, films, has_videos=bool(videos))
+    fps = next((film.fps for r in recorded for film in r.films), FPS)
     tasks = list(dict.fromkeys(r.task for r in recorded))
     files: dict[str, bytes | Path] = {
         DATA.format(chunk_index=0, file_index=0): _frames(recorded, tasks),
@@ -86,27 +88,29 @@ def lerobot_files(corpus: Corpus, videos: Path | None) -> dict[str, bytes | Path
         "README.md": _card(corpus).encode(),
     }
     for number, item in enumerate(recorded):
-        if item.film is not None:
-            chunk, place = divmod(number, FILES_IN_CHUNK)
-            name = VIDEOS.format(video_key=CAMERA, chunk_index=chunk, file_index=place)
-            files[name] = item.film.file
+        chunk, place = divmod(number, FILES_IN_CHUNK)
+        for film in item.films:
+            name = VIDEOS.format(video_key=film.camera, chunk_index=chunk, file_index=place)
+            files[name] = film.file
     return files
 
 
-def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -> list[_Recorded]:
+def _recorded(
+    corpus: Corpus, films: Mapping[str, tuple[_Film, ...]], *, has_videos: bool
+) -> list[_Recorded]:
     said, annotated = _commands_of(corpus)
     found = []
     for context in corpus.contexts.values():
         if len(context.agent.trajectory) < 2 or not said[context.id]:
             continue
-        film = films.get(context.id)
-        if videos is not None and film is None:
+        shown = films.get(context.id, ())
+        if has_videos and not shown:
             continue
-        if film is not None:
+        for film in shown:
             _check(film)
-        fps = film.fps if film else FPS
+        fps = shown[0].fps if shown else FPS
         path = context.agent.trajectory
-        frames = film.frames if film else int((path.t[-1] - path.t[0]) * fps) + 1
+        frames = shown[0].frames if shown else int((path.t[-1] - path.t[0]) * fps) + 1
         timestamps = (np.arange(frames) / fps).astype(np.float32)
         times = np.arange(frames) / fps
         task, language = _language(said[context.id], annotated[context.id], float(path.t[0]))
@@ -114,9 +118,9 @@ def _recorded(corpus: Corpus, films: Mapping[str, _Film], videos: Path | None) -
         items += language_rows.plans(item for item in items if item.language.style == SUBTASK)
         rows = language_rows.rows_of(items, timestamps, tasks=[task])
         state = _state(path, path.t[0] + times)
-        found.append(_Recorded(context, task, state, timestamps, rows, film))
+        found.append(_Recorded(context, task, state, timestamps, rows, shown))
     if not found:
-        what = "there is no video of a log in the corpus" if videos else "nothing moves in it"
+        what = "there is no video of a log in the corpus" if has_videos else "nothing moves in it"
         raise FormatError(
             what, where=corpus.name, fix="export a corpus with logs, such as warehouse"
         )
@@ -218,13 +222,13 @@ def _episodes(recorded: Sequence[_Recorded]) -> bytes:
             "dataset_from_index": first,
             "dataset_to_index": first + n,
         }
-        if item.film is not None:
-            chunk, place = divmod(number, FILES_IN_CHUNK)
+        chunk, place = divmod(number, FILES_IN_CHUNK)
+        for film in item.films:
             row |= {
-                f"videos/{CAMERA}/chunk_index": chunk,
-                f"videos/{CAMERA}/file_index": place,
-                f"videos/{CAMERA}/from_timestamp": 0.0,
-                f"videos/{CAMERA}/to_timestamp": n / item.film.fps,
+                f"videos/{film.camera}/chunk_index": chunk,
+                f"videos/{film.camera}/file_index": place,
+                f"videos/{film.camera}/from_timestamp": 0.0,
+                f"videos/{film.camera}/to_timestamp": n / film.fps,
             }
         for name, measured in _statistics([item]).items():
             row |= {f"stats/{name}/{measure}": value for measure, value in measured.items()}
@@ -239,9 +243,8 @@ def _statistics(recorded: Sequence[_Recorded]) -> dict[str, dict[str, Any]]:
     timestamps = np.concatenate([item.timestamps for item in recorded])[:, None]
     vectors = {"observation.state": state, "action": action, "timestamp": timestamps}
     found = {name: _measures(values) for name, values in vectors.items()}
-    films = [item.film for item in recorded if item.film is not None]
-    if films:
-        found[CAMERA] = _colours(films)
+    for films in zip(*(item.films for item in recorded), strict=True):  # those of a camera
+        found[films[0].camera] = _colours(films)
     return found
 
 
@@ -277,10 +280,10 @@ def _info(
 ) -> dict[str, Any]:
     vector = {"dtype": "float32", "shape": [len(NAMES)], "names": list(NAMES)}
     features: dict[str, Any] = {"observation.state": vector, "action": vector}
-    film = recorded[0].film
-    if film is not None:
+    films = recorded[0].films
+    for film in films:
         height, width = film.size
-        features[CAMERA] = {
+        features[film.camera] = {
             "dtype": "video",
             "shape": [height, width, 3],
             "names": ["height", "width", "channels"],
@@ -310,14 +313,49 @@ def _info(
         "fps": fps,
         "splits": {"train": f"0:{len(recorded)}"},
         "data_path": DATA,
-        "video_path": None if film is None else VIDEOS,
+        "video_path": VIDEOS if films else None,
         "features": features,
     }
 
 
+def _by_context(folders: Sequence[Path]) -> dict[str, tuple[_Film, ...]]:
+    """Return the rendered videos by the ids of their contexts, those of each camera in order."""
+    cameras = [_films(folder) for folder in folders]
+    by_camera: dict[str, Path] = {}
+    every = [
+        (folder, film)
+        for folder, films in zip(folders, cameras, strict=True)
+        for film in films.values()
+    ]
+    for folder, film in every:
+        if by_camera.setdefault(film.camera, folder) != folder:
+            raise FormatError(
+                "two folders have videos of one camera",
+                where=f"--videos {by_camera[film.camera]} --videos {folder}",
+                fix="render one with another --camera",
+            )
+    if len({film.fps for _, film in every}) > 1:
+        raise FormatError(
+            "the videos differ in frames a second",
+            where=", ".join(map(str, folders)),
+            fix="render them alike",
+        )
+    names = dict.fromkeys(name for films in cameras for name in films)
+    for name in names:
+        for folder, films in zip(folders, cameras, strict=True):
+            if name not in films:
+                fix = "render it there, too, or take it out of the others"
+                raise FormatError(f"there is no video of {name}", where=str(folder), fix=fix)
+        counts = {films[name].frames for films in cameras}
+        if len(counts) > 1:
+            what = f"the videos of {name} differ in their frames: {sorted(counts)}"
+            raise FormatError(what, where=", ".join(map(str, folders)), fix=_RENDER)
+    return {name: tuple(films[name] for films in cameras) for name in names}
+
+
 def _films(folder: Path) -> dict[str, _Film]:
-    """Return the rendered videos in a folder, by the id of their context."""
-    films = {}
+    """Return the rendered videos in a folder, of one camera, by the id of their context."""
+    films: dict[str, _Film] = {}
     for file in sorted(folder.glob("*/manifest.json")):
         try:
             told = msgspec.json.decode(regular_file.read_bytes(file), type=_Manifest)
@@ -325,12 +363,20 @@ def _films(folder: Path) -> dict[str, _Film]:
             raise FormatError(
                 f"the manifest can't be read: {error}", where=str(file), fix=_RENDER
             ) from error
-        width, height = told.settings.size
+        settings = told.settings
+        if settings.speed != 1 or settings.skip_idle:
+            raise FormatError(
+                "the video shows other times than the log, so a frame has no state",
+                where=str(file),
+                fix="render it without --speed and --skip-idle",
+            )
+        width, height = settings.size
         video = file.with_name("video.mp4")
-        films[told.id] = _Film(video, told.frames, told.fps, (height, width))
-    if len({film.fps for film in films.values()}) > 1:
+        camera = f"{IMAGES}.{settings.camera}"
+        films[told.id] = _Film(video, camera, told.frames, told.fps, (height, width))
+    if len({(film.camera, film.size) for film in films.values()}) > 1:
         raise FormatError(
-            "the videos differ in frames a second", where=str(folder), fix="render them alike"
+            "the videos differ in camera or size", where=str(folder), fix="render them alike"
         )
     return films
 
@@ -347,6 +393,9 @@ def _check(film: _Film) -> None:
 
 class _Settings(msgspec.Struct, frozen=True):
     size: tuple[int, int]
+    camera: Literal["overview", "track", "follow", "operator"]
+    speed: float = 1.0
+    skip_idle: bool = False
 
 
 class _Manifest(msgspec.Struct, frozen=True):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -171,41 +172,74 @@ def test_the_bundled_corpus_has_one_row_of_a_style_at_a_frame(tmp_path: Path):
 def test_what_cannot_be_exported(corpus: Corpus, tmp_path: Path):
     (tmp_path / "films").mkdir()
     with pytest.raises(FormatError, match="there is no video"):
-        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=[tmp_path / "films"])
 
 
-def test_videos_are_taken_as_they_are(corpus: Corpus, tmp_path: Path):
-    shown = list(corpus.contexts)[1:]  # one has no video
-    for number, name in enumerate(shown):
-        folder = tmp_path / "films" / str(number)
-        film(folder / "video.mp4", [40 * number + 2 * i for i in range(15 + number)])
-        told = {"id": name, "frames": 15 + number, "fps": 10, "settings": {"size": [WIDTH, HEIGHT]}}
-        (folder / "manifest.json").write_text(json.dumps(told))
-    export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+def put_films(folder: Path, frames: dict[str, int], **settings: Any) -> Path:
+    """What ``ct render-videos`` makes, as far as it is read: a folder for each context."""
+    for number, (name, n) in enumerate(frames.items()):
+        film(folder / str(number) / "video.mp4", [40 * number + 2 * i for i in range(n)])
+        told = {"camera": "overview", "size": [WIDTH, HEIGHT], **settings}
+        content = {"id": name, "frames": n, "fps": 10, "settings": told}
+        (folder / str(number) / "manifest.json").write_text(json.dumps(content))
+    return folder
+
+
+def test_videos_of_each_camera_are_taken_as_they_are(corpus: Corpus, tmp_path: Path):
+    # One context has no video.
+    frames = {name: 15 + n for n, name in enumerate(list(corpus.contexts)[1:])}
+    folders = {
+        f"observation.images.{camera}": put_films(tmp_path / camera, frames, camera=camera)
+        for camera in ("overview", "operator")
+    }
+    export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=list(folders.values()))
     dataset = open_dataset(tmp_path / "out")
-    assert dataset.cameras == ("observation.images.scene",)
-    for number, episode in enumerate(dataset.episodes()):
-        video = episode.videos["observation.images.scene"]
-        assert video.file.samefile(tmp_path / "films" / str(number) / "video.mp4")
-        assert episode.frames == 15 + number
-        assert (video.start_s, video.end_s) == (0.0, pytest.approx((15 + number) / 10))
-    feature = json.loads((tmp_path / "out/meta/info.json").read_text())["features"]
-    assert feature["observation.images.scene"]["info"]["is_depth_map"] is False
+    assert dataset.cameras == tuple(folders)
+    features = json.loads((tmp_path / "out/meta/info.json").read_text())["features"]
     stats = json.loads((tmp_path / "out/meta/stats.json").read_text())
-    colours = np.array(stats["observation.images.scene"]["mean"])
-    assert colours.shape == (3, 1, 1)
-    assert 0 < colours.max() < 0.3  # dark greys
+    for camera, folder in folders.items():
+        for number, episode in enumerate(dataset.episodes()):
+            video = episode.videos[camera]
+            assert video.file.samefile(folder / str(number) / "video.mp4")
+            assert episode.frames == 15 + number
+            assert (video.start_s, video.end_s) == (0.0, pytest.approx((15 + number) / 10))
+        assert features[camera]["info"]["is_depth_map"] is False
+        colours = np.array(stats[camera]["mean"])
+        assert colours.shape == (3, 1, 1)
+        assert 0 < colours.max() < 0.3  # dark greys
+
+
+@pytest.mark.parametrize(
+    ("frames", "settings", "message"),
+    [
+        ((15, 16), {}, "two folders have videos of one camera"),
+        ((15,), {"camera": "track"}, "there is no video of"),
+        ((15, 17), {"camera": "track"}, r"differ in their frames: \[16, 17\]"),
+        ((15, 16), {"camera": "track", "speed": 2.0}, "other times than the log"),
+        ((15, 16), {"camera": "../../up"}, "the manifest can't be read"),
+    ],
+)
+def test_cameras_that_do_not_fit_together(
+    frames: tuple[int, ...],
+    settings: dict[str, Any],
+    message: str,
+    corpus: Corpus,
+    tmp_path: Path,
+):
+    names = list(corpus.contexts)
+    one = put_films(tmp_path / "one", dict(zip(names, (15, 16), strict=False)))
+    other = put_films(tmp_path / "other", dict(zip(names, frames, strict=False)), **settings)
+    with pytest.raises(FormatError, match=message):
+        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=[one, other])
 
 
 def test_a_video_that_is_cut_off_is_not_exported(corpus: Corpus, tmp_path: Path):
-    name = next(iter(corpus.contexts))
-    video = tmp_path / "films/one/video.mp4"
-    film(video, [2 * i for i in range(15)])
-    told = {"id": name, "frames": 16, "fps": 10, "settings": {"size": [WIDTH, HEIGHT]}}
-    (video.parent / "manifest.json").write_text(json.dumps(told))
+    films = put_films(tmp_path / "films", {next(iter(corpus.contexts)): 15})
+    manifest, video = films / "0/manifest.json", films / "0/video.mp4"
+    manifest.write_text(manifest.read_text().replace('"frames": 15', '"frames": 16'))
     with pytest.raises(FormatError, match="15 frames, and its manifest says 16"):
-        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=[tmp_path / "films"])
     video.write_bytes(video.read_bytes()[:-300])
     with pytest.raises(FormatError, match=r"video\.mp4"):
-        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=tmp_path / "films")
+        export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=[tmp_path / "films"])
     assert not (tmp_path / "out").exists()
