@@ -2,13 +2,18 @@
 
 import shlex
 
+import numpy as np
+import pytest
 from click.testing import CliRunner
 
+from corpus_tools.cli.console import run
 from corpus_tools.cli.follow_commands import follow
 from corpus_tools.cli.render_commands import render_videos
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.demo_commands import LEARNED_LAYOUTS, TESTED, demo, steps
 from eval.cli.eval_commands import evaluate
+from eval.cli.forklift_episodes import EPISODES
 
 COMMANDS = {"eval": evaluate, "follow": follow, "render-videos": render_videos}
 
@@ -50,3 +55,36 @@ def test_it_needs_a_folder_to_be_in(tmp_path):
     done = CliRunner().invoke(demo, ["--out", str(tmp_path / "no" / "demo")])
     assert done.exit_code == 1
     assert "no such folder" in str(done.exception)
+
+
+def moments(trajectory) -> np.ndarray:
+    """The seconds at which the forklift stops, or starts forward or backward."""
+    step = np.diff(trajectory.xyz[:, :2], axis=0)
+    heading = np.column_stack([np.cos(trajectory.yaw[:-1]), np.sin(trajectory.yaw[:-1])])
+    speed = (step * heading).sum(1) / np.diff(trajectory.t)
+    way = np.where(np.abs(speed) < 0.05, 0, np.sign(speed))
+    return trajectory.t[np.flatnonzero(np.diff(way)) + 1] - trajectory.t[0]
+
+
+@pytest.mark.parametrize("scenario", EPISODES)
+def test_true_subtasks_begin_where_the_forklift_changes_its_motion(scenario):
+    context = open_corpus("warehouse").contexts[scenario]
+    changes = np.append(moments(context.agent.trajectory), 0.0)
+    starts = [start_s for start_s, _ in EPISODES[scenario].steps]
+    assert starts == sorted(set(starts))
+    assert all(np.abs(changes - start_s).min() < 0.05 for start_s in starts)
+
+
+def test_one_subtask_is_wrong_in_each_episode():
+    for episode in EPISODES.values():
+        missing = set(episode.steps) - set(episode.written)
+        added = set(episode.written) - set(episode.steps)
+        assert (len(missing), len(added)) == (
+            episode.right is not None,
+            episode.wrong is not None,
+        )
+
+
+def test_an_option_of_the_group_is_not_lost(tmp_path, capsys):
+    assert run(["demo", "--out", str(tmp_path), "episodes"]) == 2
+    assert "after episodes" in capsys.readouterr().err
