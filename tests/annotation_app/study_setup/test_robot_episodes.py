@@ -38,10 +38,9 @@ def cut(*steps: tuple[float, str]) -> dict[str, Any]:
     }
 
 
-def study_of(tmp_path: Path, **changes: Any) -> Path:
-    new_dataset(tmp_path / "set")
-    call = ["import", "lerobot", str(tmp_path / "set"), "--out", str(tmp_path / "tables")]
-    assert run(call) == 0
+def study_of(tmp_path: Path, source: Path | None = None, **changes: Any) -> Path:
+    source = source or new_dataset(tmp_path / "set")
+    assert run(["import", "lerobot", str(source), "--out", str(tmp_path / "tables")]) == 0
     file = tmp_path / "robot.yaml"
     file.write_text(json.dumps(STUDY | changes))
     assert run(["annotate", "check", str(file), "--instance", str(tmp_path / "instance")]) == 0
