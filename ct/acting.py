@@ -241,7 +241,7 @@ def render(
     what: Result | Path | str,
     out: Path | str,
     *,
-    camera: Literal["overview", "track", "follow", "operator"] = "overview",
+    camera: Literal["track", "overview", "follow", "operator"] = "track",
     size: tuple[int, int] = (1280, 720),
     fps: int = 25,
     quality: Literal["draft", "standard", "high"] = "standard",

@@ -193,7 +193,7 @@ def _follow(progress: _Progress, model: Path | None) -> None:
         progress.step("drawing", k, len(film.recording.t_ns))
 
     progress.update(phase="drawing")
-    how = Settings(size=SIZE, fps=FPS)
+    how = Settings("overview", SIZE, FPS)
     done = run_plan(
         start, result.plan.actions, video=folder / VIDEO, settings=how, on_frame=on_frame
     )

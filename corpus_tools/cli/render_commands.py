@@ -37,9 +37,9 @@ SMALLEST, LARGEST = 64, 4096
 @click.option("--only", metavar="PATTERN", help='Only those whose names match, such as "dock_*".')
 @with_default(
     "--camera",
-    type=click.Choice(["overview", "track", "follow", "operator"]),
-    default="overview",
-    help="All from above; from above, near what happens; behind the robot; from the driver's seat.",
+    type=click.Choice(["track", "overview", "follow", "operator"]),
+    default="track",
+    help="From above, all and then what happens; from above, all; behind the robot; the driver's.",
 )
 @with_default("--size", metavar="WxH", default="1280x720", help="Width and height in pixels.")
 @with_default("--fps", type=click.IntRange(1, 120), default=25, help="Frames per second.")

@@ -37,7 +37,7 @@ _LIBRARIES = ("av", "mcap", "mujoco", "numpy", "opencv-python-headless", "scipy"
 class Settings:
     """Options of videos."""
 
-    camera: str = "overview"
+    camera: str = "track"
     """One of :data:`~corpus_tools.video.drawing.camera.CAMERAS`."""
     size: tuple[int, int] = (1280, 720)
     """Width and height, pixels, both even."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+import numpy.typing as npt
 
 from corpus_tools.world.state.recording import Recording, heading
 from corpus_tools.world.state.shapes import shape_of
@@ -71,13 +72,19 @@ OVERVIEW_FOVY = math.radians(38)
 MOST_ROUNDS = 4
 """Largest number of times that the picture grows for things that its edge would cut off."""
 
-BEFORE_S, AFTER_S = 2.0, 5.0
+TURNS_DEG = (0, -15, 15, -30, 30, -45, 45)
+"""Turns of an overview to the left of where the robot looks at the start."""
+TURN_COST = 0.2
+"""Loss of a sideward view, of 1, for which a turn by a radian is left out."""
+LIFT_M = 1e-4
+"""Least change of a thing's height, from one moment to the next, that is a lift, in metres."""
+BEFORE_S, AFTER_S = 1.0, 3.0
 """Part of the robot's way in the picture of :func:`track`: before and after, in seconds."""
 LOOK_AGAIN_S = 0.5
-TRACK_AROUND_M = 2.5
+TRACK_AROUND_M = 1.2
 """Least distance around that way that its picture shows, in metres."""
-BESIDE_M, LOAD_NEAR_M = 5.0, 6.0
-"""Distances from the robot within which standing things, and things that will be moved, are in its
+BESIDE_M, NAMED_NEAR_M = 2.5, 5.0
+"""Distances from the robot within which things, and those that move or that steps name, are in its
 picture."""
 SMOOTH_S = 3.0
 """Time over which its movement is smoothed, in seconds."""
@@ -115,7 +122,8 @@ def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     (whole,) = overview(recording, size)
     still = recording.position[0]
     robot, moved = _robot(recording), (recording.position != still).any(axis=(0, 2))
-    wide = [i for i, moves in enumerate(moved) if moves and i != robot]
+    named = _named(recording)
+    wide = [i for i, item in enumerate(recording.start.objects) if moved[i] or item.id in named]
     centres = np.arange(0.0, t[-1] + LOOK_AGAIN_S, LOOK_AGAIN_S)
     near = []
     for centre in centres:
@@ -126,7 +134,7 @@ def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
         for i in range(len(moved)):
             at = recording.position[min(window.start, len(t) - 1), i]
             reach = np.linalg.norm(way[:, :2] - at[:2], axis=1).min()
-            if i != robot and reach < (LOAD_NEAR_M if i in wide else BESIDE_M):
+            if i != robot and reach < (NAMED_NEAR_M if i in wide else BESIDE_M):
                 points.append(_placed(recording, i, window))
         near.append(_framing(np.concatenate(points), ahead, size, TRACK_AROUND_M).position)
     path = np.stack([np.interp(t, centres, column) for column in np.array(near).T], axis=1)
@@ -179,10 +187,23 @@ def _robot(recording: Recording) -> int:
 
 
 def _looking(recording: Recording) -> FloatArray:
-    """Return the direction down and to where the robot looks at the start, shape (3,)."""
-    yaw = float(heading(recording.orientation[0, _robot(recording)]))
+    """Return a direction down and to where the robot looks at the start, or aside, shape (3,).
+
+    It is turned so far that lifts, or ways without any, are seen from their side. Left stays left.
+    """
+    yaw = heading(recording.orientation[:, _robot(recording)])
+    turns = np.radians(TURNS_DEG)
+    sides = np.abs(np.sin(yaw[_lifts(recording)] - yaw[0] - turns[:, None])).mean(axis=1)
+    towards = float(yaw[0] + turns[np.argmax(sides - TURN_COST * np.abs(turns))])
     level = math.cos(ELEVATION)
-    return np.array([level * math.cos(yaw), level * math.sin(yaw), -math.sin(ELEVATION)])
+    return np.array([level * math.cos(towards), level * math.sin(towards), -math.sin(ELEVATION)])
+
+
+def _lifts(recording: Recording) -> npt.NDArray[np.intp]:
+    """Return the indices of moments in which a thing goes up or down; of all if none does."""
+    height = recording.position[..., 2]
+    found = np.flatnonzero((np.abs(np.diff(height, axis=0)) > LIFT_M).any(axis=1))
+    return found if len(found) else np.arange(len(height))
 
 
 def _framing(
@@ -215,7 +236,7 @@ def _extent(recording: Recording) -> FloatArray:
     If nothing moves and there are no steps, of everything.
     """
     start = recording.start
-    named = {start.agent_id, *(value for step in recording.steps for _, value in step.arguments)}
+    named = {start.agent_id, *_named(recording)}
     moves = (recording.position != recording.position[0]).any(axis=(0, 2))
     shown = [
         _corners(recording, i)
@@ -233,6 +254,11 @@ def _extent(recording: Recording) -> FloatArray:
         if gap[:2].max() < NEAR_M:
             shown.append(corners)
     return np.concatenate(shown)
+
+
+def _named(recording: Recording) -> set[str]:
+    """Return the values of the steps' arguments, such as ids of objects and places."""
+    return {value for step in recording.steps for _, value in step.arguments}
 
 
 def _corners(recording: Recording, i: int) -> FloatArray:

@@ -11,9 +11,9 @@ describe what they see shouldn't distinguish things by them.
 Other distributions name modules that register looks in the entry point group ``ct.looks``.
 """
 
-from corpus_tools.world.looks import furniture, pallets, vehicles
+from corpus_tools.world.looks import furniture, pallets, people, vehicles
 from corpus_tools.world.looks.look_registry import LOOKS
 
-__all__ = ["furniture", "pallets", "vehicles"]
+__all__ = ["furniture", "pallets", "people", "vehicles"]
 
 LOOKS.load_others()

@@ -28,6 +28,7 @@ from corpus_tools.world.looks.parts import (
     tapered,
     turned,
 )
+from corpus_tools.world.looks.people import driver
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.dimensions import CAB_TOP
 from corpus_tools.world.state.forklift_parts import FORKS
@@ -356,8 +357,10 @@ _FENDER = (
 
 @look("forklift")
 def forklift(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """Add a counterbalanced forklift without a driver."""
-    draw(spec, body, [*_hull(), *_seat(), *_guard(), *_rails(), *_robot_wheels()], gloss=True)
+    """Add a counterbalanced forklift with its driver."""
+    parts = [*_hull(), *_seat(), *_guard(), *_rails(), *_robot_wheels()]
+    draw(spec, body, parts, gloss=True)
+    draw(spec, body, driver((-0.52, 0.0, 0.92), _WHEEL))
     forks = next(child for child in body.bodies if child.name == FORKS)
     draw(spec, forks, [*_carriage(), *_tines()])
 
@@ -390,10 +393,14 @@ def _hull() -> list[Part]:
     return parts
 
 
+_WHEEL = (0.08, 0.0, 1.12)
+"""Middle of the steering wheel."""
+
+
 def _seat() -> list[Part]:
     """Build seat and steering wheel."""
     cushion = colour("black", 0.9, 1.15)
-    wheel_at, half_spoke = np.array([0.08, 0.0, 1.12]), np.array([0.14, 0.015, 0.01])
+    wheel_at, half_spoke = np.array(_WHEEL), np.array([0.14, 0.015, 0.01])
     ring = [(0.135, -0.015), (0.165, -0.015), (0.165, 0.015), (0.135, 0.015), (0.135, -0.015)]
     return [
         tapered((-0.62, -0.26, 0.82), (-0.18, 0.26, 0.94), (-0.6, -0.22), (-0.2, 0.22), cushion),

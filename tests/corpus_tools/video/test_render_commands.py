@@ -94,7 +94,7 @@ def test_the_manifest_tells_the_files(rendered):
     manifest = json.loads((folder / "manifest.json").read_text())
     assert manifest["id"] == "to_pallet/world"
     assert manifest["settings"] == {
-        "camera": "overview",
+        "camera": "track",
         "fps": 4,
         "names": False,
         "quality": "draft",

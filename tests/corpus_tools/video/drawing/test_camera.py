@@ -132,3 +132,18 @@ def test_tracking_begins_with_the_overview_and_comes_nearer():
     # In two seconds it comes as near as it will be: at most 6 / 2² of the way a second squared.
     way = np.linalg.norm(eyes[-1] - eyes[0])
     assert np.linalg.norm(np.diff(eyes, n=2, axis=0), axis=1).max() < 2 * way * 0.1**2
+
+
+def test_a_lift_is_seen_from_its_side():
+    # The robot looks along x while it lifts.
+    ahead = overview(drive(), SIZE)[0].axes[2]
+    assert abs(np.degrees(np.arctan2(ahead[1], ahead[0]))) == pytest.approx(45)
+
+
+def test_the_robot_takes_a_fifth_of_the_width():
+    recording = drive(still_s=10)
+    camera, robot = track(recording, SIZE)[-1], recording.position[-1, ROBOT]
+    shape = shape_of(recording.start.objects[ROBOT])
+    box = np.stack(np.meshgrid(*zip(shape.low, shape.high, strict=True)), axis=-1).reshape(8, 3)
+    pixels, _ = camera.project(box + robot, SIZE)
+    assert np.ptp(pixels[:, 0]) > 0.2 * SIZE[0]
