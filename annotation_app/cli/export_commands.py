@@ -177,7 +177,8 @@ def _folders() -> set[str]:
     from corpus_tools.exporters.export_registry import exporters
 
     # Answers as a table, where a corpus's table has the same name.
-    return {exporter.name for exporter in exporters()} - {*TABLES, LEROBOT}
+    names = {exporter.name for exporter in exporters() if not exporter.name.startswith(LEROBOT)}
+    return names - {*TABLES}
 
 
 def _check_options(

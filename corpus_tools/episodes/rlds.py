@@ -17,7 +17,7 @@ import msgspec
 
 from corpus_tools.episodes.films import RESTORE, Picture, decoded
 from corpus_tools.episodes.study_tables import OnError, RecordedEpisode
-from corpus_tools.episodes.tf_records import example_of, records, values_of
+from corpus_tools.episodes.tf_records import check_installed, example_of, records, values_of
 from g3.errors import CorpusError, FormatError
 from g3.storage import regular_file
 
@@ -153,6 +153,7 @@ def open_steps(path: Path, *, fps: float | None = None) -> Steps:
     FormatError
         If there is none, or its records aren't TFRecord.
     """
+    check_installed()
     folder = _folder(path.resolve())
     info = _read(folder / INFO, Info)
     if info.file_format != "tfrecord":

@@ -27,6 +27,12 @@ _HEAD = _LENGTH.size + _CHECKSUM.size
 _GZIP = b"\x1f\x8b"
 
 
+def check_installed() -> None:
+    """Raise a FormatError unless google-crc32c and protobuf are installed."""
+    masked_checksum(b"")
+    _sequence_example()
+
+
 def records(file: Path) -> Iterator[bytes]:
     """Yield the content of the records of a file.
 

@@ -115,6 +115,13 @@ for _exporter in (
         takes_videos=True,
     ),
     Exporter(
+        "lerobot-2.1",
+        "The same in version 2.1, with language in a file of its own.",
+        f"{_HERE}.lerobot_episodes:lerobot_2_files",
+        "meta/info.json",
+        takes_videos=True,
+    ),
+    Exporter(
         "slu-core",
         "The layout of the AAAI-11 corpus as its authors published it.",
         f"{_HERE}.slu_core:slu_core_files",

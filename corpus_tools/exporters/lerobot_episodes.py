@@ -1,4 +1,4 @@
-"""A corpus as a LeRobot dataset (version 3): an episode for each context with a log.
+"""A corpus as a LeRobot dataset (version 3 or 2.1): an episode for each context with a log.
 
 The robot's pose is the state, its pose at the next frame the action. The first annotated command
 is the episode's task, and its EVENT clauses are subtasks from when on they are done. Other
@@ -8,7 +8,7 @@ people's commands for the same log are other wordings of the task (``task_aug``)
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -19,9 +19,9 @@ import numpy.typing as npt
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.lerobot import language_rows
-from corpus_tools.lerobot.episode_reading import INFO, NEW
+from corpus_tools.lerobot.episode_reading import EPISODES_JSONL, INFO, NEW, OLD, PATHS
 from corpus_tools.lerobot.language_rows import SUBTASK, Language
-from corpus_tools.lerobot.task_tables import TASKS_PARQUET, tasks_parquet
+from corpus_tools.lerobot.task_tables import TASKS_JSONL, TASKS_PARQUET, tasks_parquet
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from corpus_tools.video.cutting import first_picture, whole
 from corpus_tools.video.probe import probe
@@ -39,6 +39,8 @@ IMAGES = "observation.images"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 FILES_IN_CHUNK = 1000
+LANGUAGE_JSONL = "meta/language.jsonl"
+"""The file of version 2.1 with language besides the tasks."""
 _RENDER = "render it again: ct render-videos --corpus CORPUS --out FOLDER --force"
 QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
 
@@ -93,6 +95,51 @@ def lerobot_files(corpus: Corpus, videos: Sequence[Path]) -> dict[str, bytes | P
             name = VIDEOS.format(video_key=film.camera, chunk_index=chunk, file_index=place)
             files[name] = film.file
     return files
+
+
+def lerobot_2_files(corpus: Corpus, videos: Sequence[Path]) -> dict[str, bytes | Path]:
+    """Return the files of a dataset of version 2.1, with a file for each episode.
+
+    That version has no columns for language, and its readers refuse columns that they don't know:
+    what an episode has besides its task is in ``meta/language.jsonl``. The parameters and errors
+    are those of :func:`lerobot_files`.
+    """
+    recorded = _recorded(corpus, _by_context(videos), has_videos=bool(videos))
+    tasks = list(dict.fromkeys(item.task for item in recorded))
+    fps = next((film.fps for item in recorded for film in item.films), FPS)
+    data, of_video = PATHS[True]
+    files: dict[str, bytes | Path] = {}
+    for number, table in enumerate(_tables(recorded, tasks)):
+        names = {"episode_chunk": number // FILES_IN_CHUNK, "episode_index": number}
+        files[data.format(**names)] = parquet_bytes(table)
+        for film in recorded[number].films:
+            files[of_video.format(**names, video_key=film.camera)] = film.file
+    info = _info(corpus, recorded, tasks, fps)
+    for name in (language_rows.PERSISTENT, language_rows.EVENTS):
+        del info["features"][name]
+    of_version = {
+        "codebase_version": OLD,
+        "total_chunks": -(-len(recorded) // FILES_IN_CHUNK),
+        "total_videos": sum(len(item.films) for item in recorded),
+        "data_path": data,
+        "video_path": of_video if info["video_path"] else None,
+    }
+    of_episodes = [
+        {"episode_index": n, "tasks": [item.task], "length": len(item.timestamps)}
+        for n, item in enumerate(recorded)
+    ]
+    return files | {
+        INFO: _json(info | of_version),
+        EPISODES_JSONL: _lines(of_episodes),
+        TASKS_JSONL: _lines({"task_index": n, "task": task} for n, task in enumerate(tasks)),
+        "meta/episodes_stats.jsonl": _lines(
+            {"episode_index": n, "stats": _statistics([item])} for n, item in enumerate(recorded)
+        ),
+        LANGUAGE_JSONL: _lines(
+            {"episode_index": n, **row} for n, item in enumerate(recorded) for row in item.language
+        ),
+        "README.md": _card(corpus, f"`{LANGUAGE_JSONL}`").encode(),
+    }
 
 
 def _recorded(
@@ -185,13 +232,24 @@ def _state(path: Trajectory, times: npt.NDArray[np.float64]) -> Array:
 def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
     pa, _ = import_pyarrow()
     types = language_rows.column_types()
-    vector = pa.list_(pa.float32(), len(NAMES))
-    index, tables = 0, []
+    tables = []
+    for table, item in zip(_tables(recorded, tasks), recorded, strict=True):
+        n = len(item.timestamps)
+        columns = {language_rows.PERSISTENT: [item.language] * n, language_rows.EVENTS: [[]] * n}
+        for name, values in columns.items():
+            table = table.append_column(name, pa.array(values, types[name]))  # noqa: PLW2901
+        tables.append(table)
+    return parquet_bytes(pa.concat_tables(tables))
+
+
+def _tables(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> Iterator[Any]:
+    """Yield the frames of each episode as a table, without its language."""
+    pa, _ = import_pyarrow()
+    vector, whole = pa.list_(pa.float32(), len(NAMES)), pa.int64()
+    index = 0
     for number, item in enumerate(recorded):
         n = len(item.timestamps)
         action = np.vstack([item.state[1:], item.state[-1:]])
-        every = [item.language] * n
-        whole = pa.int64()
         columns = {
             "observation.state": pa.array(item.state.tolist(), vector),
             "action": pa.array(action.tolist(), vector),
@@ -200,12 +258,9 @@ def _frames(recorded: Sequence[_Recorded], tasks: Sequence[str]) -> bytes:
             "episode_index": pa.array([number] * n, whole),
             "index": pa.array(range(index, index + n), whole),
             "task_index": pa.array([tasks.index(item.task)] * n, whole),
-            language_rows.PERSISTENT: pa.array(every, types[language_rows.PERSISTENT]),
-            language_rows.EVENTS: pa.array([[]] * n, types[language_rows.EVENTS]),
         }
-        tables.append(pa.table(columns))
+        yield pa.table(columns)
         index += n
-    return parquet_bytes(pa.concat_tables(tables))
 
 
 def _episodes(recorded: Sequence[_Recorded]) -> bytes:
@@ -405,14 +460,18 @@ class _Manifest(msgspec.Struct, frozen=True):
     settings: _Settings
 
 
-def _card(corpus: Corpus) -> str:
+def _lines(rows: Iterable[Mapping[str, Any]]) -> bytes:
+    return msgspec.json.Encoder().encode_lines(list(rows))
+
+
+def _card(corpus: Corpus, place: str = "`language_persistent`") -> str:
     head = "license: other\ntask_categories: [robotics]\ntags: [LeRobot]\n"
     head += "configs:\n- config_name: default\n  data_files: data/*/*.parquet\n"
     return (
         f"---\n{head}---\n\n# {corpus.name}\n\nA LeRobot dataset made of a language corpus. "
         f"Source: {corpus.source or 'not told'}. Licence: {corpus.licence or 'not told'}.\n\n"
         "The state is the robot's position in metres and its heading in radians, the action the "
-        "state at the next frame.\nLanguage is in `language_persistent`: other wordings of the "
+        f"state at the next frame.\nLanguage is in {place}: other wordings of the "
         "task, subtasks and plans.\n"
     )
 

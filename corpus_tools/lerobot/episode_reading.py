@@ -40,7 +40,7 @@ FASTEST = 10_000.0
 ROWS_AT_ONCE = 256
 """Rows of metadata read at once: a row has the statistics of all features, too."""
 
-_PATHS = {
+PATHS = {
     True: (
         "data/chunk-{episode_chunk:03d}/episode_{episode_index:06d}.parquet",
         "videos/chunk-{episode_chunk:03d}/{video_key}/episode_{episode_index:06d}.mp4",
@@ -288,7 +288,7 @@ class _Files:
     def of(self, kind: str, names: Mapping[str, int | str]) -> Path:
         """Return a file, by the given pattern, else by the usual one."""
         dataset = self._dataset
-        usual = dict(zip(("data_path", "video_path"), _PATHS[dataset.is_old], strict=True))
+        usual = dict(zip(("data_path", "video_path"), PATHS[dataset.is_old], strict=True))
         pattern = getattr(dataset.info, kind) or usual[kind]
         where = f"{dataset.folder / INFO}, {kind}"
         name = filled_in(pattern, names, where=where)

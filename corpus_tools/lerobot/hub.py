@@ -23,6 +23,7 @@ REPLACED = ("data/", "meta/", "videos/", "images/")
 """Folders of a dataset whose other files go when a copy is pushed."""
 BESIDES = (".gitattributes", "README.md")
 """Files of a repository that is new."""
+_PURPOSE = "Datasets are fetched and pushed"
 LOG_IN = "log in with `hf auth login`, or set HF_TOKEN to a token that may do so"
 
 
@@ -114,7 +115,7 @@ def push(folder: Path, repo_id: str) -> Pushed:
 
 
 def _check_name(repo_id: str) -> None:
-    utilities = import_extra("huggingface_hub.utils", "hub", "Names of datasets are checked")
+    utilities = import_extra("huggingface_hub.utils", "hub", _PURPOSE)
     with _answers(repo_id):
         utilities.validate_repo_id(repo_id)
 
@@ -131,13 +132,13 @@ def _tag(api: Any, repo_id: str, version: str, commit: str) -> None:
 
 
 def _hub() -> Any:
-    return import_extra("huggingface_hub", "hub", "Datasets of the Hugging Face Hub are read")
+    return import_extra("huggingface_hub", "hub", _PURPOSE)
 
 
 @contextmanager
 def _answers(repo_id: str, *, is_commit: bool = False) -> Iterator[None]:
     """Turn what the hub refuses, and what goes wrong on the way, into errors for people."""
-    errors = import_extra("huggingface_hub.errors", "hub", "The hub's answers are read")
+    errors = import_extra("huggingface_hub.errors", "hub", _PURPOSE)
     try:
         yield
     except CorpusError:

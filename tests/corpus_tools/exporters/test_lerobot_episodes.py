@@ -243,3 +243,24 @@ def test_a_video_that_is_cut_off_is_not_exported(corpus: Corpus, tmp_path: Path)
     with pytest.raises(FormatError, match=r"video\.mp4"):
         export_corpus_to(corpus, "lerobot", tmp_path / "out", videos=[tmp_path / "films"])
     assert not (tmp_path / "out").exists()
+
+
+def test_version_2_1_for_programs_that_read_no_other(corpus: Corpus, tmp_path: Path):
+    new, old = tmp_path / "new", tmp_path / "old"
+    export_corpus_to(corpus, "lerobot", new)
+    export_corpus_to(corpus, "lerobot-2.1", old)
+    dataset = open_dataset(old)
+    assert dataset.info.codebase_version == "v2.1"
+    episodes = list(dataset.episodes())
+    assert [e.tasks for e in episodes] == [e.tasks for e in open_dataset(new).episodes()]
+    tables = [pq.read_table(episode.data) for episode in episodes]
+    assert [len(table) for table in tables] == [episode.frames for episode in episodes]
+    assert {*tables[0].column_names} == dataset.info.features.keys()
+    every = pq.read_table(new / "data/chunk-000/file-000.parquet")
+    assert pa.concat_tables(tables).equals(every.select(tables[0].column_names))
+    lines = (old / "meta/language.jsonl").read_text().splitlines()
+    said = [json.loads(line) for line in lines]
+    rows = [(n, row) for n, some in persistent_rows(open_dataset(new)) for row in some]
+    assert said == [{"episode_index": n, **row} for n, row in rows]
+    stats = [json.loads(s) for s in (old / "meta/episodes_stats.jsonl").read_text().splitlines()]
+    assert [s["stats"]["action"]["count"] for s in stats] == [[e.frames] for e in episodes]
