@@ -152,7 +152,8 @@ def _recordings(path: Path) -> Iterator[Path]:
         yield of_mcap[0] if len(of_mcap) == 1 else path
     elif path.is_dir():
         for child in sorted(path.iterdir()):
-            if not child.name.startswith("."):
+            is_linked_folder = child.is_symlink() and child.is_dir()  # maybe in a circle
+            if not (child.name.startswith(".") or is_linked_folder):
                 yield from _recordings(child)
 
 

@@ -1,4 +1,4 @@
-"""Tables for a study of episodes, which have the same columns whatever the episodes' format is.
+"""Tables for a study of episodes, with the same columns for every format.
 
 - ``episodes.csv``: the episodes as videos, to be described and cut into subtasks.
 - ``tasks.csv``: the dataset's task of each episode, as a command to be checked or rated.

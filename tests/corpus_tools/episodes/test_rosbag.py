@@ -191,6 +191,7 @@ def test_a_folder_of_recordings(tmp_path: Path):
     for name in ("b/second", "a"):
         bag2(tmp_path / "bags" / name)
     protobuf(tmp_path / "bags/c")
+    (tmp_path / "bags/b/circle").symlink_to(tmp_path / "bags")
     assert run(call(tmp_path / "bags")) == 0
     assert [row["source"] for row, _ in shown(tmp_path / "tables")] == ["a", "b/second", "c.mcap"]
 
