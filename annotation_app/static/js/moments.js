@@ -198,7 +198,7 @@ function open(id) {
     },
   });
   drawn = { id, surface };
-  document.querySelector(".screen").append(surface.element);
+  video.closest(".screen").append(surface.element);
   surface.tools.append(h("button", { type: "button", onclick: close }, _("End drawing")));
   $("drawing-tools").replaceChildren(surface.tools, surface.help);
   $("drawing-tools").hidden = false;

@@ -275,6 +275,27 @@ def test_a_task_says_when_an_answer_is_adopted(admin: Member, root: Path, rule: 
     assert str(read_study(root / "arm.yaml").tasks["segment"].adoption) == rule
 
 
+def test_a_task_says_which_styles_of_text_people_write(admin: Member, root: Path) -> None:
+    begun(admin)
+    send(admin, "videos", videos="clips")
+    page = admin.client.get("/admin/studies/arm/tasks").text
+    assert 'name="style-moments" value="vqa" checked' in page
+    assert 'name="style-moments" value="plan">' in page
+    moments = {"do-moments": "on", "answers-moments": "1"}
+    send(admin, "tasks", **moments, **{"style-moments": ["vqa", "plan"]})
+    assert send(admin, "review").status_code == 303
+    assert read_study(root / "arm.yaml").tasks["moments"].styles == ("vqa", "plan")
+    page = admin.client.get("/admin/studies/arm/tasks").text
+    assert 'name="style-moments" value="plan" checked' in page
+    assert (
+        'data-style="interjection"'
+        not in admin.client.get("/admin/studies/arm/preview/moments").text
+    )
+    send(admin, "tasks", **moments, **{"style-moments": ["interjection", "vqa"]})
+    send(admin, "review", confirm="on")
+    assert read_study(root / "arm.yaml").tasks["moments"].styles == ()
+
+
 def test_a_study_gets_a_language(admin: Member, root: Path) -> None:
     usual = {"statement": STATEMENT, "label-thing": "Thing", "label-place": "Ecke"}
     made(admin, {**TEXTS, **usual, "locale": "de"})
