@@ -17,7 +17,15 @@ from sqlalchemy.orm import Session
 from annotation_app.items.item_scenes import scene_of
 from annotation_app.items.scenes import place_names, thing_names
 from annotation_app.store.models import Answer, Item, Record, TaskName
-from annotation_app.tasks.agreement import CLAUSE_TYPE, PLACE, THING, WORDS, Measured, Part
+from annotation_app.tasks.agreement import (
+    CLAUSE_TYPE,
+    FEWEST_ITEMS,
+    PLACE,
+    THING,
+    WORDS,
+    Measured,
+    Part,
+)
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
 from annotation_app.work.answer_flags import is_untouched
@@ -30,10 +38,6 @@ _BETWEEN = "\n"
 
 KINDS = (CLAUSE_TYPE, WORDS, THING, PLACE)
 MOST = 10
-
-
-FEWEST_ITEMS = 10
-"""Number of items with several answers from which agreement is shown."""
 WINDOWS = 8
 """Largest number of points of agreement over time."""
 GROUPS, SAMPLE = 10, 200

@@ -21,6 +21,7 @@ from annotation_app.dashboard.study_statistics import (
     collected_type,
     durations,
     histories,
+    model_errors,
     progress_by_task,
     progress_by_video,
     suggestion_uses,
@@ -29,7 +30,7 @@ from annotation_app.dashboard.workers import Worker, workers
 from annotation_app.store.database import reading
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Role, Study
-from annotation_app.tasks.agreement import Measured
+from annotation_app.tasks.agreement import Measured, ModelErrors
 from annotation_app.tasks.task_registry import task_names
 from annotation_app.web.api import json_reply
 from annotation_app.web.limits import limited, reads
@@ -82,6 +83,12 @@ _VIEWS = {
     "history": _View("annotator", _history, list[History], "How the answers to each task came"),
     "suggestions": _View(
         "annotator", suggestion_uses, list[SuggestionUse], "How often suggestions were changed"
+    ),
+    "model-errors": _View(
+        "adjudicator",
+        model_errors,
+        list[ModelErrors],
+        "Errors of models that people corrected",
     ),
     "corpus": _View("annotator", collected, collected_type(), "What has been collected"),
     "agreement": _View("adjudicator", agreement, list[Measured], "How much people agree"),

@@ -19,7 +19,6 @@ from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard import dashboard_charts as charts
 from annotation_app.dashboard.answer_browsing import open_reports
 from annotation_app.dashboard.consensus import (
-    FEWEST_ITEMS,
     Consensus,
     Disagreement,
     consensus,
@@ -31,6 +30,7 @@ from annotation_app.dashboard.study_statistics import (
     durations,
     forecast,
     histories,
+    model_errors,
     progress_by_task,
     progress_by_video,
     suggestion_uses,
@@ -45,7 +45,7 @@ from annotation_app.store.audit import name_of, note
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Person, Study
-from annotation_app.tasks.agreement import CLAUSE_TYPE, WORDS
+from annotation_app.tasks.agreement import CLAUSE_TYPE, FEWEST_ITEMS, WORDS
 from annotation_app.tasks.task_registry import task_of, tasks
 from annotation_app.web.public_links import public
 from annotation_app.web.who_asks import changed_by, refused, required_reader, seen_by
@@ -105,6 +105,7 @@ def overview(study_name: str) -> str:
             },
             collected=collected(session, study.id),
             suggestion_uses=suggestion_uses(session, study.id),
+            model_errors=model_errors(session, study.id) if sees_all else [],
             counts=[task.counts for task in tasks() if task.counts is not None],
             agreement=agreed.overall,
             over_time=agreed.over_time,

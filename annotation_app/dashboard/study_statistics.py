@@ -24,7 +24,8 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Item, Person, Record, Slot, TaskName
+from annotation_app.store.models import Answer, Item, Person, Record, Slot, Study, TaskName
+from annotation_app.tasks.agreement import ModelErrors
 from annotation_app.tasks.task_registry import task_names, tasks
 
 QUARTILES = 0.25, 0.5, 0.75
@@ -152,6 +153,17 @@ def suggestion_uses(session: Session, study_id: str) -> list[SuggestionUse]:
         if shown or unsure:
             uses.append(SuggestionUse(task, shown, changed, likeness, unsure, unsure_likeness))
     return uses
+
+
+def model_errors(session: Session, study_id: str) -> list[ModelErrors]:
+    """Return the errors of the models whose suggestions people corrected, task by task."""
+    study = session.get_one(Study, study_id)
+    return [
+        errors
+        for task in tasks()
+        if task.name in study.config["tasks"]
+        for errors in task.model_errors(session, study)
+    ]
 
 
 @dataclass(frozen=True, slots=True)

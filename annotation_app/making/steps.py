@@ -35,11 +35,18 @@ class Step:
 
 
 STEPS = (
-    Step("videos", "Videos", ("name", "videos", "only", "commands", "things")),
+    Step("videos", "Videos", ("name", "videos", "only", "commands", "subtasks", "things")),
     Step(
         "tasks",
         "Tasks",
-        ("tasks", "watching", "attention_checks", "known_commands", "pairs", "seed"),
+        (
+            "tasks",
+            "watching",
+            "attention_checks",
+            "known_commands",
+            "pairs",
+            "seed",
+        ),
         (
             "answers",
             "adoption",
@@ -59,6 +66,8 @@ STEPS = (
     ),
     Step("consent", "Consent", ("consent", "questions", "retention_days")),
 )
+PATHS = ("videos", "commands", "subtasks", "things")
+"""Fields of a study's file that name files."""
 REVIEW = "review"
 """The last page."""
 
@@ -121,9 +130,11 @@ def target(field: Field) -> str:
 
 def _check_inside(root: Path, draft: StudyDraft) -> None:
     if not _is_as_before(draft):
-        for name in ("videos", "commands", "things"):
-            if draft.value.get(name):
-                inside(root, draft.file.parent / str(draft.value[name]))
+        for name in PATHS:
+            named = draft.value.get(name)
+            for path in named.values() if isinstance(named, dict) else [named]:
+                if path:
+                    inside(root, draft.file.parent / str(path))
 
 
 def _is_as_before(draft: StudyDraft) -> bool:
@@ -134,8 +145,7 @@ def _is_as_before(draft: StudyDraft) -> bool:
         before = read_document(draft.file).value
     except FormatError:
         return False
-    names = ("videos", "commands", "things")
-    return all(before.get(name) == draft.value.get(name) for name in names)
+    return all(before.get(name) == draft.value.get(name) for name in PATHS)
 
 
 def of_videos(error: CorpusError) -> StepProblem:

@@ -196,6 +196,9 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         Names of the videos to use; all if empty.
     commands
         Table (CSV or JSONL) of commands for the videos, which nobody needs to type.
+    subtasks
+        Table (CSV or JSONL) of steps that a model proposed, which people correct; of several
+        models a table each, by their names.
     things
         COCO JSON file of what is where in the pictures of one's own videos.
     tasks
@@ -235,6 +238,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     videos: Line = "videos"
     only: tuple[str, ...] = ()
     commands: Line | None = None
+    subtasks: Line | dict[Line, Line] | None = None
     things: Line | None = None
     tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"

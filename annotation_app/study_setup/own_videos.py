@@ -152,7 +152,7 @@ def given_commands(
             bare.append(row.line)
             continue
         try:
-            video = _video_of(row, names, files)
+            video = video_of(row, names, files)
         except CorpusError as error:
             errors.append(error)
             continue
@@ -251,7 +251,7 @@ def _of_folder(folder: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, b
             names = ", ".join(str(file.relative_to(folder)) for file in files[:MOST_NAMED])
             on_note(f"{folder}: {_are(len(files), 'file')} {what}: {names}")
     for file in used:
-        yield str(folder), OwnVideo(file.stem, _absolute(file), {}), False
+        yield str(folder), OwnVideo(file.stem, absolute(file), {}), False
 
 
 def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:
@@ -261,7 +261,7 @@ def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, boo
         where = row.where("video")
         if not row.text("video").strip():
             raise FormatError("the row names no video", where=where, fix="name its file")
-        file = _absolute(find_file(table.parent, row.text("video")))
+        file = absolute(find_file(table.parent, row.text("video")))
         if is_shadow(Path(file.name)):
             shadows.append(row.line)
             continue
@@ -283,7 +283,7 @@ def _are(count: int, noun: str) -> str:
 _NOT_OTHERS = ("id", "video", "command", START, END)
 
 
-def _absolute(file: Path) -> Path:
+def absolute(file: Path) -> Path:
     """Return an absolute path. Links keep their names: what they lead to may have no ending."""
     return Path(os.path.abspath(file))  # noqa: PTH100 - Path.resolve follows links
 
@@ -306,13 +306,21 @@ def _part(row: Row) -> tuple[float, float] | None:
     return start_s, end_s
 
 
-def _video_of(row: Row, names: Mapping[str, str], files: Mapping[Path, Sequence[str]]) -> str:
-    """Return the video of a row, by its name, its id or its file."""
+def video_of(row: Row, names: Mapping[str, str], files: Mapping[Path, Sequence[str]]) -> str:
+    """Return the video of a row, by its name, its id or its file.
+
+    Parameters
+    ----------
+    names
+        The study's videos by their names in Unicode's normal form.
+    files
+        Names of the videos that show a whole file, by the file.
+    """
     named = row.text("video")
     for name in map(normal_name, (named, row.text("id"))):
         if name in names:
             return names[name]
-    file = _absolute(find_file(row.table.parent, named))
+    file = absolute(find_file(row.table.parent, named))
     of_file = files.get(file, ())
     if len(of_file) == 1:
         return of_file[0]

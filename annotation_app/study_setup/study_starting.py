@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from sqlalchemy import select
@@ -31,6 +31,11 @@ from annotation_app.study_setup.prepared_videos import (
     played_file,
     prepare,
 )
+from annotation_app.study_setup.proposed_subtasks import (
+    Proposals,
+    proposed_subtasks,
+    put_proposals,
+)
 from annotation_app.study_setup.rendered_study import (
     Rendered,
     check_videos,
@@ -56,6 +61,7 @@ class StudyParts:
     config: StudyConfig
     videos: Sequence[Rendered | OwnVideo]
     commands: Sequence[GivenCommand] = ()
+    proposals: Proposals = field(default_factory=dict)
     file: Path | None = None
     notes: Sequence[str] = ()
     """Lines about files, rows and images that aren't used, or that were matched loosely."""
@@ -100,6 +106,7 @@ def find_parts(
     notes: list[str] = []
     found: Sequence[Rendered | OwnVideo] = ()
     commands: Sequence[GivenCommand] = ()
+    proposals: Proposals = {}
     table = videos or file.parent / config.videos
     with gathering(errors):
         things = file.parent / config.things if config.things else None
@@ -107,12 +114,17 @@ def find_parts(
     if not errors:
         with gathering(errors):
             check_videos(config, found)
+        known = [item if isinstance(item, OwnVideo) else item.video for item in found]
         with gathering(errors):
             if config.commands is not None:
-                known = [item if isinstance(item, OwnVideo) else item.video for item in found]
                 given = file.parent / config.commands
                 is_same = given.resolve() == table.resolve()
                 commands = given_commands(given, known, notes.append, has_videos=is_same)
+        with gathering(errors):
+            named = config.subtasks or {}
+            named = named if isinstance(named, dict) else {"": named}
+            tables = {name: file.parent / path for name, path in named.items()}
+            proposals = proposed_subtasks(tables, known, notes.append)
         if are_played:
             with gathering(errors):
                 own = [item for item in found if isinstance(item, OwnVideo)]
@@ -120,7 +132,8 @@ def find_parts(
             with gathering(errors):
                 folders = [item.folder for item in found if isinstance(item, Rendered)]
                 check_rendered(folders, on_progress)
-    return StudyParts(config, found, commands, file, list(dict.fromkeys(notes))), errors
+    notes = list(dict.fromkeys(notes))
+    return StudyParts(config, found, commands, proposals, file, notes), errors
 
 
 def study_videos(
@@ -231,6 +244,7 @@ def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: 
     added = [] if before is None else [name for name in parts.config.tasks if name not in had]
     study = put_study(session, parts.config, ready, parts.file)
     put_commands(session, study, parts.commands, salt)
+    put_proposals(session, study, parts.proposals)
     if before is not None:
         catch_up(session, study, added)
         for name, of_task in parts.config.tasks.items():

@@ -23,6 +23,8 @@ CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place
 
 CLOSE_S = 0.5
 """Largest difference of times in a video that are taken for the same, in seconds."""
+FEWEST_ITEMS = 10
+"""Number of items with several answers from which agreement is shown."""
 
 
 class Part(NamedTuple):
@@ -78,6 +80,24 @@ def matched_times(one: Sequence[float], other: Sequence[float]) -> int:
             left.remove(min(near, key=lambda t: abs(t - time)))
             matched += 1
     return matched
+
+
+@dataclass(frozen=True, slots=True)
+class ModelErrors:
+    """Errors of a model in a study, by what people made of its suggestions."""
+
+    task: TaskName
+    source: str
+    """Name of the model."""
+    proposal: Literal["shown", "not shown"]
+    """``shown`` if people saw the suggestion that their answers are compared with."""
+    items: int
+    answers: int
+    parts: int
+    """Parts of the suggestions, once for each answer."""
+    undecided: int
+    """Parts that people who saw them sent unchanged without accepting them."""
+    measures: tuple[Measured, ...]
 
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:

@@ -1,9 +1,11 @@
 """Subtasks: people watch an episode and say which subtasks it is made of, one after the other.
 
-An item's payload is ``{"video"}``. The page sends ``{"subtasks": [{"start_s", "text"}],
+An item's payload is ``{"video"}`` and, where a model has proposed subtasks, what
+:mod:`.proposed_steps` says. The page sends ``{"subtasks": [{"start_s", "text"}], "decided",
 "played_to_end", "watched_s", "speed"}``. The first subtask begins with the video, and each lasts
-until the next one begins. An answer is adopted at once; with several answers to an episode, that
-which agrees best with the others is exported (:func:`most_agreed`).
+until the next one begins; ``decided`` numbers the proposed steps that were accepted. An answer is
+adopted at once; with several answers to an episode, that which agrees best with the others is
+exported (:func:`most_agreed`).
 """
 
 from __future__ import annotations
@@ -23,10 +25,13 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
-from annotation_app.store.models import Record
+from annotation_app.store.models import Answer, Record
+from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import CLOSE_S, Measured, times_f
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.episode_parts import EpisodeParts
+from annotation_app.tasks.model_errors import TABLES, model_errors
+from annotation_app.tasks.proposed_steps import ADDED, step_fates, step_likeness, suggested_steps
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
 from annotation_app.tasks.watched_videos import (
     Seconds,
@@ -37,6 +42,7 @@ from annotation_app.tasks.watched_videos import (
     with_watching,
 )
 from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, Language
+from corpus_tools.world.scenarios.documents import Problem
 
 LONGEST_TEXT = 300
 MOST_SUBTASKS = 200
@@ -55,6 +61,9 @@ class CutUp(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The subtasks of an episode in their order."""
 
     subtasks: Annotated[list[Subtask], msgspec.Meta(max_length=MOST_SUBTASKS)]
+    decided: Annotated[
+        list[Annotated[int, msgspec.Meta(ge=0)]], msgspec.Meta(max_length=MOST_SUBTASKS)
+    ] = []
     played_to_end: bool = True
     watched_s: Seconds = 0.0
     speed: Speed | None = None
@@ -91,8 +100,12 @@ def _check(
     session: Session, item: AnyItem, answer: CutUp, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
     subtasks = [{"start_s": s.start_s, "text": clean_text(s.text)} for s in answer.subtasks]
-    problems = list(_problems(subtasks, float(watched(session, item)["duration_s"])))
-    return with_watching({"subtasks": subtasks}, answer), problems
+    duration_s = float(watched(session, item)["duration_s"])
+    problems = list(_problems(subtasks, duration_s))
+    body: Record = {"subtasks": subtasks}
+    if answer.decided:
+        body["decided"] = sorted(set(answer.decided))
+    return with_watching(body, answer), problems
 
 
 def _problems(subtasks: Sequence[Record], duration_s: float) -> Iterator[FieldProblem]:
@@ -143,12 +156,36 @@ def _add_to_episodes(parts: EpisodeParts) -> None:
         scores = [boundary_f(chosen.body, a.body) for a in answers if a is not chosen]
         agreement = sum(scores) / len(scores) if scores else None
         source = parts.source(chosen, answers=len(answers), agreement=agreement)
-        steps = steps_of(chosen.body)
-        parts.language[index] += [Language(SUBTASK, time, text, source) for time, text in steps]
+        fates = _fates_by_step(chosen)
+        parts.language[index] += [
+            Language(SUBTASK, time, text, source | fates.get(number, {}))
+            for number, (time, text) in enumerate(steps_of(chosen.body))
+        ]
         parts.replaced[index] |= {SUBTASK, PLAN}
     parts.counts["steps"] = sum(
         row.style == SUBTASK for rows in parts.language.values() for row in rows
     )
+
+
+def _fates_by_step(answer: Answer) -> dict[int, Record]:
+    """Return for each step of an answer the model that proposed it, and what the person changed."""
+    provenance = answer.provenance or {}
+    fates = provenance.get("fates")
+    if fates is None:
+        return {}
+    about = {"model": fates["source"], "proposal": provenance["suggestion"]}
+    states = {step["step"]: step["state"] for step in fates["steps"]}
+    return {
+        number: about | {"became": states.get(number, ADDED)}
+        for number in range(len(answer.body["subtasks"]))
+    }
+
+
+def _study_problem(study: StudyConfig) -> Problem | None:
+    if study.subtasks and SUBTASKS.name not in study.tasks:
+        what = "the study has no task in which people see it"
+        return Problem(("subtasks",), what, "add the task subtasks, or leave it out")
+    return None
 
 
 SUBTASKS = Task(
@@ -168,18 +205,45 @@ SUBTASKS = Task(
                 "A step ends when the next one begins. Begin a new one when the robot takes hold "
                 "of something, lets it go, or turns to something else."
             ),
+            N_(
+                "If steps are proposed, accept each that is right. Else correct its text, move its "
+                "beginning on the timeline, or remove it."
+            ),
         ),
-        keys=(("N", N_("a step begins here")), *VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
+        keys=(
+            ("N", N_("a step begins here, also within another one")),
+            ("B", N_("the nearest beginning comes here")),
+            ("M", N_("merge this step with the next")),
+            ("A", N_("accept this step")),
+            ("X", N_("remove this step")),
+            ("E", N_("change this step's text")),
+            ("[ ]", N_("go from step to step")),
+            ("← →", N_("at a beginning on the timeline: a frame back, or on")),
+            (N_("Shift ← →"), N_("the same: a second back, or on")),
+            ("+ -", N_("show a shorter, or longer, part of the timeline")),
+            (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
+            *VIDEO_KEYS,
+            (N_("Ctrl Enter"), N_("send")),
+        ),
     ),
     template="tasks/subtasks.html",
     answer=CutUp,
     payload=video_payload,
     check=_check,
     example=lambda scene: scene.watched,
+    suggestion=suggested_steps,
+    shown_suggestion=lambda _session, _item, suggestion, _salt: suggestion["steps"],
+    likeness=step_likeness,
+    fates=step_fates,
+    suggests_in_english=False,
+    reads=("subtasks",),
     hides_title=True,
     watches=its_video,
     practises=("video",),
     of_video=item_of_video("subtasks"),
+    study_problem=_study_problem,
+    model_errors=model_errors,
+    tables=TABLES,
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
     facts=lambda _session, _item, body: [(f"{s:.1f} s", text) for s, text in steps_of(body)],
     agreement=_measured,

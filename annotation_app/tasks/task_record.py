@@ -21,7 +21,7 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
-from annotation_app.tasks.agreement import Measured, Part
+from annotation_app.tasks.agreement import Measured, ModelErrors, Part
 from annotation_app.tasks.corpus_parts import CorpusParts
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.practice_example import OwnPractice, PracticeExample
@@ -235,6 +235,10 @@ class Task:
     """Suggestion in the page's form, if that differs: with the names that people read."""
     likeness: Callable[[Any, Record], float] | None = None
     """Likeness of a kept answer to a suggestion, from 0 to 1. A task with suggestions has it."""
+    fates: Callable[[Any, Record], Record] | None = None
+    """Fates of a suggestion's parts in a kept answer, for the answer's provenance."""
+    suggests_in_english: bool = True
+    """True if its program knows no other language; False if suggestions come with the data."""
     reads: tuple[str, ...] = ()
     """Fields of a study's file that the page shows, in addition to those of the task itself."""
     needs_scenes: bool = False
@@ -276,6 +280,8 @@ class Task:
     """The dashboard's counts."""
     agreement: Callable[[Sequence[Sequence[Record]]], Iterable[Measured]] = _none
     """Agreement between people, from the answers to each item."""
+    model_errors: Callable[[Session, Study], Sequence[ModelErrors]] = _none
+    """Errors of the models whose suggestions people corrected, one record a model and group."""
     gist: Callable[[Record], Record] | None = None
     """The part of a kept answer that `counts`, `agreement`, `oddities` and `passes` read. With it
     the dashboard of a large study is faster: equal gists are read once."""

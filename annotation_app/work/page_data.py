@@ -10,7 +10,8 @@ page. So it stays as they saw it, even if the program or the study's file change
 - ``none``: the program had nothing to suggest, isn't installed, or doesn't know the language.
 
 An answer's provenance is ``{"suggestion": state, "likeness", "unchanged"}``, the last two where
-there is a suggestion. So answers can also be compared with suggestions that nobody saw.
+there is a suggestion, and ``"fates"`` where its task compares the suggestion's parts. So answers
+can also be compared with suggestions that nobody saw.
 """
 
 from __future__ import annotations
@@ -71,15 +72,14 @@ def opened_page(engine: Engine, item_id: str, who: str, salt: bytes) -> Record:
 
 def new_offer(session: Session, config: StudyConfig, item: Item) -> Record | None:
     """Return the offer for an item; None if its task has no suggestions."""
-    suggestion = task_of(item.task).suggestion
-    if suggestion is None:
+    task = task_of(item.task)
+    if task.suggestion is None:
         return None
     wanted = task_config(config, item.task).suggestions
     if wanted == "off":
         return {"state": "off", "suggestion": None}
-    # The programs that suggest something know English.
-    is_english = config.locale.split("-")[0] == SOURCE
-    found = suggestion(session, item) if is_english else None
+    is_understood = not task.suggests_in_english or config.locale.split("-")[0] == SOURCE
+    found = task.suggestion(session, item) if is_understood else None
     if found is None:
         return {"state": "none", "suggestion": None}
     is_shown = wanted == "on" or draws(config, f"suggestion for {item.id}").random() < 0.5
@@ -128,8 +128,10 @@ def provenance(session: Session, item: AnyItem, who: str, body: Record) -> Recor
     if offer["suggestion"] is None:
         return {"suggestion": offer["state"]}
     likeness = task.likeness(offer["suggestion"], body)
+    fates = {} if task.fates is None else {"fates": task.fates(offer["suggestion"], body)}
     return {
         "suggestion": offer["state"],
         "unchanged": likeness == 1.0,
         "likeness": round(likeness, 3),
+        **fates,
     }

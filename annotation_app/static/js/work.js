@@ -226,8 +226,9 @@ export function begin({ initial, draw, body, problems, doubts = () => [], feedba
 }
 
 /** What was watched stays watched, whatever is undone. */
-function watchedIn({ watched, watched_s, speed }) {
+function watchedIn({ watched, watched_s, speed, played_to_end }) {
   return {
+    ...(played_to_end && { played_to_end }),
     ...(watched && { watched }),
     ...(watched_s !== undefined && { watched_s }),
     ...(speed !== undefined && { speed }),

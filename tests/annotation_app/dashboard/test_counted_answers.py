@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.config import Config
 from annotation_app.core.random_ids import new_id
 from annotation_app.dashboard import workers as people
-from annotation_app.dashboard.consensus import FEWEST_ITEMS, agreement
+from annotation_app.dashboard.consensus import agreement
 from annotation_app.dashboard.study_statistics import (
     collected,
     durations,
@@ -33,6 +33,7 @@ from annotation_app.people.participants import subject_of
 from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Study
 from annotation_app.store.schema import migrate
+from annotation_app.tasks.agreement import FEWEST_ITEMS
 from annotation_app.tasks.task_registry import task_names, task_of, tasks
 from annotation_app.work.answer_flags import answer_flags, odd_below
 from annotation_app.work.answer_reading import gist_of
