@@ -16,6 +16,8 @@ from rapidfuzz.distance import Levenshtein
 LEAST_LIKENESS = 0.4
 """Least mean of overlap and text likeness from which two steps are taken for the same one: those
 of other texts must be at nearly the same time, those at other times have nearly the same text."""
+LEAST_OVERLAP = 0.5
+"""Least overlap of two steps whose texts are compared as descriptions of the same moment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,3 +111,26 @@ def cut_likeness(one: Sequence[Step], other: Sequence[Step]) -> float:
     """Return the likeness of two cuts: 1 if they are equal, 0 if no step has a like one."""
     total = len(one) + len(other)
     return 2 * sum(pair.likeness for pair in aligned(one, other)) / total if total else 1.0
+
+
+def time_agreement(one: Sequence[Step], other: Sequence[Step]) -> float:
+    """Return the share of the episode in which both cuts are in the same step, by time alone."""
+    whole = max(step.end_s for step in (*one, *other)) if one and other else 0.0
+    if whole <= 0:
+        return 0.0
+    common = 0.0
+    for pair in aligned(one, other, overlap, 0.0):
+        mine, theirs = one[pair.one], other[pair.other]
+        common += min(mine.end_s, theirs.end_s) - max(mine.start_s, theirs.start_s)
+    return common / whole
+
+
+def text_agreement(one: Sequence[Step], other: Sequence[Step]) -> list[float]:
+    """Return the likeness of the texts of steps that overlap by half or more, from 0 to 1.
+
+    Capitals don't matter.
+    """
+    return [
+        1.0 - text_distance(one[pair.one].text.casefold(), other[pair.other].text.casefold())
+        for pair in aligned(one, other, overlap, LEAST_OVERLAP)
+    ]

@@ -32,6 +32,12 @@ from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.model_errors import TABLES, model_errors
 from annotation_app.tasks.proposed_steps import ADDED, step_fates, step_likeness, suggested_steps
+from annotation_app.tasks.step_alignment import (
+    Step,
+    steps_from,
+    text_agreement,
+    time_agreement,
+)
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
 from annotation_app.tasks.watched_videos import (
     Seconds,
@@ -41,6 +47,7 @@ from annotation_app.tasks.watched_videos import (
     video_payload,
     with_watching,
 )
+from corpus_tools.corpus.estimate import Reason
 from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, Language
 from corpus_tools.world.scenarios.documents import Problem
 
@@ -102,7 +109,7 @@ def _check(
     subtasks = [{"start_s": s.start_s, "text": clean_text(s.text)} for s in answer.subtasks]
     duration_s = float(watched(session, item)["duration_s"])
     problems = list(_problems(subtasks, duration_s))
-    body: Record = {"subtasks": subtasks}
+    body: Record = {"subtasks": subtasks, "duration_s": duration_s}
     if answer.decided:
         body["decided"] = sorted(set(answer.decided))
     return with_watching(body, answer), problems
@@ -139,10 +146,25 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
 
 
 def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
-    scores = [boundary_f(a, b) for bodies in items for a, b in combinations(bodies, 2)]
-    if scores:  # few studies have the task
-        measure = f"beginnings within {CLOSE_S:g} s, F, mean over pairs"
-        yield Measured(measure, float(np.mean(scores)), len(scores))
+    pairs = [pair for bodies in items for pair in combinations(bodies, 2)]
+    if not pairs:  # few studies have the task
+        return
+    cuts = [(_cut_of(one), _cut_of(other)) for one, other in pairs]
+    texts = [np.mean(found) for a, b in cuts if (found := text_agreement(a, b))]
+    for measure, scores in (
+        (f"beginnings within {CLOSE_S:g} s, F", [boundary_f(*pair) for pair in pairs]),
+        ("time in the same step, share", [time_agreement(*cut) for cut in cuts]),
+        ("texts of steps that overlap by half, likeness", texts),
+    ):
+        value = float(np.mean(scores)) if scores else None
+        reason: Reason = "" if scores else "no overlap"
+        yield Measured(f"{measure}, mean over pairs", value, len(scores), reason=reason)
+
+
+def _cut_of(body: Record) -> list[Step]:
+    steps = steps_of(body)
+    # Answers from before have no duration: their last step lasts as long as was watched.
+    return steps_from(steps, float(body.get("duration_s") or body.get("watched_s") or 0.0))
 
 
 def _add_to_episodes(parts: EpisodeParts) -> None:

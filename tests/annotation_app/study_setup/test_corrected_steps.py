@@ -183,6 +183,7 @@ def test_models_are_compared_by_their_errors(tmp_path: Path) -> None:
         found = json.loads(exported(app, "model-errors.json", "robot"))["models"]
         reader = Browser(app, "adjudicator", study="robot")
         page = reader.client.get("/dashboard/robot").text
+        agreed = reader.client.get("/api/dashboard/studies/robot/agreement").json["data"]
         served = reader.client.get("/api/dashboard/studies/robot/model-errors").json["data"]
     assert served == found
     assert [(m["source"], m["proposal"]) for m in found] == [
@@ -206,6 +207,9 @@ def test_models_are_compared_by_their_errors(tmp_path: Path) -> None:
         assert value["added"] == 0
     assert "grasp the cap" not in page
     assert "Errors of models" in page
+    measures = {one["measure"]: one["value"] for one in agreed if one["answers"] == "all"}
+    assert measures["time in the same step, share, mean over pairs"] == 1
+    assert measures["texts of steps that overlap by half, likeness, mean over pairs"] == 1
 
 
 def test_intervals_come_from_episodes_and_from_ten_on(tmp_path: Path) -> None:
