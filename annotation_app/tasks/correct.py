@@ -21,7 +21,7 @@ from annotation_app.core.languages import N_, gettext
 from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
-from annotation_app.items.item_scenes import watched
+from annotation_app.items.item_scenes import film_of, watched
 from annotation_app.items.new_items import GIVEN, NewItem
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
@@ -102,12 +102,15 @@ def _problems(item: AnyItem, text: str) -> Iterator[FieldProblem]:
         yield FieldProblem("text", told % {"long": len(text), "most": LONGEST_TEXT})
 
 
-def _items(
-    _session: Session, _config: StudyConfig, item: Item, answer: Answer
-) -> Iterable[NewItem]:
-    """Yield the item about a command that a table gave; people's own need no correction."""
-    if item.subject.startswith(GIVEN):
-        about = {"text": answer.body["text"], "command": answer.id, "video": item.payload["video"]}
+def _items(session: Session, _config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
+    """Yield the item about a command that a table gave; people's own need no correction.
+
+    A dataset's texts about parts of episodes aren't their tasks.
+    """
+    video = item.payload["video"]
+    film = film_of(session, item.study_id, video)
+    if item.subject.startswith(GIVEN) and (film is None or "style" not in film.metadata):
+        about = {"text": answer.body["text"], "command": answer.id, "video": video}
         yield NewItem("correct", f"command {answer.id}", about)
 
 

@@ -296,6 +296,21 @@ def test_a_task_says_which_styles_of_text_people_write(admin: Member, root: Path
     assert read_study(root / "arm.yaml").tasks["moments"].styles == ()
 
 
+def test_a_study_gets_reasons_against_episodes(admin: Member, root: Path) -> None:
+    begun(admin)
+    send(admin, "videos", videos="clips")
+    marks = {"do-mark": "on", "answers-mark": "3", "adoption-mark": "majority"}
+    send(admin, "tasks", **TASKS, **marks)
+    assert "\nThe robot hits something" in admin.client.get("/admin/studies/arm/texts").text
+    send(admin, "texts", **TEXTS, reasons="It drops\r\n\r\nIt spills <b>tea</b>\r\n")
+    page = admin.client.get("/admin/studies/arm/texts").text
+    assert "It drops\nIt spills &lt;b&gt;tea&lt;/b&gt;</textarea>" in page
+    assert "It spills &lt;b&gt;tea" in admin.client.get("/admin/studies/arm/preview/mark").text
+    send(admin, "consent", consent=CONSENT)
+    assert send(admin, "review").status_code == 303
+    assert read_study(root / "arm.yaml").reasons == ("It drops", "It spills <b>tea</b>")
+
+
 def test_a_study_gets_a_language(admin: Member, root: Path) -> None:
     usual = {"statement": STATEMENT, "label-thing": "Thing", "label-place": "Ecke"}
     made(admin, {**TEXTS, **usual, "locale": "de"})

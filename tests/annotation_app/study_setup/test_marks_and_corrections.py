@@ -289,6 +289,12 @@ def test_corrections_that_cannot_be(tmp_path: Path) -> None:
         assert answer.body["text"] == ""
 
 
+def test_texts_about_parts_of_episodes_are_no_tasks(tmp_path: Path) -> None:
+    tables = dict.fromkeys(("videos", "commands"), "tables/subtasks.csv")
+    with set_up(study(tmp_path, {**tables, **CORRECTING})) as app:
+        assert rows_in(app, select(Item).where(Item.task == "correct")) == []
+
+
 def test_descriptions_by_people_are_not_corrected(tmp_path: Path) -> None:
     tasks = {**CORRECTING["tasks"], "describe": {"answers": 1, "practice": False}}
     with set_up(study(tmp_path, {"tasks": tasks})) as app:
