@@ -46,6 +46,8 @@ STEPS = (
             "known_commands",
             "pairs",
             "seed",
+            "vocabulary",
+            "vocabulary_grows",
         ),
         (
             "answers",

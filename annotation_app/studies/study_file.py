@@ -199,6 +199,11 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     subtasks
         Table (CSV or JSONL) of steps that a model proposed, which people correct; of several
         models a table each, by their names.
+    vocabulary
+        The steps that people choose from in the task subtasks; if empty, they type any.
+    vocabulary_grows
+        How many people must have used a new step before it is offered to others; if left out, the
+        vocabulary is closed.
     things
         COCO JSON file of what is where in the pictures of one's own videos.
     tasks
@@ -239,6 +244,8 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     only: tuple[str, ...] = ()
     commands: Line | None = None
     subtasks: Line | dict[Line, Line] | None = None
+    vocabulary: tuple[Line, ...] = ()
+    vocabulary_grows: Annotated[int, msgspec.Meta(ge=1, le=1000)] | None = None
     things: Line | None = None
     tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"

@@ -11,7 +11,7 @@ exported (:func:`most_agreed`).
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Annotated, Any
@@ -25,8 +25,8 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
-from annotation_app.store.models import Answer, Record
-from annotation_app.studies.study_file import StudyConfig
+from annotation_app.store.models import Answer, Item, Record, Study
+from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.agreement import CLOSE_S, Measured, times_f
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.episode_parts import EpisodeParts
@@ -37,6 +37,12 @@ from annotation_app.tasks.step_alignment import (
     steps_from,
     text_agreement,
     time_agreement,
+)
+from annotation_app.tasks.step_vocabulary import (
+    is_closed,
+    listed_steps,
+    page_vocabulary,
+    step_key,
 )
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
 from annotation_app.tasks.watched_videos import (
@@ -106,13 +112,27 @@ def most_agreed(bodies: Sequence[Record]) -> int:
 def _check(
     session: Session, item: AnyItem, answer: CutUp, _salt: bytes
 ) -> tuple[Record, list[FieldProblem]]:
-    subtasks = [{"start_s": s.start_s, "text": clean_text(s.text)} for s in answer.subtasks]
+    config = restored(session.get_one(Study, item.study_id).config)
+    listed = listed_steps(config)
+    subtasks = []
+    for step in answer.subtasks:
+        text = clean_text(step.text)
+        subtasks.append({"start_s": step.start_s, "text": listed.get(step_key(text), text)})
     duration_s = float(watched(session, item)["duration_s"])
     problems = list(_problems(subtasks, duration_s))
+    if is_closed(config):
+        problems += _unlisted(subtasks, listed)
     body: Record = {"subtasks": subtasks, "duration_s": duration_s}
     if answer.decided:
         body["decided"] = sorted(set(answer.decided))
     return with_watching(body, answer), problems
+
+
+def _unlisted(subtasks: Sequence[Record], listed: Mapping[str, str]) -> Iterator[FieldProblem]:
+    for number, subtask in enumerate(subtasks, start=1):
+        if step_key(subtask["text"]) not in listed:
+            message = gettext("Choose step %(number)s from the list.", number=number)
+            yield FieldProblem(f"subtasks[{number - 1}]", message)
 
 
 def _problems(subtasks: Sequence[Record], duration_s: float) -> Iterator[FieldProblem]:
@@ -203,10 +223,16 @@ def _fates_by_step(answer: Answer) -> dict[int, Record]:
     }
 
 
+def _payload(session: Session, item: Item, salt: bytes) -> Record:
+    listed = page_vocabulary(session, item.study_id, SUBTASKS.name)
+    return video_payload(session, item, salt) | {"vocabulary": listed}
+
+
 def _study_problem(study: StudyConfig) -> Problem | None:
-    if study.subtasks and SUBTASKS.name not in study.tasks:
-        what = "the study has no task in which people see it"
-        return Problem(("subtasks",), what, "add the task subtasks, or leave it out")
+    for name in ("subtasks", "vocabulary", "vocabulary_grows"):
+        if getattr(study, name) and SUBTASKS.name not in study.tasks:
+            what = "the study has no task in which people see it"
+            return Problem((name,), what, "add the task subtasks, or leave it out")
     return None
 
 
@@ -250,7 +276,7 @@ SUBTASKS = Task(
     ),
     template="tasks/subtasks.html",
     answer=CutUp,
-    payload=video_payload,
+    payload=_payload,
     check=_check,
     example=lambda scene: scene.watched,
     suggestion=suggested_steps,
@@ -258,7 +284,7 @@ SUBTASKS = Task(
     likeness=step_likeness,
     fates=step_fates,
     suggests_in_english=False,
-    reads=("subtasks",),
+    reads=("subtasks", "vocabulary", "vocabulary_grows"),
     hides_title=True,
     watches=its_video,
     practises=("video",),

@@ -14,9 +14,12 @@ const steps = $("steps");
 const player = playerOf(document.querySelector(".player"));
 const { video } = player;
 const proposed = payload.suggestion ?? [];
+const vocabulary = payload.vocabulary;
 const USUAL_FPS = 25;
 const frame = 1 / (payload.fps || USUAL_FPS);
 const rounded = (seconds) => Math.round(seconds * 1000) / 1000;
+const plain = (text) => text.toLowerCase().split(/\s+/).filter(Boolean).join(" ").replace(/[ .]+$/, "");
+const listed = new Set(vocabulary?.steps.map(plain));
 const isEmpty = (text) => !/[\p{L}\p{N}]/u.test(text);
 
 const timeline = showSteps({
@@ -74,6 +77,7 @@ const work = begin({
     const found = played_to_end ? [] : [_("Watch the video to its end first.")];
     subtasks.forEach(({ start_s, text }, i) => {
       if (isEmpty(text)) found.push(_("Say what is done in step %(number)s.", { number: i + 1 }));
+      else if (vocabulary?.closed && !listed.has(plain(text))) found.push(_("Choose step %(number)s from the list.", { number: i + 1 }));
       if (i && start_s <= subtasks[i - 1].start_s) {
         found.push(_("Step %(number)s must begin after the one before it.", { number: i + 1 }));
       }
@@ -125,7 +129,7 @@ function row() {
     h("button", { type: "button", class: "small merge", title: _("Merge with the next step"), onclick: () => merge(at()) }, _("Merge")),
     h("input", {
       class: "what", maxlength: 300, dir: "auto", "aria-label": _("What is done"), placeholder: _("What is done from then on"), value: "",
-      autocomplete: "off",
+      list: vocabulary ? "known-steps" : null, autocomplete: "off",
       oninput: (event) => changed({ text: event.target.value }, { silent: true }),
       onkeydown: (event) => {
         if (event.key !== "Enter" || event.ctrlKey || event.metaKey || !proposed.length) return;
@@ -295,6 +299,7 @@ const KEYS = {
   "-": () => timeline.zoomBy(-1),
 };
 
+if (vocabulary) $("known-steps").append(...vocabulary.steps.map((text) => h("option", { value: text })));
 $("timeline").append(timeline.element);
 watchToEnd(player, work.state.played_to_end, (watched) =>
   work.change({ ...work.state, played_to_end: true, ...watched }, { silent: true }),

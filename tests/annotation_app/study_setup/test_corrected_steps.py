@@ -260,3 +260,34 @@ def test_a_study_without_the_task_needs_no_steps(
     file = study_with(tmp_path, "video,start_s,command\n", tasks={"describe": {}})
     assert run(["annotate", "check", str(file), "--instance", str(tmp_path / "instance")]) == 2
     assert "add the task subtasks" in capsys.readouterr().err
+
+
+def test_steps_come_from_a_closed_list(tmp_path: Path) -> None:
+    rows = "video,start_s,command\nclip00,0,reach over\n"
+    file = study_with(tmp_path, rows, vocabulary=["Reach", "Grasp the cup"])
+    with set_up(file) as app:
+        person = Browser(app, study="robot")
+        page = person.lease("subtasks", "robot").json
+        assert page["payload"]["vocabulary"] == {
+            "steps": ["Reach", "Grasp the cup"],
+            "closed": True,
+        }
+        refused = person.answer(page["item"], cut((0, "reach over")) | person.watched(page))
+        assert "Choose step 1 from the list" in refused.text
+        send(person, page, (0, "reach."), (1, "grasp  the cup"))
+        answer = json.loads(exported(app, "jsonl", "robot"))
+    assert [step["text"] for step in answer["body"]["subtasks"]] == ["Reach", "Grasp the cup"]
+
+
+def test_a_list_grows_by_what_several_people_use(tmp_path: Path) -> None:
+    tasks = {"subtasks": {"answers": 4, "practice": False}}
+    more = {"vocabulary": ["Reach"], "vocabulary_grows": 2, "tasks": tasks}
+    file = study_with(tmp_path, "", subtasks=None, **more)
+    offered = []
+    with set_up(file) as app:
+        for text in ("turn around", "Turn around.", "reach", "wave"):
+            person = Browser(app, study="robot")
+            page = person.lease("subtasks", "robot").json
+            offered.append(page["payload"]["vocabulary"]["steps"])
+            send(person, page, (0, text))
+    assert offered == [["Reach"], ["Reach"], ["Reach", "turn around"], ["Reach", "turn around"]]

@@ -195,6 +195,24 @@ def test_beginnings_are_dragged_by_a_finger(chromium: Browser, tmp_path: Path) -
     context.close()
 
 
+def test_a_listed_step_is_chosen(context: BrowserContext, tmp_path: Path) -> None:
+    file = study_with(tmp_path, ROWS, vocabulary=["Reach for it", "Grasp"], subtasks=None)
+    with opened(context, file) as (app, page):
+        watch(page)
+        options = page.locator("#known-steps option")
+        listed = [options.nth(i).get_attribute("value") for i in range(options.count())]
+        assert listed == ["Reach for it", "Grasp"]
+        what = page.get_by_label("What is done")
+        assert what.get_attribute("list") == "known-steps"
+        what.fill("dance")
+        page.get_by_role("button", name="Send").click()
+        expect(page.locator("#problems")).to_contain_text("Choose step 1 from the list.")
+        what.fill("grasp")
+        page.get_by_role("button", name="Send").click()
+        expect(page.locator("h1")).not_to_have_text("Subtasks")
+        assert json.loads(exported(app, "jsonl", "robot"))["body"]["subtasks"][0]["text"] == "Grasp"
+
+
 def test_an_hour_of_steps_is_dragged_within_a_frame(
     context: BrowserContext, tmp_path: Path
 ) -> None:
