@@ -62,6 +62,7 @@ const work = begin({
       h("button", { type: "button", class: "small", onclick: () => restore(of) }, _("Restore")),
     )));
     $("gone-box").hidden = !removed.length;
+    $("here").hidden = subtasks.length < 2;
     const open = states.filter((state) => state === "proposed").length;
     $("open").textContent = !proposed.length ? ""
       : open ? ngettext("%(num)s proposed step to decide", "%(num)s proposed steps to decide", open) : _("All proposed steps are decided.");
@@ -314,6 +315,7 @@ for (const what of ["timeupdate", "seeked"]) {
 }
 $("add").addEventListener("click", add);
 $("add").disabled = false;
+$("here").addEventListener("click", beginHere);
 document.addEventListener("keydown", (event) => {
   const does = KEYS[event.key.toLowerCase()];
   if (!does || !isShortcut(event)) return;

@@ -188,6 +188,11 @@ def test_beginnings_are_dragged_by_a_finger(chromium: Browser, tmp_path: Path) -
         touch("touchEnd")
         assert starts(page) == [0, 1.8, 2, 3]
         assert page.evaluate("scrollX") == 0
+        # To a frame, with the player's buttons.
+        go(page, 1.25)
+        page.get_by_role("button", name="One frame on").tap()
+        page.get_by_role("button", name="Move a beginning here").tap()
+        assert starts(page) == [0, 1.3, 2, 3]
         before = page.locator(".step-timeline .track").evaluate("track => track.clientWidth")
         page.get_by_role("button", name="Show a shorter part").click()
         after = page.locator(".step-timeline .track").evaluate("track => track.clientWidth")
