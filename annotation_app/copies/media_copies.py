@@ -12,7 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.items.clips import ensure
-from annotation_app.items.media import TYPES, digest, media_type, public_name
+from annotation_app.items.media import COPIED, VIDEOS, digest, media_type, public_name
 from annotation_app.items.replaced_videos import FIX
 from annotation_app.store.models import Media
 from corpus_tools.runtime.progress import OnProgress, no_progress
@@ -43,12 +43,12 @@ def copy_media(session: Session, target: str, on_progress: OnProgress = no_progr
 
 
 def _files(session: Session) -> Iterator[tuple[Path, Media]]:
-    known = select(Media).where(Media.role.in_(TYPES)).order_by(Media.id)
+    known = select(Media).where(Media.role.in_(COPIED)).order_by(Media.id)
     for media in session.scalars(known):
         path = Path(media.path)
         ensure(path)
         if path.is_file():
-            if media.role == "video" and digest(path) != media.sha256:
+            if media.role in VIDEOS and digest(path) != media.sha256:
                 what = f"the file of the video {media.video!r} has been replaced"
                 raise FormatError(what, where=str(path), fix=FIX)
             yield path, media

@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import adjudication_queue as queue
 from annotation_app.dashboard.answer_browsing import posters, remarks
+from annotation_app.items.item_scenes import beside_video
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Item, Person, Study
 from annotation_app.studies.study_file import restored
@@ -66,6 +67,7 @@ def _comparison(
         said=[one for side in found.sides for one in remarks(session, side.answer)],
         asked=adjudicating.asked(session, item),
         files=posters(session, study.id, [item.video]).get(item.video, {}),
+        beside=beside_video(session, study.id, item.video),
         problem=problem,
         typed=flask.request.form,
         longest=LONGEST_REMARK,

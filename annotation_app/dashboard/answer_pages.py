@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import answer_browsing as browsing
+from annotation_app.items.item_scenes import beside_video
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Item, Person, Record, Study
 from annotation_app.tasks.task_registry import find_task, task_names
@@ -81,6 +82,7 @@ def _answer_page(
         facts=_facts(session, item, found.body),
         watched=_watched(found.body),
         files=browsing.posters(session, study.id, [one.video]).get(one.video, {}),
+        beside=beside_video(session, study.id, one.video),
         remarks=browsing.remarks(session, found.id),
         reports=browsing.find_reports(session, study.id, item=item.id, most=None)[0],
         problem=problem,

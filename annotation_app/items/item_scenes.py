@@ -62,8 +62,9 @@ def aliases_of(session: Session, item: AnyItem, video: str, salt: bytes) -> tupl
 
 
 def watched(session: Session, item: AnyItem) -> Record:
-    """Return a page's data of an item's video: ``video``, ``poster``, ``duration_s``, ``fps``.
+    """Return a page's data of an item's video.
 
+    It has ``video``, ``poster``, ``duration_s``, ``fps`` and ``beside``.
     Studies of texts alone have no video.
     """
     return watched_video(session, item.study_id, item.payload["video"])
@@ -80,7 +81,17 @@ def watched_video(session: Session, study_id: str, video: str) -> Record:
         "poster": files.public.get("poster"),
         "duration_s": film.duration_s,
         "fps": film.fps,
+        "beside": film.beside.payload(files.public),
     }
+
+
+def beside_video(session: Session, study_id: str, video: str) -> Record | None:
+    """Return a page's data of what is shown beside a video; None if nothing is, or it is away."""
+    files = media_files(session, study_id, video)
+    manifest = files.paths.get("manifest")
+    if manifest is None or not manifest.is_file():
+        return None
+    return read_film(manifest.parent).beside.payload(files.public)
 
 
 def shown_film(session: Session, study_id: str, video: str) -> Record:

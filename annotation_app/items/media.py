@@ -16,6 +16,7 @@ from werkzeug.wrappers import Response as BaseResponse
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.clips import CUT_VERSION, clip_digest, ensure, is_clip
+from annotation_app.items.scenes import CURVES, VIEWS
 from annotation_app.people.browser_sessions import required_person
 from annotation_app.people.participants import RANKS, has_consented
 from annotation_app.store.database import core, reading
@@ -24,7 +25,14 @@ from annotation_app.store.models import Media, Person
 from corpus_tools.video.probe import file_digest
 from g3.errors import CorpusError
 
-TYPES = {"video": "video/mp4", "poster": "image/png", "segmentation": "image/png"}
+VIDEOS, PICTURES = ("video", *VIEWS), ("poster", "segmentation")
+COPIED = (*VIDEOS, *PICTURES)
+"""The roles of files that another server may send: pages show them, and read none of them."""
+TYPES = {
+    **dict.fromkeys(VIDEOS, "video/mp4"),
+    **dict.fromkeys(PICTURES, "image/png"),
+    CURVES: "application/octet-stream",
+}
 """Media types of the kinds of a video's files that people may see."""
 
 WEBM = "video/webm"
@@ -42,14 +50,15 @@ def media(media_id: str) -> BaseResponse:
     if found is None or found.role not in TYPES or not _may_see(person, found):
         raise Refusal(404, gettext("There is no such file."))
     copies = installation().config.media_url
-    if copies:
+    if copies and found.role in COPIED:
         elsewhere = redirect(f"{copies.rstrip('/')}/{public_name(found)}")
         elsewhere.headers["Cache-Control"] = "private, max-age=3600"
         return elsewhere
     path = Path(found.path)
     try:
         ensure(path)
-        is_as_asked = path.is_file() and (found.role != "video" or digest(path) == found.sha256)
+        is_checked = found.role not in PICTURES
+        is_as_asked = path.is_file() and not (is_checked and digest(path) != found.sha256)
     except CorpusError as error:
         log.warning("a video can't be shown: %s", error)
         is_as_asked = False

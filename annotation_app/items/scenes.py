@@ -9,9 +9,10 @@ from __future__ import annotations
 import functools
 import hashlib
 import hmac
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +29,48 @@ from g3.groundings import Context, PhysicalObject, Prism, Trajectory
 from g3.storage import regular_file
 
 MANIFEST, SEGMENTATION = "manifest.json", "segmentation.json"
+MOST_VIEWS = 8
+"""Largest number of cameras whose videos people see side by side."""
+VIEWS = tuple(f"view-{number}" for number in range(2, MOST_VIEWS + 1))
+"""The roles of a video's files by its cameras after the first."""
+CURVES = "curves"
+"""The role of a file of numbers beside a video."""
 TRACK_S = 0.5
 """Time between the poses of moving things that people can see on the map."""
 MARGIN_M = 3.0
 ID_CHARACTERS = 10
 SAME_S = 1e-6
 """Frames' times are rounded to nanoseconds."""
+
+
+class Beside(msgspec.Struct, frozen=True):
+    """The part of a manifest that describes what people see beside a video, on its clock."""
+
+    cameras: tuple[str, ...] = ()
+    """Names of the cameras, that of the video first, if there are several."""
+    curves_start_s: float = 0.0
+    """Time of the curves at which the video begins."""
+
+    def payload(self, media: Mapping[str, str]) -> dict[str, Any] | None:
+        """Return a page's data of it; None if there is nothing.
+
+        It has ``cameras``; ``views``, names of media of all cameras but the first; ``curves``, a
+        name of media or None; and ``curves_start_s``.
+        """
+        views, curves = [media[role] for role in VIEWS if role in media], media.get(CURVES)
+        if not views and curves is None:
+            return None
+        return {
+            "cameras": [*map(camera_name, self.cameras)],
+            "views": views,
+            "curves": curves,
+            "curves_start_s": self.curves_start_s,
+        }
+
+
+def camera_name(feature: str) -> str:
+    """Return the name of a camera that people see: ``wrist`` of ``observation.images.wrist``."""
+    return re.sub(r"^observation\.(images?|depths?)\.", "", feature)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,6 +95,8 @@ class Scene:
     clock: tuple[tuple[float, float], ...] = ()
     """Seconds of the video, and since its start on the context's clock, where the pace changes;
     empty where both are the same."""
+    beside: Beside = field(default_factory=Beside)
+    """The signals that people see beside the video."""
 
     def since_start(self, video_s: float) -> float:
         """Return seconds since the start on the context's clock, for a second of the video."""
@@ -103,6 +142,8 @@ class Film:
     """True if the places of things are known, if only in a picture."""
     size: tuple[int, int] | None = None
     """Width and height of its pictures, if that is known."""
+    beside: Beside = field(default_factory=Beside)
+    """The signals that people see beside it."""
 
 
 def read_film(folder: Path) -> Film:
@@ -118,8 +159,13 @@ def _read_film(file: Path, _stamp: int) -> Film:
     metadata = manifest.get("metadata", {}) if not has_scene else {}
     has_things = has_scene or "things" in manifest
     duration_s = float(manifest["duration_s"])
+    fps, beside = manifest.get("fps"), _beside(manifest)
     size = tuple(manifest["size"]) if "size" in manifest else None
-    return Film(duration_s, has_scene, metadata, manifest.get("fps"), has_things, size=size)
+    return Film(duration_s, has_scene, metadata, fps, has_things, size=size, beside=beside)
+
+
+def _beside(manifest: Mapping[str, Any]) -> Beside:
+    return msgspec.convert(manifest.get("beside", {}), Beside)
 
 
 @functools.lru_cache(maxsize=256)
@@ -142,6 +188,7 @@ def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Sc
         fps=manifest.get("fps"),
         is_picture=is_picture,
         clock=_clock(manifest),
+        beside=_beside(manifest),
     )
 
 
@@ -230,6 +277,7 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
     """Return a page's data of a scene.
 
     It has ``video``, ``poster``: names of media, or None; ``duration_s``; ``fps``, or None;
+    ``beside``: see :meth:`Beside.payload`;
     ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media), ``width``,
     ``height`` and ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in pixels of the
     poster; ``map``: see :func:`_map`.
@@ -250,6 +298,7 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
         "poster": media.get("poster"),
         "duration_s": scene.duration_s,
         "fps": scene.fps,
+        "beside": scene.beside.payload(media),
         "steps": [list(step) for step in scene.steps],
         "segmentation": {
             "image": media.get("segmentation"),
@@ -267,6 +316,8 @@ def film_payload(film: Film, media: Mapping[str, str]) -> dict[str, Any]:
         "video": media.get("video"),
         "poster": media.get("poster"),
         "duration_s": film.duration_s,
+        "fps": film.fps,
+        "beside": film.beside.payload(media),
         "steps": [],
         "segmentation": {"image": None, "width": 0, "height": 0, "objects": []},
         "map": {"bounds": [0] * 4, "robot": None, "missing": True, "objects": [], "places": []},

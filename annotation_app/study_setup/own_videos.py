@@ -13,8 +13,10 @@ from typing import Any
 import msgspec
 
 from annotation_app.items.media import digest
+from annotation_app.items.scenes import MOST_VIEWS
 from annotation_app.study_setup.coco_things import PictureThings
 from annotation_app.study_setup.every_problem import together
+from corpus_tools.tables.curve_file import read_header
 from corpus_tools.tables.file_names import find_file, is_shadow, normal_name
 from corpus_tools.tables.table_reading import (
     TABLES,
@@ -31,6 +33,8 @@ from g3.storage import regular_file
 SUFFIXES = (".mp4", ".webm")
 START, END = "start_s", "end_s"
 """The columns of a part of a file."""
+CAMERA = "camera"
+CURVES, CURVES_START = "curves", "curves_start_s"
 LONGEST_ID = 200
 MOST_NAMED = 20
 """Largest number of files or videos named in a message."""
@@ -52,6 +56,14 @@ class OwnVideo:
     """Its beginning and its end, in seconds from the file's first frame; None for a whole file."""
     where: str = field(default="", compare=False)
     """The row that names it, for errors."""
+    camera: str = ""
+    """Name of its camera, if it is known."""
+    views: tuple[OwnVideo, ...] = ()
+    """The same events by further cameras, on the same clock."""
+    curves: Path | None = None
+    """A file of numbers over time that people see as curves beside it."""
+    curves_start_s: float = 0.0
+    """Time of the curves at which the video begins."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +108,8 @@ def own_videos(path: Path, on_note: OnNote = no_note) -> list[OwnVideo]:
             errors.append(FormatError(what, where=where, fix=fix))
         elif first is not item:
             repeated += [] if has_command else [where]
-        elif not os.path.isfile(item.file):  # noqa: PTH113 - a Path refuses names that are too long
-            fix = "correct the path, which begins at the table's folder"
-            what = f"there is no file {short(str(item.file))}"
-            errors.append(FormatError(what, where=where, fix=fix))
-        elif item.file.suffix.lower() not in SUFFIXES:
-            what = f"{item.file.name} is no {' or '.join(s[1:] for s in SUFFIXES)} file"
-            errors.append(FormatError(what, where=where, fix=f"convert it: {to_mp4(item.file)}"))
+        else:
+            errors += _wrong_files(item)
     if not errors and not videos:
         errors.append(FormatError("there are no videos", where=str(path), fix="add rows"))
     if errors:
@@ -113,6 +120,22 @@ def own_videos(path: Path, on_note: OnNote = no_note) -> list[OwnVideo]:
             f"not used, such as {repeated[0]}; an id of its own makes it another"
         )
     return list(videos.values())
+
+
+def _wrong_files(item: OwnVideo) -> Iterator[CorpusError]:
+    for one in (item, *item.views):
+        if not os.path.isfile(one.file):  # noqa: PTH113 - a Path refuses names that are too long
+            fix = "correct the path, which begins at the table's folder"
+            what = f"there is no file {short(str(one.file))}"
+            yield FormatError(what, where=item.where, fix=fix)
+        elif one.file.suffix.lower() not in SUFFIXES:
+            what = f"{one.file.name} is no {' or '.join(s[1:] for s in SUFFIXES)} file"
+            yield FormatError(what, where=item.where, fix=f"convert it: {to_mp4(one.file)}")
+    if item.curves is not None:
+        try:
+            read_header(item.curves)
+        except FormatError as error:
+            yield error
 
 
 def given_commands(
@@ -267,7 +290,18 @@ def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, boo
             continue
         video = row.text("id")[:LONGEST_ID] or file.stem[:LONGEST_ID]
         others = _others(row.values, (*_NOT_OTHERS, "subject"))
-        item = OwnVideo(video, file, others, part=_part(row))
+        camera = row.text(CAMERA)[:LONGEST_ID]
+        curves, curves_start_s = _curves(row)
+        item = OwnVideo(
+            video,
+            file,
+            others,
+            part=_part(row),
+            camera=camera,
+            views=tuple(_views(row, video)),
+            curves=curves,
+            curves_start_s=curves_start_s,
+        )
         yield where, item, bool(row.text("command").strip())
     if shadows:
         on_note(
@@ -280,7 +314,43 @@ def _are(count: int, noun: str) -> str:
     return f"1 {noun} is" if count == 1 else f"{count} {noun}s are"
 
 
-_NOT_OTHERS = ("id", "video", "command", START, END)
+def _views(row: Row, video: str) -> Iterator[OwnVideo]:
+    """Yield the further cameras' videos of a row, whose columns end in a number from 2 on."""
+    for number in range(2, MOST_VIEWS + 1):
+        named = row.text(f"video_{number}").strip()
+        if named:
+            part = _part(row, f"_{number}")
+            camera = row.text(f"{CAMERA}_{number}")[:LONGEST_ID] or str(number)
+            file = absolute(find_file(row.table.parent, named))
+            name = f"{video}, camera {camera}"
+            where = row.where(f"video_{number}")
+            yield OwnVideo(name, file, {}, part=part, where=where, camera=camera)
+
+
+def _curves(row: Row) -> tuple[Path | None, float]:
+    """Return the file of curves of a row, and the time there at which the video begins."""
+    named, start = row.text(CURVES).strip(), row.text(CURVES_START).strip() or "0"
+    if not named:
+        return None, 0.0
+    try:
+        start_s = float(start)
+        if not 0 <= start_s < float("inf"):
+            raise ValueError
+    except ValueError:
+        raise FormatError(
+            f"{short(start)!r} is no time in curves",
+            where=row.where(CURVES_START),
+            fix=f"give {CURVES_START} in seconds",
+        ) from None
+    return absolute(find_file(row.table.parent, named)), start_s
+
+
+_OF_VIEWS = [
+    f"{name}_{number}"
+    for number in range(2, MOST_VIEWS + 1)
+    for name in ("video", START, END, CAMERA)
+]
+_NOT_OTHERS = ("id", "video", "command", START, END, CURVES, CURVES_START, *_OF_VIEWS)
 
 
 def absolute(file: Path) -> Path:
@@ -288,9 +358,10 @@ def absolute(file: Path) -> Path:
     return Path(os.path.abspath(file))  # noqa: PTH100 - Path.resolve follows links
 
 
-def _part(row: Row) -> tuple[float, float] | None:
+def _part(row: Row, ending: str = "") -> tuple[float, float] | None:
     """Return the part of a file that a row names; empty cells are none."""
-    start, end = row.text(START).strip(), row.text(END).strip()
+    of_start, of_end = f"{START}{ending}", f"{END}{ending}"
+    start, end = row.text(of_start).strip(), row.text(of_end).strip()
     if not start and not end:
         return None
     try:
@@ -300,8 +371,8 @@ def _part(row: Row) -> tuple[float, float] | None:
     except ValueError:
         raise FormatError(
             f"{short(start)!r} to {short(end)!r} is no part of a video",
-            where=row.where(START if START in row.columns else END),
-            fix=f"give {START} and {END} in seconds, the first before the second",
+            where=row.where(of_start if of_start in row.columns else of_end),
+            fix=f"give {of_start} and {of_end} in seconds, the first before the second",
         ) from None
     return start_s, end_s
 

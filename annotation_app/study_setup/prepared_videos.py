@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from annotation_app.items.clips import CLIP, CUT_VERSION, Part, clip_path, is_clip, plays_alike
-from annotation_app.items.scenes import MANIFEST, read_film
+from annotation_app.items.scenes import MANIFEST, Beside, read_film
 from annotation_app.study_setup.every_problem import together
 from annotation_app.study_setup.own_videos import (
     SUFFIXES,
@@ -77,7 +77,7 @@ def check_readable(videos: Sequence[OwnVideo], on_progress: OnProgress = no_prog
     errors: list[CorpusError] = []
     wrong: set[Path] = set()
     shortest: dict[Path, OwnVideo] = {}
-    for item in videos:
+    for item in (one for each in videos for one in (each, *each.views)):
         if item.file in wrong:
             continue
         try:
@@ -216,6 +216,9 @@ def prepare(item: OwnVideo, base: Path, on_progress: OnProgress = no_progress) -
     }
     if things:
         content["things"] = things
+    if item.views or item.curves:
+        cameras = tuple(one.camera for one in (item, *item.views))
+        content["beside"] = msgspec.to_builtins(Beside(cameras, item.curves_start_s))
     if item.part is not None or not plays_alike(item.file, info):
         content["part"] = msgspec.to_builtins(part)
     manifest, poster = folder / MANIFEST, folder / POSTER

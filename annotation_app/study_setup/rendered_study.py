@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from sqlalchemy import func, select
+from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
@@ -23,7 +23,7 @@ from annotation_app.items.new_items import (
     new_slots,
     videos_of,
 )
-from annotation_app.items.scenes import read_film
+from annotation_app.items.scenes import CURVES, VIEWS, read_film
 from annotation_app.store.database import lock_set_up
 from annotation_app.store.installation import now
 from annotation_app.store.models import Item, Media, Slot, Study
@@ -73,6 +73,10 @@ class Rendered:
     video: str
     folder: Path
     file: Path | None = None
+    views: tuple[Path, ...] = ()
+    """The files by further cameras."""
+    curves: Path | None = None
+    """A file of curves beside the video."""
 
 
 def rendered_videos(folder: Path, only: tuple[str, ...] = ()) -> list[Rendered]:
@@ -174,6 +178,14 @@ def add_video(session: Session, study_id: str, item: Rendered) -> None:
         path = item.file if role == "video" and item.file is not None else item.folder / name
         if path.is_file() or is_clip(path):
             put_media(session, study_id, item.video, role, path)
+    beside = dict(zip(VIEWS, item.views, strict=False))
+    if item.curves is not None:
+        beside[CURVES] = item.curves
+    for role, path in beside.items():
+        put_media(session, study_id, item.video, role, path)
+    gone = [role for role in (*VIEWS, CURVES) if role not in beside]
+    of_video = (Media.study_id == study_id, Media.video == item.video)
+    session.execute(delete(Media).where(*of_video, Media.role.in_(gone)))
 
 
 def put_media(session: Session, study_id: str, video: str, role: str, path: Path) -> None:

@@ -255,4 +255,5 @@ def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: 
 
 def _prepared(item: OwnVideo, base: Path, on_progress: OnProgress) -> Rendered:
     folder = prepare(item, base, on_progress)
-    return Rendered(item.video, folder, played_file(item, folder))
+    views = tuple(played_file(view, prepare(view, base, on_progress)) for view in item.views)
+    return Rendered(item.video, folder, played_file(item, folder), views, item.curves)

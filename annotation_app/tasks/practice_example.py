@@ -77,7 +77,8 @@ class OwnPractice:
         """Return the page's data of the video."""
         film = read_film(self.folder)
         files = {"video": self.public.get("video"), "poster": self.public.get("poster")}
-        return {**files, "duration_s": film.duration_s, "fps": film.fps}
+        beside = film.beside.payload(self.public)
+        return {**files, "duration_s": film.duration_s, "fps": film.fps, "beside": beside}
 
     def sdcs(self) -> tuple[SDC, ...]:
         """Return the command's clauses, as the study has them or as the parser finds them."""

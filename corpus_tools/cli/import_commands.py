@@ -141,9 +141,6 @@ def _episode_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option(
             "--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes."
         ),
-        click.option(
-            "--camera", help="The camera that people see [default: the first that is no depth map]."
-        ),
         out_file("Folder for the tables.", "FOLDER"),
     ):
         command = option(command)
@@ -151,6 +148,9 @@ def _episode_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _PATH = click.argument("path", type=PATH)
+_CAMERA = click.option(
+    "--camera", help="The camera that people see [default: the first that is no depth map]."
+)
 _FPS = click.option(
     "--fps",
     type=click.FloatRange(0, 1000, min_open=True),
@@ -188,6 +188,18 @@ def _write_tables(
     "--repo-id", metavar="NAME", help="Fetch this dataset of the Hugging Face Hub: OWNER/NAME."
 )
 @_episode_options
+@click.option(
+    "--camera",
+    "cameras",
+    multiple=True,
+    help="A camera that people see, the large one first [default: all that are no depth maps].",
+)
+@click.option(
+    "--curves/--no-curves",
+    "has_curves",
+    default=True,
+    help="Show state and action as curves below the videos [default: yes].",
+)
 def lerobot(
     *,
     path: Path | None,
@@ -228,6 +240,7 @@ def lerobot(
 @import_.command("robomimic", short_help="Episodes of robomimic's HDF5, as tables for studies.")
 @_PATH
 @_episode_options
+@_CAMERA
 @_FPS
 def robomimic(
     *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any
@@ -256,6 +269,7 @@ def robomimic(
 @import_.command("rlds", short_help="Episodes of an RLDS dataset, as tables for studies.")
 @_PATH
 @_episode_options
+@_CAMERA
 @_FPS
 def rlds(
     *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any
@@ -285,6 +299,7 @@ def rlds(
 @import_.command("rosbag", short_help="MCAP files and ROS bags, as tables for studies.")
 @_PATH
 @_episode_options
+@_CAMERA
 @_FPS
 def rosbag(
     *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any

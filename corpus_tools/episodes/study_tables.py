@@ -24,6 +24,8 @@ from g3.errors import CorpusError, FormatError, ManyError
 EPISODES, TASKS, SUBTASKS = "episodes.csv", "tasks.csv", "subtasks.csv"
 FILMS = "films"
 """The folder beside the tables with the videos that were made of pictures, or are links."""
+MOST_CAMERAS = 8
+"""Largest number of cameras that people see side by side."""
 VIDEO_COLUMNS = ("video", "id", "start_s", "end_s")
 TASK_COLUMNS = ("video", "command", "episode", "style")
 
@@ -92,18 +94,22 @@ def episode_name(index: int) -> str:
     return f"episode-{index:06d}"
 
 
-def choose_camera(
+def choose_cameras(
     cameras: Sequence[str],
-    camera: str | None,
+    wanted: Sequence[str],
     *,
     depth: Collection[str],
     where: Path,
     without: str,
-) -> str:
-    """Return the camera that people see: the given one, else the first that is no depth map.
+) -> Sequence[str]:
+    """Return the cameras that people see: the given ones, else all that are no depth maps.
 
     Parameters
     ----------
+    cameras
+        All of the dataset.
+    wanted
+        The cameras to show, the large one first.
     where
         The dataset, for errors.
     without
@@ -122,20 +128,25 @@ def choose_camera(
             where=str(where),
             fix=without,
         )
-    if camera is not None and camera not in cameras:
-        raise FormatError(
-            f"the dataset has no camera {camera!r}",
-            where="--camera",
-            fix=f"the cameras are: {named}",
-        )
+    wanted = list(dict.fromkeys(wanted))
+    if len(wanted) > MOST_CAMERAS:
+        what = f"people can see {MOST_CAMERAS} cameras side by side, and {len(wanted)} are given"
+        raise FormatError(what, where="--camera", fix="give fewer")
+    for camera in wanted:
+        if camera not in cameras:
+            raise FormatError(
+                f"the dataset has no camera {camera!r}",
+                where="--camera",
+                fix=f"the cameras are: {named}",
+            )
     seen = [name for name in cameras if name not in depth]
-    if camera is None and not seen:
+    if not wanted and not seen:
         raise FormatError(
             "all cameras are depth maps, on which people can't see what is done",
             where=str(where),
             fix=f"show one all the same with --camera: {named}",
         )
-    return camera or seen[0]
+    return wanted or seen[:MOST_CAMERAS]
 
 
 def depth_note(camera: str) -> str:
@@ -193,9 +204,9 @@ def study_input(
     FormatError
         If there is no such camera, or episodes can't be read.
     """
-    shown_camera = choose_camera(
+    shown_camera, *_ = choose_cameras(
         source.cameras,
-        camera,
+        () if camera is None else (camera,),
         depth=source.depth_cameras,
         where=source.path,
         without=source.without_cameras,

@@ -1,22 +1,20 @@
 """Tables for a study of a LeRobot dataset: its videos, and the dataset's own language.
 
 No video is copied: tables name files and parts of them (``start_s``, ``end_s``). Only episodes
-whose frames are pictures get videos, beside the tables.
+whose frames are pictures get videos, beside the tables. Further cameras have numbered columns
+(``video_2``, ``start_s_2``, ``end_s_2``, ``camera_2``).
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.episodes.films import Picture, decoded, write_film
 from corpus_tools.episodes.study_tables import (
     EPISODES,
     FILMS,
@@ -27,57 +25,60 @@ from corpus_tools.episodes.study_tables import (
     StudyInput,
     Table,
     check_errors,
-    choose_camera,
+    choose_cameras,
     depth_note,
     episode_name,
     written,
 )
-from corpus_tools.lerobot.dataset_files import (
-    check_is_file,
-    damaged,
-    file_inside,
-    first_of,
-    parquet_file,
-    whole_numbers_of,
-)
-from corpus_tools.lerobot.episode_frames import (
-    EPISODE_INDEX,
-    FramedEpisode,
-    OnError,
-    checked_episodes,
-)
+from corpus_tools.lerobot.dataset_files import check_is_file, first_of
+from corpus_tools.lerobot.episode_curves import write_episode_curves
+from corpus_tools.lerobot.episode_films import write_films
+from corpus_tools.lerobot.episode_frames import FramedEpisode, OnError, checked_episodes
 from corpus_tools.lerobot.episode_reading import INFO, Dataset
 from corpus_tools.lerobot.language_rows import SUBTASK, Row, persistent_rows_of
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError
 
+CURVES = "curves"
+"""The folder beside the tables with state and action of each episode."""
+_OF_SUBTASKS = ("episode", "style", "timestamp", "camera", "dataset")
 _ROUNDING_S = 1e-3
 
 Seconds = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class _Shown:
-    """The part of a video that shows an episode; `path` is as tables have it."""
+class _View:
+    """The part of a camera's video that shows an episode; `path` is as tables have it."""
 
-    framed: FramedEpisode
     path: str
-    start_s: float
-    is_whole: bool
+    start_s: float = 0.0
+    is_whole: bool = True
     """True if the file shows nothing else."""
 
-    @property
-    def end_s(self) -> float:
-        return self.start_s + self.framed.length_s
+    def cells(self, since_s: float, until_s: float, *, is_part: bool) -> tuple[object, ...]:
+        """Return the file and the part between two times of the episode, as tables have them."""
+        if self.is_whole and not is_part:
+            return self.path, "", ""
+        return self.path, round(self.start_s + since_s, 6), round(self.start_s + until_s, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """An episode with its view by each camera; the first one is shown large."""
+
+    framed: FramedEpisode
+    views: tuple[_View, ...]
 
 
 def study_input(
     dataset: Dataset,
     folder: Path,
     *,
-    camera: str | None = None,
+    cameras: Sequence[str] = (),
     first: int | None = None,
     scratch: Path | None = None,
+    has_curves: bool = True,
     keep_going: bool = False,
     on_progress: OnProgress = no_progress,
 ) -> StudyInput:
@@ -87,13 +88,15 @@ def study_input(
     ----------
     folder
         The folder where the tables will be; paths in them begin there.
-    camera
-        The feature to show; by default the first video that is no depth map, else the first such
-        image.
+    cameras
+        The features to show, the large one first; by default all videos and images that are no
+        depth maps, at most `MOST_CAMERAS`.
     first
         The number of episodes to take; all if None.
     scratch
-        A folder in which videos are made of pictures; a dataset of pictures needs it.
+        A folder for videos made of pictures, and for curves; a dataset of pictures needs it.
+    has_curves
+        True to have state and action beside the videos as curves, if there is a `scratch` folder.
     keep_going
         True to leave out and name episodes that can't be shown.
 
@@ -103,14 +106,13 @@ def study_input(
         If the dataset has no such camera, or metadata, frames or videos can't be read or contradict
         each other.
     """
-    shown_camera = _camera(dataset, camera)
-    is_video = shown_camera in dataset.cameras
+    cameras = _cameras(dataset, cameras)
+    videos = [name for name in cameras if name in dataset.cameras]
     errors: list[CorpusError] = []
-    cameras = (shown_camera,) if is_video else ()
     every = list(
         checked_episodes(
             dataset,
-            cameras,
+            videos,
             first=first,
             is_thorough=True,
             on_error=errors.append,
@@ -119,20 +121,28 @@ def study_input(
     )
     framed = [one for one in every if one.episode.frames]
     files: dict[str, bytes | Path] = {}
-    if is_video:
-        shown, longer = _parts(
-            dataset, framed, shown_camera, folder, on_error=errors.append, on_progress=on_progress
-        )
-        videos = (one.framed.episode.videos[shown_camera].file for one in shown)
-        files |= {name: file for file in videos if (name := _linked(dataset, file))}
-    else:
+    longer: dict[int, None] = {}
+    views: dict[str, Mapping[int, _View]] = {}
+    for number, camera in enumerate(cameras, start=1):
+        if camera in videos:
+            views[camera], its_longer = _parts(
+                dataset, framed, camera, folder, on_error=errors.append, on_progress=on_progress
+            )
+            longer |= its_longer
+            shown_files = {one.episode.videos[camera].file for one in framed}
+            files |= {name: file for file in shown_files if (name := _linked(dataset, file))}
+            continue
         if scratch is None:
             raise FormatError("videos are to be made of pictures", fix="give a folder for them")
-        films = write_films(dataset, framed, shown_camera, scratch, on_progress=on_progress)
-        names = {index: f"{FILMS}/{film.name}" for index, film in films.items()}
-        files |= {names[index]: film for index, film in films.items()}
-        shown = [_Shown(f, names[f.episode.index], 0.0, True) for f in framed]
-        longer = []
+        place = f"{FILMS}/camera-{number}" if number > 1 else FILMS
+        films = write_films(dataset, framed, camera, scratch / place, on_progress=on_progress)
+        views[camera] = {index: _View(f"{place}/{film.name}") for index, film in films.items()}
+        files |= {f"{place}/{film.name}": film for film in films.values()}
+    shown = [
+        _Shown(one, tuple(of_camera[one.episode.index] for of_camera in views.values()))
+        for one in framed
+        if all(one.episode.index in of_camera for of_camera in views.values())
+    ]
     check_errors(errors, len(shown), keep_going=keep_going)
     if not shown:
         raise FormatError(
@@ -140,12 +150,28 @@ def study_input(
         )
     notes = [
         *(f"left out: {error}" for error in errors),
-        *_notes(dataset, every, shown_camera, longer, is_all=first is None and not errors),
+        *_notes(dataset, every, cameras, list(longer), is_all=first is None and not errors),
     ]
+    more = _more_columns(cameras)
+    curves: dict[int, str] = {}
+    if has_curves and scratch is not None:
+        without: list[CorpusError] = []
+        of_episodes, left_out = write_episode_curves(
+            dataset,
+            [one.framed for one in shown],
+            scratch / CURVES,
+            on_error=without.append,
+            on_progress=on_progress,
+        )
+        check_errors(without, len(shown), keep_going=keep_going)
+        notes += [*left_out, *(f"without curves: {error}" for error in without)]
+        curves = {index: f"{CURVES}/{file.name}" for index, file in of_episodes.items()}
+        files |= {curves[index]: file for index, file in of_episodes.items()}
+        more += [CURVES, f"{CURVES}_start_s"] if curves else []
     tables: dict[str, Table] = {
         EPISODES: (
-            (*VIDEO_COLUMNS, "episode", "task", "camera", "dataset"),
-            list(_episodes(dataset, shown, shown_camera)),
+            (*VIDEO_COLUMNS, "episode", "task", "camera", "dataset", *more),
+            list(_episodes(dataset, shown, cameras, curves)),
         ),
         TASKS: (
             TASK_COLUMNS,
@@ -156,17 +182,17 @@ def study_input(
             ],
         ),
         SUBTASKS: (
-            (*VIDEO_COLUMNS, "command", "episode", "style", "timestamp", "dataset"),
-            list(_subtasks(dataset, shown, notes)),
+            (*VIDEO_COLUMNS, "command", *_OF_SUBTASKS, *more),
+            list(_subtasks(dataset, shown, cameras, curves, notes)),
         ),
     }
     return written(tables, files, notes)
 
 
-def _camera(dataset: Dataset, camera: str | None) -> str:
-    return choose_camera(
+def _cameras(dataset: Dataset, wanted: Sequence[str]) -> Sequence[str]:
+    return choose_cameras(
         (*dataset.cameras, *dataset.image_cameras),
-        camera,
+        wanted,
         depth=dataset.depth_cameras,
         where=dataset.folder,
         without="take a dataset with a camera, or draw its episodes as videos and make a study of "
@@ -182,8 +208,11 @@ def _parts(
     *,
     on_error: OnError,
     on_progress: OnProgress,
-) -> tuple[list[_Shown], list[int]]:
-    """Return the parts of videos that show episodes, and the episodes with longer videos."""
+) -> tuple[dict[int, _View], dict[int, None]]:
+    """Return the parts of a camera's videos that show episodes, and the episodes with longer ones.
+
+    Both are by the numbers of the episodes.
+    """
     from corpus_tools.video.probe import VideoInfo, probe  # noqa: PLC0415 - PyAV may be missing
 
     files = list(dict.fromkeys(one.episode.videos[camera].file for one in framed))
@@ -200,7 +229,8 @@ def _parts(
         except CorpusError as error:
             looked_at[file] = None
             on_error(error)
-    shown, longer = [], []
+    views: dict[int, _View] = {}
+    longer: dict[int, None] = {}
     for one in framed:
         part = one.episode.videos[camera]
         looked = looked_at[part.file]
@@ -214,12 +244,12 @@ def _parts(
         margin_s = 0.5 / dataset.info.fps
         last_s = looked.duration_s if part.end_s is None else part.end_s
         if last_s > end_s + margin_s:
-            longer.append(one.episode.index)
+            longer[one.episode.index] = None
         times = looked.frame_times
         is_whole = bool(start_s - margin_s < times[0] and times[-1] < end_s - _ROUNDING_S)
         path = _linked(dataset, part.file) or os.path.relpath(part.file, folder.resolve())
-        shown.append(_Shown(one, path, start_s, is_whole))
-    return shown, longer
+        views[one.episode.index] = _View(path, start_s, is_whole)
+    return views, longer
 
 
 def _linked(dataset: Dataset, file: Path) -> str:
@@ -261,13 +291,17 @@ def _problem(one: FramedEpisode, camera: str, frame_times: Seconds, fps: float) 
 def _notes(
     dataset: Dataset,
     every: Sequence[FramedEpisode],
-    camera: str,
+    cameras: Sequence[str],
     longer: Sequence[int],
     *,
     is_all: bool,
 ) -> Iterator[str]:
-    if camera in dataset.depth_cameras:
-        yield depth_note(camera)
+    for camera in cameras:
+        if camera in dataset.depth_cameras:
+            yield depth_note(camera)
+    others = [c for c in (*dataset.cameras, *dataset.image_cameras) if c not in cameras]
+    if others:
+        yield f"cameras that aren't shown: {first_of(others)}"
     empty = [one.episode.index for one in every if not one.episode.frames]
     if empty:
         yield f"left out, as they have no frames: {len(empty)} episodes: {first_of(empty)}"
@@ -281,19 +315,44 @@ def _notes(
         yield f"{INFO} has {stated!r:.20} as total_episodes, and there are {len(every)}"
 
 
-def _episodes(dataset: Dataset, shown: Sequence[_Shown], camera: str) -> Iterator[Sequence[object]]:
+def _more_columns(cameras: Sequence[str]) -> list[str]:
+    """Return the columns of the cameras after the first one."""
+    names = ("video", "start_s", "end_s", "camera")
+    return [f"{name}_{number}" for number in range(2, len(cameras) + 1) for name in names]
+
+
+def _more_views(
+    one: _Shown, cameras: Sequence[str], since_s: float, until_s: float, *, is_part: bool
+) -> Iterator[object]:
+    for camera, view in zip(cameras[1:], one.views[1:], strict=True):
+        yield from (*view.cells(since_s, until_s, is_part=is_part), camera)
+
+
+def _its_curves(index: int, curves: Mapping[int, str], since_s: float) -> tuple[object, ...]:
+    return () if not curves else (curves.get(index, ""), since_s or "")
+
+
+def _episodes(
+    dataset: Dataset, shown: Sequence[_Shown], cameras: Sequence[str], curves: Mapping[int, str]
+) -> Iterator[Sequence[object]]:
     for one in shown:
-        episode = one.framed.episode
-        part = ("", "") if one.is_whole else (round(one.start_s, 6), round(one.end_s, 6))
+        episode, length_s = one.framed.episode, one.framed.length_s
+        path, *part = one.views[0].cells(0.0, length_s, is_part=False)
         tasks = "; ".join(episode.tasks)
         yield (
-            one.path, episode_name(episode.index), *part,
-            episode.index, tasks, camera, str(dataset.folder),
+            path, episode_name(episode.index), *part,
+            episode.index, tasks, cameras[0], str(dataset.folder),
+            *_more_views(one, cameras, 0.0, length_s, is_part=False),
+            *_its_curves(episode.index, curves, 0.0),
         )  # fmt: skip
 
 
 def _subtasks(
-    dataset: Dataset, shown: Sequence[_Shown], notes: list[str]
+    dataset: Dataset,
+    shown: Sequence[_Shown],
+    cameras: Sequence[str],
+    curves: Mapping[int, str],
+    notes: list[str],
 ) -> Iterator[Sequence[object]]:
     """Yield the rows of the dataset's own subtasks; those with one beginning share a part."""
     by_index = {one.framed.episode.index: one for one in shown}
@@ -317,103 +376,15 @@ def _subtasks(
             starts = [*sorted({since_s for since_s, _ in subtasks}), length_s]
             for number, (since_s, row) in enumerate(subtasks, start=1):
                 end_s = starts[starts.index(since_s) + 1]
-                part = (round(one.start_s + since_s, 6), round(one.start_s + end_s, 6))
+                path, *part = one.views[0].cells(since_s, end_s, is_part=True)
                 name = f"{episode_name(index)}-subtask-{number:02d}"
-                of_row = (row["content"], index, SUBTASK, _time(row), str(dataset.folder))
-                yield (one.path, name, *part, *of_row)
+                yield (
+                    path, name, *part, row["content"], index, SUBTASK, _time(row), cameras[0],
+                    str(dataset.folder),
+                    *_more_views(one, cameras, since_s, end_s, is_part=True),
+                    *_its_curves(index, curves, since_s),
+                )  # fmt: skip
 
 
 def _time(row: Row) -> float:
     return float(row["timestamp"])
-
-
-FILES = (
-    "images/{key}/episode_{episode:06d}/frame_{frame:06d}.png",
-    "images/{key}/episode-{episode:06d}/frame-{frame:06d}.png",
-)
-"""The files of pictures, as LeRobot has them in version 2 and in version 3."""
-ROWS_AT_ONCE = 16
-LARGEST_FILE = 256 << 20
-
-
-def write_films(
-    dataset: Dataset,
-    episodes: Sequence[FramedEpisode],
-    camera: str,
-    folder: Path,
-    *,
-    on_progress: OnProgress,
-) -> dict[int, Path]:
-    """Write a video of each episode into a folder, by the numbers of the episodes.
-
-    Raises
-    ------
-    FormatError
-        If a picture is missing, can't be read, or hasn't the size of the first of its episode.
-    """
-    wanted = {one.episode.index: one for one in episodes}
-    films: dict[int, Path] = {}
-    for file in dict.fromkeys(one.episode.data for one in episodes):
-        for index, cells in groupby(_cells(file, camera), key=lambda cell: cell.episode):
-            one = wanted.get(index)
-            if one is None:
-                continue
-            if index in films:
-                raise one.episode.error(f"its frames in {file.name} are not all together")
-            films[index] = folder / f"episode-{index:06d}.mp4"
-            pictures = _pictures(dataset, camera, cells)
-            write_film(pictures, films[index], dataset.info.fps, str(file))
-            on_progress("making videos of pictures", len(films), len(wanted))
-    return films
-
-
-@dataclass(frozen=True, slots=True)
-class _Cell:
-    """The picture of a frame, as the data have it."""
-
-    episode: int
-    frame: int
-    """Counted from 0 in the episode."""
-    value: Any
-    where: str
-
-
-def _cells(file: Path, camera: str) -> Iterator[_Cell]:
-    row, last, frame = 0, -1, 0
-    with parquet_file(file) as parquet:
-        has_cells = camera in parquet.schema_arrow.names
-        columns = [EPISODE_INDEX, *([camera] if has_cells else [])]
-        for batch in parquet.iter_batches(ROWS_AT_ONCE, columns=columns):
-            episodes = whole_numbers_of(batch, EPISODE_INDEX, file, row).tolist()
-            cells = batch.column(camera).to_pylist() if has_cells else [None] * len(episodes)
-            for index, cell in zip(episodes, cells, strict=True):
-                frame = frame + 1 if index == last else 0
-                last = index
-                where = f"{file}, column {camera}, episode {index}, frame {frame}"
-                yield _Cell(index, frame, cell, where)
-            row += len(episodes)
-
-
-def _pictures(dataset: Dataset, camera: str, cells: Iterable[_Cell]) -> Iterator[Picture]:
-    for cell in cells:
-        yield decoded(_content(dataset, camera, cell), cell.where)
-
-
-def _content(dataset: Dataset, camera: str, cell: _Cell) -> bytes:
-    """Return the bytes of a picture: from the cell, else from the named or usual file."""
-    is_row = isinstance(cell.value, Mapping)
-    content = cell.value.get("bytes") if is_row else cell.value
-    if isinstance(content, bytes) and content:
-        return content
-    named = cell.value.get("path") if is_row else cell.value
-    names = [p.format(key=camera, episode=cell.episode, frame=cell.frame) for p in FILES]
-    if isinstance(named, str) and named:
-        names.insert(0, named)
-    for name in names:
-        file = file_inside(dataset.folder, name, where=cell.where)
-        if file.exists():
-            check_is_file(file)
-            if file.stat().st_size > LARGEST_FILE:
-                raise damaged(file, "the picture is too large")
-            return file.read_bytes()
-    raise damaged(cell.where, f"there is no picture, and no file {names[0]}")

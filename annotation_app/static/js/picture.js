@@ -28,7 +28,7 @@ export function showPicture(scene, pick, moved) {
   const hint = h("p", { class: "note" });
   const element = h(
     "div",
-    { class: "picture player", "data-fps": scene.fps, "data-duration": scene.duration_s },
+    { class: "picture player", "data-fps": scene.fps, "data-duration": scene.duration_s, "data-beside": scene.beside && JSON.stringify(scene.beside) },
     h("div", { class: "screen" }, video, layer),
   );
   const player = equip(element, (t) => {

@@ -1,6 +1,9 @@
 // The video player of all pages: a bar below the picture, which covers nothing of it.
 
+import { showCameras } from "./cameras.js";
+import { showCurves } from "./curves.js";
 import { announce, h, isShortcut, s } from "./dom.js";
+import { mediaUrl } from "./server.js";
 import { read, write } from "./storage.js";
 import { _, decimal, number } from "./speech.js";
 
@@ -14,6 +17,7 @@ const ICONS = {
   start: "M2 2h2v12H2zM14 2v12L5 8z",
   back: "M11 2v12L3 8zM12 2h2v12h-2z",
   on: "M5 2v12l8-6zM2 2h2v12H2z",
+  alike: "M1 2h6v5H1zM9 2h6v5H9zM1 9h6v5H1zM9 9h6v5H9z",
   full: "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z",
 };
 const players = new WeakMap();
@@ -26,7 +30,8 @@ document.addEventListener("keydown", press);
 export const playerOf = (box) => players.get(box) ?? equip(box);
 
 /**
- * Give the video in a box a bar. The box tells `data-fps` and `data-duration`, if they are known.
+ * Give the video in a box a bar. The box tells `data-fps` and `data-duration`, if they are known. What is shown beside the
+ * video is in `data-beside`, or in the data of a task's page.
  *
  * Gives {element, video, note, seek(t), time}; `moved(t)` is called as the video goes on.
  */
@@ -34,6 +39,8 @@ export function equip(box, moved = () => {}) {
   const video = box.querySelector("video");
   const note = h("p", { class: "note", role: "status" });
   let fps = Number(box.dataset.fps) || 0;
+  const beside = JSON.parse(box.dataset.beside ?? "null") ?? besideOfPage(video) ?? {};
+  const cameras = beside.views?.length ? showCameras(box, video, beside) : null;
 
   const button = (icon, label, onclick, more = {}) =>
     h("button", { type: "button", title: label, "aria-label": label, onclick, ...more }, drawn(icon));
@@ -50,15 +57,25 @@ export function equip(box, moved = () => {}) {
   const full = document.fullscreenEnabled
     ? button("full", _("Full screen"), () => (document.fullscreenElement ? document.exitFullscreen() : box.requestFullscreen()))
     : null;
+  const alike = cameras && button("alike", _("All cameras alike"), () => setAlike(!cameras.isAlike), { "aria-pressed": cameras.isAlike });
   const bar = h(
     "div",
     { class: "player-bar", dir: "ltr", role: "group", "aria-label": _("Controls of the video") },
     play, toStart,
     button("back", _("One frame back (,)"), () => step(-1)),
     button("on", _("One frame on (.)"), () => step(1)),
-    h("span", { class: "player-time" }, slider, clock), speed, full ?? "",
+    h("span", { class: "player-time" }, slider, clock), speed, alike ?? "", full ?? "",
   );
 
+  function setAlike(yes) {
+    cameras.setAlike(yes);
+    alike.setAttribute("aria-pressed", cameras.isAlike);
+  }
+  function nextCamera() {
+    if (!cameras) return;
+    cameras.next();
+    alike.setAttribute("aria-pressed", false);
+  }
   /** As the server has measured it: browsers may not know yet, or take a header's word for it. */
   function duration() {
     const measured = Number(box.dataset.duration);
@@ -95,6 +112,7 @@ export function equip(box, moved = () => {}) {
     slider.setAttribute("aria-valuetext", _("%(time)s seconds", { time: number(t) }));
     clock.textContent = _("%(time)s / %(whole)s s", { time: number(Math.min(t, duration())), whole: number(duration()) });
     toStart.disabled = t === 0;
+    curves?.at(t);
     moved(t);
   }
   function setSpeed(value) {
@@ -121,7 +139,8 @@ export function equip(box, moved = () => {}) {
     });
   }
 
-  const player = { element: box, video, note, seek, toggle, step, changeSpeed, get duration() { return duration(); }, get time() { return video.currentTime || 0; } };
+  const player = { element: box, video, note, seek, toggle, step, changeSpeed, nextCamera, get duration() { return duration(); }, get time() { return video.currentTime || 0; } };
+  const curves = beside.curves ? showCurves(beside, { video, go, step, get duration() { return duration(); } }) : null;
   players.set(box, player);
   active ??= player;
   video.controls = false;
@@ -154,7 +173,7 @@ export function equip(box, moved = () => {}) {
   );
   failure.hidden = !video.error;
   video.addEventListener("error", () => (failure.hidden = false));
-  box.append(bar, note, failure);
+  box.append(bar, note, failure, curves?.element ?? "");
   show(isBegun(video) ? video.currentTime : 0);
   catchUp(video);
   return player;
@@ -194,6 +213,12 @@ export function watchToEnd(player, alreadyWatched, watched) {
   catchUp(video);
 }
 
+/** What is shown beside a video by the data of a task's page, if they are about this video. */
+function besideOfPage(video) {
+  const { payload } = JSON.parse(document.getElementById("item")?.textContent ?? "{}");
+  return payload?.video && mediaUrl(payload.video) === video.getAttribute("src") ? payload.beside : null;
+}
+
 /** Whether somebody has used the browser's own controls, which are there before this script is. */
 function isBegun(video) {
   return !video.paused || video.played.length > 0;
@@ -222,6 +247,7 @@ function press(event) {
     ".": () => active.step(1),
     "<": () => active.changeSpeed(-1),
     ">": () => active.changeSpeed(1),
+    v: active.nextCamera,
   }[event.key.toLowerCase()];
   if (!does) return;
   event.preventDefault();

@@ -15,7 +15,7 @@ from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
 from tests.annotation_app.browser import Browser, described
 from tests.annotation_app.study_setup.test_own_videos import set_up
-from tests.lerobot_datasets import new_dataset
+from tests.lerobot_datasets import CAMERA, new_dataset
 
 STUDY = {
     "name": "robot",
@@ -39,8 +39,9 @@ def cut(*steps: tuple[float, str]) -> dict[str, Any]:
 
 
 def study_of(tmp_path: Path, source: Path | None = None, **changes: Any) -> Path:
-    source = source or new_dataset(tmp_path / "set")
-    assert run(["import", "lerobot", str(source), "--out", str(tmp_path / "tables")]) == 0
+    camera = [] if source else ["--camera", CAMERA]
+    call = ["import", "lerobot", str(source or new_dataset(tmp_path / "set")), *camera]
+    assert run([*call, "--out", str(tmp_path / "tables")]) == 0
     file = tmp_path / "robot.yaml"
     file.write_text(json.dumps(STUDY | changes))
     assert run(["annotate", "check", str(file), "--instance", str(tmp_path / "instance")]) == 0

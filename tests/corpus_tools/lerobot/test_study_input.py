@@ -43,7 +43,7 @@ def test_episodes_of_version_3_are_parts_of_files(tmp_path: Path, capsys):
     ]  # fmt: skip
     assert [float(row["timestamp"]) for row in subtasks] == [0.0, 0.5, 0.0]
     assert sorted(file.name for file in out.iterdir()) == [
-        "episodes.csv", "subtasks.csv", "tasks.csv",
+        "curves", "episodes.csv", "subtasks.csv", "tasks.csv",
     ]  # fmt: skip
 
 
@@ -58,11 +58,21 @@ def test_episodes_of_version_2_are_files(tmp_path: Path):
 
 def test_a_camera_and_some_episodes(tmp_path: Path):
     dataset = open_dataset(new_dataset(tmp_path / "set"))
-    made = study_input(dataset, tmp_path / "out", camera=WRIST, first=2)
+    made = study_input(dataset, tmp_path / "out", cameras=[WRIST], first=2)
     assert made.rows == {"episodes.csv": 2, "tasks.csv": 2, "subtasks.csv": 3}
     assert WRIST.encode() in made.files["episodes.csv"]
+    every = study_input(dataset, tmp_path / "out").files["episodes.csv"]
+    assert isinstance(every, bytes)
+    (row, *_) = csv.DictReader(every.decode().splitlines())
+    assert (row["camera"], row["camera_2"], row["end_s_2"]) == (CAMERA, WRIST, "1.2")
+    assert f"/{WRIST}/" in row["video_2"]
+    (row, *_) = csv.DictReader(
+        study_input(dataset, tmp_path / "out", cameras=[WRIST, CAMERA])
+        .files["subtasks.csv"].decode().splitlines()
+    )  # fmt: skip
+    assert (row["camera"], row["camera_2"], row["end_s_2"]) == (WRIST, CAMERA, "0.5")
     with pytest.raises(FormatError, match="no camera 'side'") as error:
-        study_input(dataset, tmp_path / "out", camera="side")
+        study_input(dataset, tmp_path / "out", cameras=["side"])
     assert CAMERA in error.value.fix
 
 
