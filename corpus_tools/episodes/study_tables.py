@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from corpus_tools.episodes.depth import DepthScale
 from corpus_tools.episodes.films import Picture, write_film
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError, ManyError
@@ -149,9 +150,12 @@ def choose_cameras(
     return wanted or seen[:MOST_CAMERAS]
 
 
-def depth_note(camera: str) -> str:
-    """Return the note that people see a depth map."""
-    return f"{camera} is a depth map: people see distances, no colours"
+def depth_note(camera: str, scale: DepthScale | None = None) -> str:
+    """Return the note that people see a depth map, with the scale of its false colours."""
+    if scale is None:
+        return f"{camera} is a depth map: people see distances, no colours"
+    ends = f"{scale.near_m:.2f} m (red) to {scale.far_m:.2f} m (blue)"
+    return f"{camera} is a depth map: people see distances, from {ends}"
 
 
 def check_errors(errors: Sequence[CorpusError], shown: int, *, keep_going: bool) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.episodes.depth import DepthScale
 from corpus_tools.episodes.study_tables import (
     EPISODES,
     FILMS,
@@ -32,7 +33,7 @@ from corpus_tools.episodes.study_tables import (
 )
 from corpus_tools.lerobot.dataset_files import check_is_file, first_of
 from corpus_tools.lerobot.episode_curves import write_episode_curves
-from corpus_tools.lerobot.episode_films import write_films
+from corpus_tools.lerobot.episode_films import has_distances, write_depth_films, write_films
 from corpus_tools.lerobot.episode_frames import FramedEpisode, OnError, checked_episodes
 from corpus_tools.lerobot.episode_reading import INFO, Dataset
 from corpus_tools.lerobot.language_rows import SUBTASK, Row, persistent_rows_of
@@ -94,7 +95,7 @@ def study_input(
     first
         The number of episodes to take; all if None.
     scratch
-        A folder for videos made of pictures, and for curves; a dataset of pictures needs it.
+        A folder for videos made of pictures or depth maps, which need it, and for curves.
     has_curves
         True to have state and action beside the videos as curves, if there is a `scratch` folder.
     keep_going
@@ -123,21 +124,34 @@ def study_input(
     files: dict[str, bytes | Path] = {}
     longer: dict[int, None] = {}
     views: dict[str, Mapping[int, _View]] = {}
+    scales: dict[str, DepthScale] = {}
     for number, camera in enumerate(cameras, start=1):
+        there = framed
         if camera in videos:
             views[camera], its_longer = _parts(
                 dataset, framed, camera, folder, on_error=errors.append, on_progress=on_progress
             )
             longer |= its_longer
+            there = [one for one in framed if one.episode.index in views[camera]]
+        is_measured = bool(there) and has_distances(dataset, there[0], camera)
+        if camera in videos and not is_measured:
             shown_files = {one.episode.videos[camera].file for one in framed}
             files |= {name: file for file in shown_files if (name := _linked(dataset, file))}
-            continue
-        if scratch is None:
-            raise FormatError("videos are to be made of pictures", fix="give a folder for them")
-        place = f"{FILMS}/camera-{number}" if number > 1 else FILMS
-        films = write_films(dataset, framed, camera, scratch / place, on_progress=on_progress)
-        views[camera] = {index: _View(f"{place}/{film.name}") for index, film in films.items()}
-        files |= {f"{place}/{film.name}": film for film in films.values()}
+        elif there:
+            if scratch is None:
+                raise FormatError("videos are to be made of pictures", fix="give a folder for them")
+            place = f"{FILMS}/camera-{number}" if number > 1 else FILMS
+            if is_measured:
+                films, scale = write_depth_films(
+                    dataset, there, camera, scratch / place, on_progress=on_progress
+                )
+                scales[camera] = scale
+            else:
+                films = write_films(
+                    dataset, there, camera, scratch / place, on_progress=on_progress
+                )
+            views[camera] = {index: _View(f"{place}/{film.name}") for index, film in films.items()}
+            files |= {f"{place}/{film.name}": film for film in films.values()}
     shown = [
         _Shown(one, tuple(of_camera[one.episode.index] for of_camera in views.values()))
         for one in framed
@@ -150,6 +164,7 @@ def study_input(
         )
     notes = [
         *(f"left out: {error}" for error in errors),
+        *(depth_note(c, scales.get(c)) for c in cameras if c in dataset.depth_cameras),
         *_notes(dataset, every, cameras, list(longer), is_all=first is None and not errors),
     ]
     more = _more_columns(cameras)
@@ -296,9 +311,6 @@ def _notes(
     *,
     is_all: bool,
 ) -> Iterator[str]:
-    for camera in cameras:
-        if camera in dataset.depth_cameras:
-            yield depth_note(camera)
     others = [c for c in (*dataset.cameras, *dataset.image_cameras) if c not in cameras]
     if others:
         yield f"cameras that aren't shown: {first_of(others)}"

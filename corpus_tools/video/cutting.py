@@ -151,6 +151,12 @@ def pictures(file: Path, info: VideoInfo, part: Span) -> Iterator[tuple[float, N
             yield float(at), picture(frame, info.pixel_aspect)
 
 
+def frames(file: Path, info: VideoInfo, part: Span) -> Iterator[av.VideoFrame]:
+    """Yield the frames of a span as they are stored; a FormatError if one can't be read."""
+    with _named(file, part):
+        yield from _frames(file, _Clock.of(info, part))
+
+
 def cut(file: Path, info: VideoInfo, part: Span, target: Path) -> None:
     """Write a span of a video as a file of its own.
 

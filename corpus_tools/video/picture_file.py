@@ -6,6 +6,7 @@ A file of some kilobytes may hold billions of equal pixels. Its header says how 
 from __future__ import annotations
 
 import struct
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -47,6 +48,50 @@ def decoded(content: bytes, *, where: str) -> npt.NDArray[np.uint8]:
     if picture is None:
         raise FormatError("the picture can't be read", where=where, fix=_AS)
     return picture.astype(np.uint8, copy=False)
+
+
+def are_distances(content: bytes) -> bool:
+    """Return True for the kinds of pictures that :func:`decoded_distances` reads."""
+    is_png = content.startswith(b"\x89PNG")
+    return content[24:25] == b"\x10" if is_png else content.startswith((b"II*\0", b"MM\0*"))
+
+
+def decoded_distances(content: bytes, *, where: str) -> npt.NDArray[Any]:
+    """Decode a depth map: TIFF, or PNG with 16 bits.
+
+    Parameters
+    ----------
+    content
+        The file's bytes.
+    where
+        Its name in errors.
+
+    Returns
+    -------
+    array of shape (height, width)
+        The numbers as they are stored: float32, uint16 or uint8.
+
+    Raises
+    ------
+    FormatError
+        If it is damaged, of another kind, or larger than `MOST_PIXELS`.
+    """
+    import cv2  # noqa: PLC0415 - large, and not always installed
+
+    fix = "save it as TIFF of float32 or uint16, or as PNG of uint16"
+    try:
+        size = next(read(content) for head, read in _DEPTHS.items() if content.startswith(head))
+    except (struct.error, ValueError, StopIteration) as error:
+        what = "this is no depth map of a kind that is read"
+        raise FormatError(what, where=where, fix=fix) from error
+    check_pixels(*size, where=where)
+    try:
+        numbers = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        numbers = None
+    if numbers is None or numbers.ndim != 2 or numbers.shape != (size[1], size[0]):
+        raise FormatError("the depth map can't be read", where=where, fix=fix)
+    return numbers
 
 
 def check_pixels(width: int, height: int, *, where: str) -> None:
@@ -120,6 +165,23 @@ def _bmp(content: bytes) -> tuple[int, int]:
     return abs(width), abs(height)
 
 
+def _tiff(content: bytes) -> tuple[int, int]:
+    """Read width and height, tags 256 and 257, of the first picture."""
+    order = "<" if content.startswith(b"II") else ">"
+    (at,) = struct.unpack_from(f"{order}I", content, 4)
+    (count,) = struct.unpack_from(f"{order}H", content, at)
+    sizes = {}
+    for number in range(count):
+        tag, kind = struct.unpack_from(f"{order}HH", content, at + 2 + 12 * number)
+        if tag in (256, 257) and kind in (3, 4):
+            value = f"{order}{'H' if kind == 3 else 'I'}"
+            (sizes[tag],) = struct.unpack_from(value, content, at + 10 + 12 * number)
+    if len(sizes) < 2:
+        raise ValueError
+    return sizes[256], sizes[257]
+
+
+_DEPTHS = {b"\x89PNG\r\n\x1a\n": _png, b"II*\0": _tiff, b"MM\0*": _tiff}
 _HEADERS = {
     b"\x89PNG\r\n\x1a\n": _png,
     b"\xff\xd8": _jpeg,
