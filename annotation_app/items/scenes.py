@@ -280,7 +280,8 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
     ``beside``: see :meth:`Beside.payload`;
     ``steps``: start and end of each; ``segmentation``: ``image`` (a name of media), ``width``,
     ``height`` and ``objects`` with ``id``, ``value``, ``box``, ``polygons`` in pixels of the
-    poster; ``map``: see :func:`_map`.
+    poster, and ``moments`` of the video where more are known (see
+    :class:`~annotation_app.study_setup.coco_things.PictureThings`); ``map``: see :func:`_map`.
     """
     public = {real: alias for alias, real in names.objects.items()}
     outlines = [
@@ -289,6 +290,7 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
             "value": item["value"],
             "box": item["box"],
             "polygons": item["polygons"],
+            **({"moments": item["moments"]} if "moments" in item else {}),
         }
         for item in scene.segmentation.get("objects", [])
         if item["id"] in public

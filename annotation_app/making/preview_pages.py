@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated, Any
@@ -89,7 +90,7 @@ def _prepared(draft: StudyDraft, item: OwnVideo) -> Path:
 def _played(draft: StudyDraft, item: Rendered | OwnVideo) -> Path:
     """Return the file that people would watch."""
     if isinstance(item, OwnVideo):
-        return played_file(item, _prepared(draft, item))
+        return played_file(item, _prepared(draft, replace(item, things=None)))
     return item.folder / FILES["video"]
 
 

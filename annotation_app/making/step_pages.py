@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -251,19 +252,41 @@ def _about_videos(_session: Session, draft: StudyDraft) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True, slots=True)
+class PicturedVideo:
+    """A video of a draft, with a small picture of it and the page on which one draws in it."""
+
+    video: str
+    picture: str
+    draw: str
+    """Empty where what is in it is known already."""
+    things: int
+
+
+def pictured(draft: StudyDraft, parts: StudyParts | None) -> list[PicturedVideo]:
+    """Return a draft's videos, in their order."""
+    return [
+        PicturedVideo(
+            item.video,
+            flask.url_for("making_uploads.video_picture", name=draft.name, number=n),
+            flask.url_for("making_drawing.draw", name=draft.name, number=n)
+            if isinstance(item, OwnVideo)
+            else "",
+            len(item.things.things) if isinstance(item, OwnVideo) and item.things else 0,
+        )
+        for n, item in enumerate(() if parts is None else parts.videos)
+    ]
+
+
 def _about_things(draft: StudyDraft, parts: StudyParts | None) -> dict[str, Any]:
     """Return how many things are marked, in how many videos, and the videos without any."""
-    videos = () if parts is None else parts.videos
-    things = [item.things for item in videos if isinstance(item, OwnVideo)]
     bare = [] if parts is None else parts.without_things
+    videos = pictured(draft, parts)
     return {
-        "thing_count": sum(len(one.things) for one in things if one is not None),
+        "thing_count": sum(one.things for one in videos),
         "video_count": len(videos),
-        "without_things": [
-            (item.video, flask.url_for("making_uploads.video_picture", name=draft.name, number=n))
-            for n, item in enumerate(videos)
-            if item.video in bare
-        ],
+        "without_things": [one for one in videos if one.video in bare],
+        "with_things": [one for one in videos if one.draw and one.video not in bare],
     }
 
 

@@ -49,8 +49,10 @@ class PictureThings:
     height: int
     """Width and height are the picture's, in pixels."""
     things: tuple[Mapping[str, Any], ...]
-    """``id`` of the annotation as text, ``label``, ``box`` (x, y, width and height in pixels) and
-    ``polygons`` of each."""
+    """``id`` of the annotation or of its track as text, ``label``, ``box`` (x, y, width and height
+    in pixels) and ``polygons`` of each. Things known at other moments than the video's first have
+    ``moments``: ``time_s``, ``box``, ``polygons`` and ``is_keyframe`` of each, ascending; their own
+    box is that of the first."""
 
 
 class Mask(msgspec.Struct, frozen=True):
@@ -67,6 +69,14 @@ class _Image(msgspec.Struct, frozen=True):
     file_name: str
     width: int
     height: int
+    video: Any = None
+    """Name of the video, in files of this program; `file_name` gives it in others."""
+    time_s: float | None = None
+    """Moment of the video, in seconds; None for its picture: a still, or the first frame."""
+
+    @property
+    def moment_s(self) -> float:
+        return self.time_s or 0.0
 
 
 class _Category(msgspec.Struct, frozen=True):
@@ -80,6 +90,10 @@ class _Annotation(msgspec.Struct, frozen=True):
     category_id: int | str
     bbox: tuple[float, float, float, float]
     segmentation: list[list[float]] | Mask | None = None
+    track_id: Any = None
+    """The same for a thing at several moments."""
+    keyframe: Any = True
+    """False if a program made it of others."""
 
 
 class _Coco(msgspec.Struct, frozen=True):
@@ -101,7 +115,8 @@ def read_things(
     path
         A COCO file. An image is of the video that has its name, or whose file has it, without the
         ending. If there is none, its name is read as annotation tools write it: with Windows'
-        paths, in addresses, and with a prefix of Label Studio.
+        paths, in addresses, and with a prefix of Label Studio. Images of one video at several
+        moments (``time_s``) show the same thing where annotations have the same ``track_id``.
     videos
         The videos' files by the videos' names.
     parts
@@ -127,7 +142,7 @@ def read_things(
     wrong = [*_annotation_problems(coco)]
     unused: dict[int | str, str] = {}
     for image in coco.images:
-        found, is_exact = names.of_image(image.file_name)
+        found, is_exact = names.of_image(image.file_name, image.video)
         if len({names.shows(video) for video in found}) > 1:
             fix = "call the image as one of them is called"
             what = f"its name {image.file_name!r} is of several videos: {', '.join(found)}"
@@ -151,20 +166,41 @@ def read_things(
     if loose:
         on_note(f"{path}: taken for images of videos: {_first(loose)}")
     labels = {category.id: category.name for category in coco.categories}
-    things = {}
-    bare: list[str] = []
+    of_image = _by_image(coco)
+    images: dict[str, list[_Image]] = {}
     for video, image in shown:
-        still = find_file(path.parent, image.file_name).resolve()
-        of_image = (one for one in coco.annotations if one.image_id == image.id)
-        marked = tuple(_thing(one, labels[one.category_id]) for one in of_image)
-        if not marked:
-            bare.append(image.file_name)
-            continue
-        picture = still if os.path.isfile(still) else None  # noqa: PTH113 - it may be too long
-        things[video] = PictureThings(picture, image.width, image.height, marked)
+        images.setdefault(video, []).append(image)
+    things = {
+        video: _picture(path.parent, of_video, of_image, labels)
+        for video, of_video in images.items()
+    }
+    bare = [one.file_name for video in images for one in images[video] if not things[video].things]
     if bare:
         on_note(f"{path}: nothing is marked in: {_first(map(repr, bare))}")
-    return things
+    return {video: found for video, found in things.items() if found.things}
+
+
+def _picture(
+    folder: Path,
+    images: Sequence[_Image],
+    of_image: Mapping[int | str, Sequence[_Annotation]],
+    labels: Mapping[int | str, str],
+) -> PictureThings:
+    """Return the things in a video's images, whose names begin at a folder."""
+    moments = sorted(images, key=lambda image: image.moment_s)
+    first = moments[0]
+    still = find_file(folder, first.file_name).resolve()
+    is_still = first.time_s is None and os.path.isfile(still)  # noqa: PTH113 - it may be too long
+    things = _things(moments, of_image, labels)
+    return PictureThings(still if is_still else None, first.width, first.height, things)
+
+
+def images_of(path: Path, videos: Mapping[str, Path], video: str) -> set[int | str]:
+    """Return the ids of the images in a COCO file that are of a video, as for `read_things`."""
+    coco = read_json(path, _Coco, what="COCO file", fix=FORM)
+    names = _Names(videos, {})
+    found = ((image.id, names.of_image(image.file_name, image.video)[0]) for image in coco.images)
+    return {image for image, of_videos in found if video in of_videos}
 
 
 def is_coco(file: Path) -> bool:
@@ -195,8 +231,10 @@ class _Names:
         """Return what a video shows: its file, and the part of it."""
         return self._files[video], self._parts.get(video)
 
-    def of_image(self, name: str) -> tuple[list[str], bool]:
+    def of_image(self, name: str, video: Any = None) -> tuple[list[str], bool]:
         """Return the videos that an image is of, and if it has their very name."""
+        if isinstance(video, str):
+            return self._ids.get(normal_name(video), []), True
         stem = normal_name(PurePosixPath(name).stem)
         exact = self._ids.get(stem) or self._stems.get(stem)
         if exact:
@@ -252,17 +290,24 @@ def _image_problems(
     coco: _Coco, shown: Sequence[tuple[str, _Image]]
 ) -> Iterator[tuple[str, str, str]]:
     """Yield place, fault and fix of the images of videos, and of the boxes in them."""
-    seen: set[str] = set()
+    seen: dict[tuple[str, float], _Image] = {}
+    sizes: dict[str, tuple[int, int]] = {}
+    annotations = _by_image(coco)
     for video, image in shown:
         at = f"image {image.id}"
-        if video in seen:
+        if (video, image.moment_s) in seen:
             yield at, f"two images are of the video {video!r}", "leave one out"
-        seen.add(video)
+        seen[video, image.moment_s] = image
         size = image.height, image.width
-        of_image = [one for one in coco.annotations if one.image_id == image.id]
+        if sizes.setdefault(video, size) != size:
+            yield at, f"images of the video {video!r} differ in size", "give them the same"
+        of_image = annotations.get(image.id, [])
         if len(of_image) > MOST_THINGS:
             what = f"there are {len(of_image)} things, and people see at most {MOST_THINGS}"
             yield at, what, "leave some out"
+        names = Counter(thing_id(one, image) for one in of_image)
+        for name in (name for name, count in names.items() if count > 1):
+            yield at, f"{names[name]} annotations are of the thing {name}", "leave the others out"
         for one in of_image:
             if what := _outside(one, image):
                 fix = "correct its bbox: x, y, width and height in pixels"
@@ -294,12 +339,46 @@ def _polygons(one: _Annotation) -> list[list[list[float]]]:
     ]
 
 
-def _thing(one: _Annotation, label: str) -> Mapping[str, Any]:
-    """Return a thing as in ``segmentation.json``; one without an outline is shown by its box."""
+def _by_image(coco: _Coco) -> Mapping[int | str, Sequence[_Annotation]]:
+    found: dict[int | str, list[_Annotation]] = {}
+    for one in coco.annotations:
+        found.setdefault(one.image_id, []).append(one)
+    return found
+
+
+def thing_id(one: _Annotation, image: _Image) -> str:
+    """Return the id of an annotation's thing: that of its track, at moments of a video."""
+    is_tracked = image.time_s is not None and one.track_id is not None
+    return str(one.track_id if is_tracked else one.id)
+
+
+def _things(
+    images: Sequence[_Image],
+    of_image: Mapping[int | str, Sequence[_Annotation]],
+    labels: Mapping[int | str, str],
+) -> tuple[Mapping[str, Any], ...]:
+    """Return the things at a video's moments, in their order, as in ``segmentation.json``."""
+    found: dict[str, dict[str, Any]] = {}
+    for image in images:
+        for one in of_image.get(image.id, ()):
+            shape = _shape(one)
+            id_ = thing_id(one, image)
+            thing = found.setdefault(
+                id_, {"id": id_, "label": labels[one.category_id], **shape, "moments": []}
+            )
+            moment = {"time_s": image.moment_s, **shape, "is_keyframe": one.keyframe is not False}
+            thing["moments"].append(moment)
+    for thing in found.values():
+        if len(thing["moments"]) == 1 and not thing["moments"][0]["time_s"]:
+            del thing["moments"]
+    return tuple(found.values())
+
+
+def _shape(one: _Annotation) -> dict[str, Any]:
+    """Return an annotation's box and polygons; one without an outline is shown by its box."""
     x, y, width, height = one.bbox
     box = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
-    polygons = _polygons(one) or [box]
-    return {"id": str(one.id), "label": label, "box": list(one.bbox), "polygons": polygons}
+    return {"box": list(one.bbox), "polygons": _polygons(one) or [box]}
 
 
 def outlines(mask: Mask) -> list[list[list[float]]]:

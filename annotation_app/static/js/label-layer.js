@@ -40,6 +40,8 @@ export function labelLayer() {
     }));
     const placed = layOut(wanted, inPixels(frame));
     lines.replaceChildren();
+    const keys = new Set(labels.map((label) => `${label.kind} ${label.id}`));
+    for (const [key, group] of made) if (!keys.has(key)) group.setAttribute("class", "cap left-out");
     for (const label of labels) {
       const group = cap(label);
       const spot = placed.get(`${label.kind} ${label.id}`);

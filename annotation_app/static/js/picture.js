@@ -4,7 +4,7 @@ import { h } from "./dom.js";
 import { showOutlines } from "./outlines.js";
 import { equip, watchToEnd } from "./player.js";
 import { mediaUrl } from "./server.js";
-import { _ } from "./speech.js";
+import { _, listed } from "./speech.js";
 
 const FIRST_MOMENT_S = 0.15;
 
@@ -24,17 +24,20 @@ export function showPicture(scene, pick, moved) {
     "aria-label": _("The video"),
   });
   const outlines = showOutlines(scene, pick);
-  const layer = outlines.element;
+  const known = scene.things.filter((thing) => thing.outline);
+  const isFollowed = known.length > 0 && known.every((thing) => thing.outline.moments);
+  const come = known.filter((thing) => thing.outline.moments?.[0].time_s > FIRST_MOMENT_S).map((thing) => thing.number);
+  const later = come.length ? _("Later in the video: %(numbers)s", { numbers: listed(come) }) : "";
   const hint = h("p", { class: "note" });
   const element = h(
     "div",
     { class: "picture player", "data-fps": scene.fps, "data-duration": scene.duration_s, "data-beside": scene.beside && JSON.stringify(scene.beside) },
-    h("div", { class: "screen" }, video, layer),
+    h("div", { class: "screen" }, video, outlines.element),
   );
   const player = equip(element, (t) => {
     const isFirst = t <= FIRST_MOMENT_S;
-    layer.classList.toggle("away", !isFirst);
-    hint.textContent = isFirst ? "" : scene.map.missing ? _("Outlines are shown at the start of the video.")
+    outlines.at(t, isFirst);
+    hint.textContent = isFirst ? later : isFollowed ? "" : scene.map.missing ? _("Outlines are shown at the start of the video.")
       : _("Outlines are shown at the start of the video. The map moves with it.");
     moved(t);
   });

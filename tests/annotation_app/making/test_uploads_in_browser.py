@@ -43,7 +43,7 @@ def test_boxes_for_some_videos_are_added_replaced_and_deleted(
         expect(page.get_by_role("checkbox", name="Ground")).to_be_checked()
         expect(page.get_by_role("checkbox", name="Check", exact=True)).to_be_checked()
         ground = page.get_by_role("region", name="Ground")
-        expect(ground.get_by_role("listitem")).to_have_text(["lift", "wait"])
+        expect(ground.get_by_role("listitem")).to_have_text(["lift Draw", "wait Draw"])
         shown = ground.get_by_role("listitem").locator("img").first
         assert shown.evaluate("image => image.decode().then(() => image.naturalWidth)") > 0
         found += look(page, "uploads-tasks")
