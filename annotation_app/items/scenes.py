@@ -11,8 +11,8 @@ import hashlib
 import hmac
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,8 @@ TRACK_S = 0.5
 """Time between the poses of moving things that people can see on the map."""
 MARGIN_M = 3.0
 ID_CHARACTERS = 10
+DRAWN = "drawn thing"
+"""Label of things that people have drawn where nobody had marked them."""
 SAME_S = 1e-6
 """Frames' times are rounded to nanoseconds."""
 
@@ -192,6 +194,20 @@ def _read(folder: Path, corpus: Path | None, context_id: str, _stamp: int) -> Sc
     )
 
 
+def with_drawn(scene: Scene, drawn: Iterable[Mapping[str, Any]]) -> Scene:
+    """Return a picture's scene with things that people have drawn, once each.
+
+    They have ``id``, ``box`` and ``polygons``, as those of ``segmentation.json``.
+    """
+    things = {one["id"]: one for one in scene.segmentation.get("objects", [])}
+    added = {one["id"]: one for one in drawn if one["id"] not in things}
+    if not added:
+        return scene
+    new = [{**one, "label": DRAWN, "value": 0, "is_drawn": True} for one in added.values()]
+    segmentation = {**scene.segmentation, "objects": [*things.values(), *new]}
+    return replace(scene, segmentation=segmentation, context=_plane(segmentation, scene.context.id))
+
+
 def _clock(manifest: Mapping[str, Any]) -> tuple[tuple[float, float], ...]:
     """Return pairs of video and log seconds if ``--speed`` or ``--skip-idle`` make them differ."""
     knots = tuple((float(video), float(log)) for video, log in manifest.get("clock", ()))
@@ -290,7 +306,7 @@ def scene_payload(scene: Scene, names: Aliases, media: Mapping[str, str]) -> dic
             "value": item["value"],
             "box": item["box"],
             "polygons": item["polygons"],
-            **({"moments": item["moments"]} if "moments" in item else {}),
+            **{name: item[name] for name in ("moments", "is_drawn") if name in item},
         }
         for item in scene.segmentation.get("objects", [])
         if item["id"] in public

@@ -87,6 +87,8 @@ def _tasks(value: Value, form: Form) -> None:
         _put(of_task, "practice", f"practice-{task.name}" in form, usual["practice"])
         if task.words.styles:
             _put(of_task, "styles", _styles(task, of_task, form), [])
+        if task.lets_draw:
+            _put(of_task, "drawing", f"drawing-{task.name}" in form, usual["drawing"])
         if task.suggestion is not None:
             suggestions = form.get(f"suggestions-{task.name}", "")
             _put(of_task, "suggestions", suggestions, usual["suggestions"])

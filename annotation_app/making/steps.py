@@ -57,6 +57,7 @@ STEPS = (
             "suggestions",
             "suggestions_from",
             "styles",
+            "drawing",
         ),
     ),
     Step("people", "People", ("access", "qualification", "payment"), ("role",)),

@@ -119,6 +119,9 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
         does, or for half of the items, drawn from the study's seed and the item's id.
     suggestions_from
         Least probability of a program's suggestion that is shown; the task's own if there is none.
+    drawing
+        Whether people may draw boxes of things that nobody has marked, in Ground, in the pictures
+        of one's own videos.
     practice_items
         What people practise with, instead of the example with the boat.
     title, summary, prompt
@@ -137,6 +140,7 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     practice: bool = True
     suggestions: Suggestions = "on"
     suggestions_from: Annotated[float, msgspec.Meta(ge=0, le=1)] | None = None
+    drawing: bool = False
     practice_items: tuple[PracticeItem, ...] = ()
     title: Line | None = None
     summary: Line | None = None

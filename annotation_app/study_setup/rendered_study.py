@@ -266,12 +266,17 @@ def _without_scenes(
     if not videos or any(map(knows_things, videos)):
         return
     for task in tasks():
+        if task.name in config.tasks and config.tasks[task.name].drawing:
+            continue
         if task.needs_scenes and task.without_scenes is None and task.name in config.tasks:
             what = (
                 f"the task {task.name} asks about the things in videos, and there is no file of "
                 "the things in any of them"
             )
-            fix = f"leave out {task.name}, or name a COCO file of boxes or outlines: things"
+            fix = (
+                f"leave out {task.name}, name a COCO file of boxes or outlines: things, or let "
+                "people draw them: drawing"
+            )
             yield ("tasks", task.name), what, fix
 
 

@@ -39,6 +39,7 @@ from annotation_app.tasks.agreement import (
 )
 from annotation_app.tasks.clause_words import HAPPENING, clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
+from annotation_app.tasks.drawn_answers import marked_things
 from annotation_app.tasks.exported_groundings import checked_negative
 from annotation_app.tasks.practice_example import OwnPractice, PracticeExample
 from annotation_app.tasks.task_record import (
@@ -158,7 +159,8 @@ def random_groundings(
                 shown[str(node)] = {"video": video, "objects": [], "places": []}
             continue
         right = body["groundings"].get(str(node))
-        count = len(right["objects"]) + len(right["places"]) if right is not None else 0
+        marked = marked_things(body, right) if right is not None else []
+        count = len(marked) + len(right["places"]) if right is not None else 0
         if right is None or not count:
             continue
         video = videos[int(rng.integers(len(videos)))]

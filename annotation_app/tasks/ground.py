@@ -2,8 +2,9 @@
 
 An item's payload is ``{"video", "text", "command", "sdcs"}``. The page sends ``{"groundings":
 {node: {"objects": [ids], "places": [{"xy"} or {"place": index}], "cant_tell", "time_s"}}, "trims":
-{node: [start_s, end_s]}, "whole": [nodes]}`` with the ids that it was given; real ones are
-kept, and the parts of the video as in `annotation_app.tasks.video_parts`. It is adopted as a
+{node: [start_s, end_s]}, "whole": [nodes], "drawn": [{"id", "polygons", "time_s"}]}`` with the ids
+that it was given, or those of things that people have drawn; real ones are kept, and the parts of
+the video as in `annotation_app.tasks.video_parts`. It is adopted as a
 segmentation is.
 """
 
@@ -11,8 +12,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import IO, Annotated, Any, TypeAlias
+from dataclasses import dataclass, replace
+from typing import IO, Annotated, Any
 
 import msgspec
 import numpy as np
@@ -25,12 +26,22 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import aliases_of, has_things, scene_of
 from annotation_app.items.media import media_files
 from annotation_app.items.new_items import NewItem, about_answer
-from annotation_app.items.scenes import Aliases, Scene, scene_payload, thing_names
+from annotation_app.items.scenes import Aliases, Scene, scene_payload, thing_names, with_drawn
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import Measured, by_clause, measured
 from annotation_app.tasks.clause_words import asked_clauses, clauses_of, phrase_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
+from annotation_app.tasks.drawn_answers import (
+    MOST_DRAWN,
+    Coordinate,
+    DrawnThing,
+    lets_draw,
+    marked_things,
+    may_draw,
+    recognised,
+    sent_thing,
+)
 from annotation_app.tasks.exported_groundings import positive, suggested
 from annotation_app.tasks.grounding_comparison import (
     choices_in_words,
@@ -69,9 +80,6 @@ COLUMNS = (
 )  # fmt: skip
 
 
-Coordinate: TypeAlias = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
-
-
 class MarkedPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """A place: one of the map's, or corners on the map."""
 
@@ -96,6 +104,7 @@ class Grounded(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     whole: list[str] = []
     watched_s: Seconds | None = None
     speed: Speed | None = None
+    drawn: Annotated[list[DrawnThing], msgspec.Meta(max_length=MOST_DRAWN)] = []
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,13 +123,16 @@ def _payload(session: Session, item: Item, salt: bytes) -> Record:
         "sdcs": item.payload["sdcs"],
         "clauses": asked_clauses(sdcs),
         "asks_parts": bool(must_be_chosen(sdcs)),
+        "drawing": may_draw(session, item, scene),
         **scene_payload(scene, names, media_files(session, item.study_id, video).public),
     }
 
 
 def _sent_form(session: Session, item: Item, body: Record, salt: bytes) -> Record:
     _, names = aliases_of(session, item, item.payload["video"], salt)
+    drawn = body.get("drawn", [])
     objects = {real: alias for alias, real in names.objects.items()}
+    objects |= {one["id"]: one["id"] for one in drawn}
     places = {index: alias for alias, index in names.places.items()}
 
     def again(grounding: Record) -> Record:
@@ -134,7 +146,11 @@ def _sent_form(session: Session, item: Item, body: Record, salt: bytes) -> Recor
         }
 
     groundings = {node: again(grounding) for node, grounding in body["groundings"].items()}
-    return {"groundings": groundings, **sent_parts(from_json(item.payload["sdcs"]), body)}
+    return {
+        "groundings": groundings,
+        **sent_parts(from_json(item.payload["sdcs"]), body),
+        **({"drawn": [sent_thing(one) for one in drawn]} if drawn else {}),
+    }
 
 
 def _shown_suggestion(session: Session, item: Item, suggestion: Record, salt: bytes) -> Any:
@@ -148,6 +164,13 @@ def _check(
     scene, names = aliases_of(session, item, item.payload["video"], salt)
     sdcs = from_json(item.payload["sdcs"])
     nodes = list(breadth_first(sdcs))
+    drawn: dict[str, Record] = {}
+    if answer.drawn:
+        if not may_draw(session, item, scene):
+            problems.append(FieldProblem("drawn", gettext("Nothing can be drawn in this study.")))
+        drawn = recognised(session, item, answer.drawn, scene, problems)
+        real = {sent: one["id"] for sent, one in drawn.items()}
+        names = replace(names, objects={**names.objects, **real})
     wanted = {
         str(n)
         for n, sdc in enumerate(nodes)
@@ -166,6 +189,9 @@ def _check(
             kept[node] = _clause_grounding(node, grounding, scene, names, problems)
     parts, more = read_parts(sdcs, answer.trims, answer.whole, scene.duration_s)
     body = {"groundings": kept, **parts}
+    named = {name for grounding in kept.values() for name in grounding["objects"]}
+    if used := {one["id"]: one for one in drawn.values() if one["id"] in named}:
+        body["drawn"] = list(used.values())
     return with_watching(body, answer), problems + more
 
 
@@ -221,7 +247,8 @@ def _check_corners(
 
 def _items(session: Session, _config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
     """Yield an item about a command's clauses, if the things in its video are known."""
-    if not has_things(session, item.study_id, item.payload["video"]):
+    video = item.payload["video"]
+    if not has_things(session, item.study_id, video) and not lets_draw(session, item.study_id):
         return
     about = {key: item.payload[key] for key in ("text", "command", "video")}
     yield NewItem("ground", about_answer(answer), {**about, "sdcs": answer.body["sdcs"]})
@@ -249,7 +276,7 @@ def named_things(session: Session, study_id: str) -> Mapping[str, set[str]]:
     )
     for video, body in session.execute(grounded):
         for grounding in body["groundings"].values():
-            found[video].update(grounding["objects"])
+            found[video].update(marked_things(body, grounding))
     drawn = select(Item.payload).where(Item.study_id == study_id, Item.task == "check")
     for payload in session.scalars(drawn):
         for shown in payload["shown"].values():
@@ -291,6 +318,7 @@ def _table(session: Session, study: Study, file: IO[bytes]) -> None:
 def _rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
     for answer, item in answers_of(session, study, "ground", adopted=True):
         scene = scene_of(session, study.id, item.payload["video"])
+        scene = with_drawn(scene, answer.body.get("drawn", []))
         for clause in clauses_of(from_json(item.payload["sdcs"])):
             node = str(clause["node"])
             grounding = answer.body["groundings"].get(node)
@@ -364,6 +392,7 @@ GROUND = Task(
             ("X", N_("can't tell")),
             ("Y", N_("yes, to what is proposed")),
             ("E", N_("a step begins here")),
+            ("D", N_("draw a box around something, where that is offered")),
             ("M", N_("mark a place: arrows move, + and − size, Enter sets, Esc ends")),
             ("← →", N_("on a handle of the timeline: a frame; with Shift a second")),
             (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
@@ -392,6 +421,7 @@ GROUND = Task(
     reads=("labels",),
     watches=its_video,
     needs_scenes=True,
+    lets_draw=True,
     gives=GROUNDINGS,
     source=Source(CLAUSES, _items, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]),
     adjudication=Adjudication(

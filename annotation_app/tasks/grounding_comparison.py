@@ -9,9 +9,16 @@ from typing import Any
 import msgspec
 from sqlalchemy.orm import Session
 
-from annotation_app.items.item_scenes import aliases_of, scene_of
+from annotation_app.items.item_scenes import scene_of
 from annotation_app.items.media import media_files
-from annotation_app.items.scenes import Scene, place_names, scene_payload, thing_names
+from annotation_app.items.scenes import (
+    Scene,
+    aliases,
+    place_names,
+    scene_payload,
+    thing_names,
+    with_drawn,
+)
 from annotation_app.store.models import Item, Record
 from annotation_app.tasks.agreement import AREA, CLAUSE_TYPE, PLACE, THING, WORDS, Key, Part
 from annotation_app.tasks.clause_words import HAPPENING, clauses_of
@@ -109,7 +116,8 @@ def shared_part(one: Record, other: Record) -> float:
 def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes) -> Compared:
     """Return each clause's choices, and a picture of all of them, with differences marked."""
     video = item.payload["video"]
-    scene, names = aliases_of(session, item, video, salt)
+    scene = with_drawn(scene_of(session, item.study_id, video), drawn_in(bodies))
+    names = aliases(scene, item.id, salt)
     shown: Mapping[Key, str] = {
         **{(THING, real): alias for alias, real in names.objects.items()},
         **{(PLACE, index): alias for alias, index in names.places.items()},
@@ -119,6 +127,12 @@ def compare(session: Session, item: Item, bodies: Sequence[Record], salt: bytes)
     picture = _drawn(scene, files.get("video"), _all_keys(bodies), shown, _disputed_keys(bodies))
     about = {"clauses": clauses, "picture": picture, "scene": scene_payload(scene, names, files)}
     return Compared(tuple(range(len(bodies))), about)
+
+
+def drawn_in(bodies: Iterable[Record]) -> Iterator[Record]:
+    """Yield the things that people have drawn in answers."""
+    for body in bodies:
+        yield from body.get("drawn", [])
 
 
 def disputed_parts(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
@@ -191,7 +205,8 @@ def _chosen(grounding: Record | None) -> Iterator[Key]:
 
 def choices_in_words(session: Session, item: Item, body: Record) -> list[tuple[str, str]]:
     """Return each clause's words and what an answer chose for them, in words."""
-    words = _Words(scene_of(session, item.study_id, item.payload["video"]))
+    scene = scene_of(session, item.study_id, item.payload["video"])
+    words = _Words(with_drawn(scene, drawn_in([body])))
     return [
         (clause["phrase"], ", ".join(map(words.of, keys)))
         for clause, _, (keys,) in _said_of(item, [body])

@@ -242,6 +242,7 @@ class Task:
     reads: tuple[str, ...] = ()
     """Fields of a study's file that the page shows, in addition to those of the task itself."""
     needs_scenes: bool = False
+    lets_draw: bool = False
     """True if the things in the videos and their places must be known."""
     watches: Callable[[Record], Sequence[str]] = _none
     """Videos, by their names, that people must have watched to answer an item of such a payload."""

@@ -40,7 +40,7 @@ export function cornersOf({ kind, points }) {
  *
  * `kinds` are those that may be drawn, `most` how many shapes there may be: one more takes the place of
  * the last. `changed(shapes)` is called after each change, `chose(id)` with what is chosen or null, and
- * `named(id)` when Enter asks for a shape's name. `newId()` gives the ids of new shapes. A page that has a
+ * `clicked(id)` when one was clicked and not moved, `named(id)` when Enter asks for a shape's name. `newId()` gives the ids of new shapes. A page that has a
  * history of its own gives it: {undo(), redo(), canUndo(), canRedo()}; `changed` tells it if a key goes on.
  *
  * Gives {element, tools, help}: the surface, buttons, and a text about keys, which the page places; and
@@ -48,7 +48,7 @@ export function cornersOf({ kind, points }) {
  */
 export function drawing({
   width, height, label = _("Drawing"), kinds = ["box", "outline"], most = Infinity, shapes: first = [],
-  changed = () => {}, chose = () => {}, named = () => {}, newId = randomId, history = null,
+  changed = () => {}, chose = () => {}, clicked = () => {}, named = () => {}, newId = randomId, history = null,
 }) {
   let shapes = first.map(copied);
   let past = [];
@@ -284,7 +284,10 @@ export function drawing({
     else if (done.next) {
       shapes = replace(done.shape);
       set(replace(tidy(done.next)));
-    } else if (done.kind === "move" && done.hit) choose(done.hit.id, true);
+    } else if (done.kind === "move" && done.hit) {
+      choose(done.hit.id, true);
+      clicked(done.hit.id);
+    }
   });
   svg.addEventListener("pointercancel", () => {
     if (act?.shape) shapes = replace(act.shape);

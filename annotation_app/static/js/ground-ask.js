@@ -75,13 +75,14 @@ function thing(clause, state, acts) {
   const is = isDone(state, clause);
   const follows = isProposed(state, clause.node);
   const unsure = follows || isUnsure(state, clause.node);
-  const hint = follows ? FOLLOWS : acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is, Boolean(acts.mark));
+  const hint = acts.isDrawing ? _("Draw a box around it. Escape ends.") : follows ? FOLLOWS : acts.isReady ? acts.ready : unsure ? SUGGESTED : hintFor(isPlace, several, is, Boolean(acts.mark));
   return [
     words(acts, isPlace ? _("Where is %(phrase)s?") : several ? _("What are %(phrase)s?") : _("What is %(phrase)s?"), clause, hint),
     h("div", { class: "actions" },
       unsure ? button("right", acts.confirm, { class: "primary" }, _("Yes, %(chosen)s", acts), " ", cap("Y")) : null,
       ...marked,
       h("label", { class: "choice" }, severalBox(several, acts), h("span", {}, _("Several"), " ", cap("S"))),
+      acts.draw ? button("draw", acts.draw, { "aria-pressed": acts.isDrawing }, _("Draw it"), " ", cap("D")) : null,
       acts.mark ? button("mark", acts.mark, {}, _("Mark a place"), " ", cap("M")) : null,
       button("cant", acts.cantTell, { "aria-pressed": grounding.cant_tell }, _("Can't tell"), " ", cap("X")),
       ...onwards(acts, is && !acts.isReady)),

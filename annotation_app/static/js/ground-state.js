@@ -3,7 +3,8 @@
 // {groundings: {node: {objects, places, cant_tell, time_s}}, trims: {node: [start, end]}, whole: [nodes],
 //  half: {node: [start or null, end or null]}, several: {node: bool},
 //  unsure: {node: true} for what a program suggested and nobody has looked at, cuts: [moments at which
-//  the next step begins], current: a node, "watch", "cuts" or "review", watched_s}
+//  the next step begins], current: a node, "watch", "cuts" or "review", watched_s,
+//  drawn: [{id, polygons, time_s}]}
 //
 // What is shown and sent is a state that is `filled` with what follows from its answers.
 
@@ -124,6 +125,13 @@ export function removePlace(state, node, index, time_s) {
 
 export function toggleCantTell(state, node, time_s) {
   return set(state, node, { ...NOTHING, cant_tell: !groundingOf(state, node).cant_tell }, time_s);
+}
+
+/** Have other things that were drawn; what is no longer there is chosen nowhere. */
+export function setDrawn(state, drawn) {
+  const gone = (state.drawn ?? []).map(({ id }) => id).filter((id) => !drawn.some((one) => one.id === id));
+  const kept = ([node, one]) => [node, { ...one, objects: one.objects.filter((id) => !gone.includes(id)) }];
+  return { ...state, drawn, groundings: Object.fromEntries(Object.entries(state.groundings).map(kept)) };
 }
 
 /** Set a part of the video, of which an end may be null. */

@@ -7,6 +7,7 @@ import * as ground from "./ground-state.js";
 import { saidOf, stepList } from "./ground-steps.js";
 import { labelKeys } from "./label-keys.js";
 import { showMap } from "./map.js";
+import { asThings, drawingOver } from "./ground-drawing.js";
 import { showPicture } from "./picture.js";
 import { different, groundFeedback } from "./practice.js";
 import { numbered } from "./scene.js";
@@ -34,8 +35,10 @@ const asked = [
 const first = asked[0] ?? reviewing;
 let complaint = ""; // about the moment at which a step is to begin
 
+const marked = [...scene.things];
 let map = null;
 let timeline = null;
+let drawer = null;
 const picture = showPicture(scene, (id) => choose("object", id), moved);
 const video = picture.element.querySelector("video");
 map = showMap(scene, choose, addPlace);
@@ -55,6 +58,15 @@ const lists = h("section", { class: "lists", "aria-label": _("Things and places 
 const list = h("div", { class: "steps" });
 $("editor").append(ask, h("div", { class: "scene" }, picture.element, hasMap ? map.element : null), lists, list);
 
+if (payload.drawing) {
+  drawer = drawingOver({
+    scene, picture, video,
+    changed: (drawn) => work.change(ground.setDrawn(work.state, drawn)),
+    picked: (id) => choose("object", id),
+    stopped: () => draw(work.state),
+  });
+}
+
 // Who decides between answers begins with one of them.
 const suggested = data.start ? {} : (payload.suggestion ?? {});
 const unsure = Object.fromEntries(Object.keys(suggested).map((node) => [node, true]));
@@ -63,8 +75,9 @@ const work = begin({
   initial: { groundings: suggested, unsure, trims: {}, whole: [], current: first?.node },
   draw,
   body(state) {
-    const { groundings, trims, whole, watched_s, speed } = full(state);
-    return { groundings, trims, whole: asksParts ? whole.map(String) : (state.whole ?? []).map(String), watched_s, speed };
+    const { groundings, trims, whole, watched_s, speed, drawn } = full(state);
+    const sent = { groundings, trims, whole: asksParts ? whole.map(String) : (state.whole ?? []).map(String), watched_s, speed };
+    return drawn?.length ? { ...sent, drawn } : sent;
   },
   problems,
   feedback: (state) => groundFeedback(full(state)),
@@ -111,6 +124,7 @@ map.board.addEventListener("stopped", () => ask.querySelector('[data-key="mark"]
 function moved(t) {
   map?.show(t);
   timeline?.at(t);
+  drawer?.at();
 }
 
 function isDone(state, clause) {
@@ -244,7 +258,7 @@ function spoken() {
   return ask.querySelector("h2").textContent;
 }
 
-const press = labelKeys([...scene.things.map(({ number }) => number), ...scene.zones.map(({ letter }) => letter)], (label) => {
+const press = labelKeys(() => [...scene.things.map(({ number }) => number), ...scene.zones.map(({ letter }) => letter)], (label) => {
   const thing = scene.things.find(({ number }) => number === label);
   if (thing) choose("object", thing.id);
   else choose("place", scene.zones.find(({ letter }) => letter === label).id);
@@ -259,6 +273,7 @@ document.addEventListener("keydown", (event) => {
   else if (key === "x" && isThing(clause)) cantTell();
   else if (key === "y") confirm();
   else if (key === "m" && hasMap && isThing(clause)) map.startMarking();
+  else if (key === "d" && drawer && isThing(clause)) startDrawing(true);
   else if (key === "s" && isThing(clause)) setSeveral(!ground.isSeveral(work.state, clause));
   else if (!isThing(clause) || !press(event.key)) return;
   event.preventDefault();
@@ -297,6 +312,8 @@ function actsOn(clause, state) {
     next: isReady && at === asked.length - 1 ? null : at < 0 || isDone(state, clause) ? goOn : () => go(neighbour(asked, clause.node, 1)),
     play: () => video.play(),
     mark: hasMap ? map.startMarking : null,
+    draw: drawer ? (event) => (drawer.isDrawing ? drawer.stop() : startDrawing(!event.detail)) : null,
+    isDrawing: Boolean(drawer?.isDrawing),
     several: setSeveral,
     cantTell,
     confirm,
@@ -315,7 +332,15 @@ function asDuring(found, node, during) {
   return found.trims[during] ? ground.setPart(work.state, node, found.trims[during]) : ground.setWhole(work.state, node);
 }
 
+/** By a key a box begins in the middle of the picture. */
+function startDrawing(isByKey) {
+  drawer.draw(isByKey);
+  draw(work.state);
+  announce(isByKey ? _("A box is in the middle of the picture. Arrows move it, with Shift they resize it. Enter keeps it.") : _("Draw a box around it."));
+}
+
 function draw(answers) {
+  scene.things.splice(0, Infinity, ...marked, ...asThings(answers.drawn ?? [], marked.length));
   const state = full(answers);
   const clause = clauseOf(state);
   if (!clause) return;
@@ -323,6 +348,7 @@ function draw(answers) {
   const grounding = ground.groundingOf(state, clause.node);
   showCommand(typeof clause.node === "number" ? clause.node : clause.node === CUTS ? stages[(state.cuts ?? []).length + 1]?.node ?? null : null);
   picture.mark(grounding.objects);
+  drawer?.show(answers.drawn ?? [], grounding.objects);
   map.prefer(clause.type === "PLACE" ? "place" : "object");
   map.mark(
     grounding.objects,

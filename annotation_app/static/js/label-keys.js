@@ -3,10 +3,10 @@
 const WAIT_MS = 900;
 
 /**
- * Read labels from keys. `labels` is all that there are; `found(label)` is called for one that is
+ * Read labels from keys. `all()` gives all that there are; `found(label)` is called for one that is
  * complete. Gives a function of a key that tells whether the key belongs to a label.
  */
-export function labelKeys(labels, found) {
+export function labelKeys(all, found) {
   let typed = "";
   let timer = 0;
 
@@ -14,12 +14,13 @@ export function labelKeys(labels, found) {
     clearTimeout(timer);
     const label = typed;
     typed = "";
-    if (labels.includes(label)) found(label);
+    if (all().includes(label)) found(label);
   }
 
   return function press(key) {
     const next = key.length === 1 ? key.toUpperCase() : "";
     if (!next) return false;
+    const labels = all();
     if (typed && !labels.some((label) => label.startsWith(typed + next))) settle();
     if (!labels.some((label) => label.startsWith(typed + next))) return false;
     typed += next;

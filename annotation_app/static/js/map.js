@@ -45,7 +45,8 @@ export function showMap(scene, pick, marked) {
   // What is on something else is drawn after it.
   const things = [...scene.things].sort((a, b) => a.z - b.z).map((thing) => ({ ...thing, kind: "object", polygon: seen(thing.footprint) }));
   const tracks = things.flatMap((thing) => seen((thing.track ?? []).map(([, x, y]) => [x, y])));
-  const around = boxAround(down([...things, ...zones].flatMap(({ polygon }) => polygon).concat(tracks)));
+  const corners = [...things, ...zones].flatMap(({ polygon }) => polygon).concat(tracks);
+  const around = boxAround(down(corners.length ? corners : [[0, 0]])); // a picture may have no things
   const whole = framed(around);
 
   const svg = s("svg", { class: "map", viewBox: `${whole.x} ${whole.y} ${whole.w} ${whole.h}` });

@@ -6,8 +6,9 @@ export function numbered(scene) {
   const seen = scene.segmentation.objects.filter((o) => o.box && o.polygons.length);
   const outlines = new Map(seen.map((o) => [o.id, o]));
   const centre = (thing) => {
-    const box = outlines.get(thing.id)?.box;
-    return box ? box[0] + box[2] / 2 : 1e6 + thing.footprint[0][0];
+    const { box, is_drawn } = outlines.get(thing.id) ?? {};
+    // What people have drawn comes after what there was.
+    return is_drawn ? 2e6 + box[0] : box ? box[0] + box[2] / 2 : 1e6 + thing.footprint[0][0];
   };
   const things = [...scene.map.objects].sort((a, b) => centre(a) - centre(b));
   const turn = scene.map.turn ?? 0;
