@@ -131,8 +131,10 @@ def _texts(value: Value, form: Form) -> None:
     usual = defaults()
     value["title"] = text_of(form, "title")
     for name in ("locale", "robot", "statement"):
-        _put(value, name, text_of(form, name), usual[name])
-    _put(value, "scale", [text_of(form, f"scale-{i}") for i in range(5)], usual["scale"])
+        if name in form:
+            _put(value, name, text_of(form, name), usual[name])
+    if "scale-0" in form:  # only tasks that rate have one
+        _put(value, "scale", [text_of(form, f"scale-{i}") for i in range(5)], usual["scale"])
     if "reasons" in form:
         reasons = [line for line in text_of(form, "reasons").split("\n") if line.strip()]
         _put(value, "reasons", reasons, usual["reasons"])
