@@ -146,18 +146,31 @@ def set_clock(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
 
 
 @pytest.fixture(scope="module")  # while Playwright runs, asyncio can't be used by other tests
-def chromium() -> Iterator[Browser]:
+def browser(request: pytest.FixtureRequest) -> Iterator[Browser]:
+    """Chromium; tests with the mark ``firefox`` also run in Firefox, where it is installed."""
     from tests.annotation_app.in_browser import launched  # noqa: PLC0415 - few tests need it
 
-    with launched() as browser:
-        yield browser
+    with launched(getattr(request, "param", "chromium")) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def chromium(browser: Browser) -> Browser:
+    """The same, for tests that most often run in Chromium."""
+    return browser
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "browser" in metafunc.fixturenames and metafunc.definition.get_closest_marker("firefox"):
+        kinds = ["chromium", "firefox"]
+        metafunc.parametrize("browser", kinds, indirect=True, scope="module")
 
 
 @pytest.fixture
-def context(chromium: Browser) -> Iterator[BrowserContext]:
+def context(browser: Browser) -> Iterator[BrowserContext]:
     """A new user's browser."""
     # What a service worker asks for isn't seen by tests that hold requests up.
-    made = chromium.new_context(viewport={"width": 1280, "height": 900}, service_workers="block")
+    made = browser.new_context(viewport={"width": 1280, "height": 900}, service_workers="block")
     made.set_default_timeout(PATIENCE_MS)
     yield made
     made.close()

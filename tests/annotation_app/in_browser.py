@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,13 +13,14 @@ from typing import Any
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from flask import Flask
-from playwright.sync_api import Browser, BrowserContext, Page, Route, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Error, Page, Route, expect, sync_playwright
 from werkzeug.serving import make_server
 
 from tests.annotation_app.browser import session_of
 from tests.annotation_app.conftest import PATIENCE_MS
 from tests.chromium import CHROMIUM
 
+FIREFOX = shutil.which("firefox") or shutil.which("firefox-esr")
 SMALLEST_PX = 8
 SERIOUS = ("serious", "critical")
 ANY = ("minor", "moderate", *SERIOUS)
@@ -29,15 +31,30 @@ FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--
 
 
 @contextmanager
-def launched() -> Iterator[Browser]:
-    """The browser."""
-    if CHROMIUM is None:
-        pytest.skip("Chromium is not installed")
+def launched(kind: str = "chromium") -> Iterator[Browser]:
+    """A browser: Chromium, or the Firefox that is installed, driven by WebDriver BiDi."""
+    file = {"chromium": CHROMIUM, "firefox": FIREFOX}[kind]
+    if file is None:
+        pytest.skip(f"{kind.title()} is not installed")
     expect.set_options(timeout=PATIENCE_MS)
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        if kind == "firefox":
+            browser = playwright.firefox.launch(executable_path=file, channel="moz-firefox")
+            _check_driven(browser)
+        else:
+            browser = playwright.chromium.launch(executable_path=file, args=FLAGS)
         yield browser
         browser.close()
+
+
+def _check_driven(browser: Browser) -> None:
+    """Skip where a Firefox lacks a command that Playwright sends."""
+    try:
+        browser.new_context().new_page().context.close()
+    except Error as error:
+        version = browser.version
+        browser.close()
+        pytest.skip(f"Playwright can't drive Firefox {version}: {error.message.splitlines()[0]}")
 
 
 def sign_in(context: BrowserContext, person: Any, url: str) -> None:

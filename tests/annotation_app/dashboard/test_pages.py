@@ -345,7 +345,7 @@ def test_the_interface_is_described(app: Flask) -> None:
         for path in described_["paths"]
         if path.startswith("/api/dashboard") and not of_answers.search(path)
     ]
-    assert len(paths) == 11
+    assert len(paths) == 12
     for path in paths:
         assert list(described_["paths"][path].keys() - {"parameters"}) == ["get"]
         reply = admin.client.get(path.format(study="tests"))

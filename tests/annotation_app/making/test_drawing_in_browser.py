@@ -59,6 +59,7 @@ def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> No
     page.mouse.up()
 
 
+@pytest.mark.firefox
 @pytest.mark.slow
 def test_a_thing_is_drawn_named_followed_and_corrected(
     app: Flask, admin: Member, root: Path, draft: StudyDraft, context: BrowserContext
@@ -71,6 +72,7 @@ def test_a_thing_is_drawn_named_followed_and_corrected(
         expect(page.get_by_text("4 without boxes")).to_be_visible()
         found = look(page, "videos-to-draw")
         page.get_by_role("link", name="go Draw").click()
+        expect(page.get_by_role("button", name="Box", exact=True)).to_be_visible()
         drag(page, (30, 100), (90, 148))
         page.keyboard.press("Enter")
         page.keyboard.type("parcel")

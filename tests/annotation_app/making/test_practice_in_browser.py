@@ -23,6 +23,7 @@ ITEM = {
 }
 
 
+@pytest.mark.firefox
 def test_an_answer_is_kept_as_right_and_another_as_wrong(
     app: Flask, admin: Member, root: Path, chromium: Browser
 ) -> None:

@@ -13,6 +13,7 @@ from tests.annotation_app.making.test_making import begun, coco
 from tests.annotation_app.signing_in import Member
 
 
+@pytest.mark.firefox
 @pytest.mark.slow
 def test_boxes_for_some_videos_are_added_replaced_and_deleted(
     app: Flask, admin: Member, context: BrowserContext, root: Path, tmp_path: Path

@@ -18,7 +18,7 @@ from tests.annotation_app.browser import row_in
 from tests.annotation_app.in_browser import violations
 from tests.annotation_app.pages.conftest import Site
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.firefox]
 
 
 def watch(page: Page) -> None:

@@ -70,6 +70,7 @@ def test_who_draws_around_the_same_thing_agrees(tmp_path: Path) -> None:
     assert row["boxes"] in ("[[10.0,10.0,20.0,20.0]]", "[[11.0,9.0,20.0,22.0]]")
 
 
+@pytest.mark.firefox
 def test_an_adjudicator_sees_what_was_drawn(tmp_path: Path, context: BrowserContext) -> None:
     with asked(tmp_path, None, COMMAND, NOTATION, DRAWN) as (engine, person, url):
         app = person.client.application
@@ -107,6 +108,7 @@ def watched(page: Page, address: str) -> None:
     expect(page.locator(".ask q")).to_have_text("the box")
 
 
+@pytest.mark.firefox
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["mouse", "keys"])
 def test_a_box_is_drawn_while_grounding(context: BrowserContext, tmp_path: Path, way: str) -> None:

@@ -55,6 +55,7 @@ def asked(
             yield engine, Browser(app, study="arm"), url
 
 
+@pytest.mark.firefox
 @pytest.mark.slow
 def test_twelve_clauses_take_six_answers(context: BrowserContext, tmp_path: Path) -> None:
     boxes = ([2, 3, 20, 30], [30, 3, 20, 30])
@@ -105,6 +106,7 @@ def test_twelve_clauses_take_six_answers(context: BrowserContext, tmp_path: Path
     assert len(answer.body["trims"]) == 6
 
 
+@pytest.mark.firefox
 @pytest.mark.slow
 def test_outlines_go_along_with_things_that_were_followed(
     context: BrowserContext, tmp_path: Path

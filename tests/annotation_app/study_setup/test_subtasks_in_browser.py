@@ -28,6 +28,7 @@ from tests.annotation_app.study_setup.test_robot_episodes import export, study_o
 NEEDED = ("video", ".player-bar", ".subtask .what", "#add", "#undo", "#skip", "#submit")
 
 
+@pytest.mark.firefox
 @pytest.mark.slow
 def test_somebody_cuts_an_episode(context: BrowserContext, tmp_path: Path) -> None:
     tasks = {"subtasks": {"answers": 1}}

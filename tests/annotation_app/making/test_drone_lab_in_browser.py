@@ -1,0 +1,150 @@
+"""A lab with videos of a drone draws what is where, and people ground a command in three ways."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+
+from annotation_app.core.config import Config
+from tests.annotation_app.in_browser import errors_of, look
+from tests.annotation_app.making.test_lab_in_browser import (
+    COMMAND,
+    WHAT,
+    agree,
+    choose_login,
+    downloaded,
+    go_on,
+    invited,
+    segment,
+)
+from tests.annotation_app.real_server import running
+from tests.annotation_app.study_setup.clips import clip
+
+pytestmark = [pytest.mark.slow, pytest.mark.firefox]
+
+PHONE = {"width": 390, "height": 844}
+
+
+def draw(page: Page, name: str, *shares: tuple[float, float, float, float]) -> None:
+    """Draw boxes, given by parts of the picture's sides, in the open video, and name them."""
+    expect(page.get_by_role("button", name="Box", exact=True)).to_be_visible()
+    box = page.locator(".surface").bounding_box()
+    assert box is not None
+    for x, y, u, v in shares:
+        page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
+        page.mouse.down()
+        page.mouse.move(box["x"] + u * box["width"], box["y"] + v * box["height"], steps=3)
+        page.mouse.up()
+    for number in range(len(shares)):
+        page.get_by_label(f"Name of thing {number + 1}").fill(name)
+        page.keyboard.press("Enter")
+    expect(page.get_by_text("Saved.")).to_be_visible()
+
+
+def make_study(page: Page, files: list[Path]) -> list[str]:
+    page.get_by_role("link", name="Make a study").click()
+    page.get_by_label("Title").fill("A drone")
+    page.get_by_label("What your robot is called").fill("drone")
+    page.get_by_label("Name in addresses").fill("drone")
+    page.get_by_role("button", name="Begin").click()
+    page.set_input_files("#files", files)
+    expect(page.get_by_text("6 without boxes")).to_be_visible()
+    page.get_by_role("link", name="fly-0 Draw").click()
+    draw(page, "cup", (0.1, 0.1, 0.3, 0.4), (0.5, 0.5, 0.8, 0.9))
+    for number in (1, 2):
+        page.get_by_role("link", name=f"Next video: fly-{number}").click()
+        expect(page.get_by_role("heading", level=1)).to_contain_text(f"fly-{number}")
+        draw(page, "cup", (0.2, 0.2, 0.4, 0.4))
+    page.get_by_role("link", name="Back to the videos").click()
+    expect(page.get_by_text("4 things in 3 of 6 videos")).to_be_visible()
+    expect(page.get_by_text("3 without boxes")).to_be_visible()
+    found = look(page, "drone-videos")
+    go_on(page)
+    for task in ("Describe", "Check", "Rate"):
+        page.get_by_role("checkbox", name=task, exact=True).uncheck()
+    for task in ("Segment", "Ground"):
+        page.get_by_role("region", name=task).get_by_label("People practise first").uncheck()
+    page.get_by_role("region", name="Segment").get_by_label("Suggestions").select_option("off")
+    page.get_by_role("region", name="Ground").get_by_label("Answers per item").fill("3")
+    go_on(page)
+    for task in ("Segment", "Ground"):
+        page.get_by_label(f"Who does {task}").select_option("people with a login")
+    for _ in range(3):
+        go_on(page)
+    page.get_by_role("button", name="Start the study").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("The study is open")
+    return found
+
+
+def ground(page: Page, address: str, way: str, thing: int) -> None:
+    """Watch the video and show what the cup is, in one of three ways."""
+    page.goto(f"{address}/ground")
+    play = page.get_by_role("button", name="Play the video")
+    if way == "keys":
+        page.keyboard.press("k")
+    elif way == "touch":
+        play.tap()
+    else:
+        play.click()
+    expect(page.locator(".ask q")).to_have_text("the cup")
+    if way == "keys":
+        page.keyboard.press(str(thing))
+    elif way == "touch":
+        page.locator(".outlines .cap text", has_text=str(thing)).tap(force=True)
+    else:
+        page.locator(".outlines .hit").nth(2 - thing).click(force=True)
+    yes = page.get_by_role("button", name="Yes: Send")
+    expect(yes).to_be_visible()
+    with page.expect_navigation():
+        if way == "keys":
+            page.keyboard.press("y")
+        elif way == "touch":
+            yes.tap()
+        else:
+            yes.click()
+
+
+def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
+    browser: Browser, context: BrowserContext, config: Config, tmp_path: Path
+) -> None:
+    files = [clip(tmp_path / f"clips/fly-{n}.mp4", 40 + 20 * n) for n in range(6)]
+    commands = tmp_path / "commands.csv"
+    commands.write_text(f"video,command\nfly-0,{COMMAND}\n")
+    has_touch = browser.browser_type.name == "chromium"
+    with running(config, tmp_path, "--studies", str(tmp_path / "studies")) as server:
+        link = re.search(r"http://\S+/setup/\S+", server.told)
+        assert link
+        address = f"http://localhost:{server.port}/s/drone"
+        page = context.new_page()
+        errors = errors_of(page)
+        choose_login(page, link[0], "ada")
+        found = make_study(page, [*files, commands])
+        phone = {"viewport": PHONE, "has_touch": True} if has_touch else {"viewport": PHONE}
+        for number, (way, thing, options) in enumerate(
+            (("mouse", 1, {}), ("touch" if has_touch else "mouse", 1, phone), ("keys", 2, {}))
+        ):
+            person = browser.new_context(**options).new_page()
+            choose_login(person, invited(page, "annotator"), f"ann-{number}")
+            agree(person, address)
+            if not number:
+                found += segment(person, address, WHAT)
+            ground(person, address, way, thing)
+            person.context.close()
+        judge = browser.new_context(accept_downloads=True).new_page()
+        choose_login(judge, invited(page, "adjudicator"), "grace")
+        judge.goto(f"http://localhost:{server.port}/dashboard/drone/queue")
+        judge.get_by_role("link", name=COMMAND).click()
+        judge.get_by_role("button", name="Choose answer 1").click()
+        expect(judge.get_by_text("There is nothing to decide.")).to_be_visible()
+        judge.get_by_role("link", name="Exports").click()
+        table = downloaded(judge, "Groundings (CSV)").decode()
+        judge.context.close()
+    rows = [row for row in csv.DictReader(io.StringIO(table)) if row["things"]]
+    assert [(row["command"], row["labels"]) for row in rows] == [(COMMAND, "cup 1")]
+    assert found == []
+    assert errors == []
