@@ -213,9 +213,9 @@ def lerobot(
 
     PATH is a dataset's folder, of version 2.0, 2.1 or 3; with --repo-id it is fetched into
     huggingface_hub's cache, which needs the extra hub. This writes tables for studies:
-    episodes.csv, tasks.csv and, if the dataset has language, subtasks.csv. Videos aren't copied:
-    the tables name them. Of episodes that are pictures, videos are made beside the tables.
-    docs/how-to/robot-episodes.md shows the whole way.
+    episodes.csv, tasks.csv and, if the dataset has language, subtasks.csv and moments.csv. Videos
+    aren't copied: the tables name them. Of episodes that are pictures, videos are made beside the
+    tables. docs/how-to/robot-episodes.md shows the whole way.
 
     \b
     Examples:

@@ -4,6 +4,8 @@
 - ``tasks.csv``: the dataset's task of each episode, as a command to be checked or rated.
 - ``subtasks.csv``: the dataset's own subtasks, each with its part of the video. Only LeRobot's
   datasets have some.
+- ``moments.csv``: the same of its other texts at moments: memory, motion, interjections, and
+  questions with answers that words can give.
 
 Videos are made of episodes that are pictures, beside the tables.
 """
@@ -23,6 +25,7 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError, ManyError
 
 EPISODES, TASKS, SUBTASKS = "episodes.csv", "tasks.csv", "subtasks.csv"
+MOMENTS = "moments.csv"
 FILMS = "films"
 """The folder beside the tables with the videos that were made of pictures, or are links."""
 MOST_CAMERAS = 8

@@ -111,6 +111,21 @@ class Answer:
         return json.dumps(value, sort_keys=True, ensure_ascii=False)
 
 
+def in_words(content: str) -> str | None:
+    """Return the content of an answer's row in words; None if it needs the picture."""
+    try:
+        value = json.loads(content)
+    except ValueError:
+        return content.strip()
+    fields = value if isinstance(value, dict) else {}
+    for kind in (COUNT, ATTRIBUTE, SPATIAL):
+        if all(name in fields for name in FIELDS[kind]):
+            texts = [str(fields[name]) for name in FIELDS[kind]]
+            return " ".join(texts[::-1] if kind == COUNT else texts).replace("_", " ")
+    is_drawn = {"detections", "point", "points"} & fields.keys()
+    return None if is_drawn else content.strip()
+
+
 def _has_word(text: str) -> bool:
     return any(character.isalnum() for character in text)
 

@@ -8,7 +8,8 @@ whose frames are pictures get videos, beside the tables. Further cameras have nu
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from corpus_tools.episodes.depth import DepthScale
 from corpus_tools.episodes.study_tables import (
     EPISODES,
     FILMS,
+    MOMENTS,
     SUBTASKS,
     TASK_COLUMNS,
     TASKS,
@@ -36,13 +38,27 @@ from corpus_tools.lerobot.episode_curves import write_episode_curves
 from corpus_tools.lerobot.episode_films import has_distances, write_depth_films, write_films
 from corpus_tools.lerobot.episode_frames import FramedEpisode, OnError, checked_episodes
 from corpus_tools.lerobot.episode_reading import INFO, Dataset
-from corpus_tools.lerobot.language_rows import SUBTASK, Row, persistent_rows_of
+from corpus_tools.lerobot.grounded_answers import in_words
+from corpus_tools.lerobot.language_rows import (
+    ASSISTANT,
+    INTERJECTION,
+    MEMORY,
+    MOTION,
+    SUBTASK,
+    USER,
+    VQA,
+    Row,
+    event_rows,
+    persistent_rows_of,
+)
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError
 
 CURVES = "curves"
 """The folder beside the tables with state and action of each episode."""
 _OF_SUBTASKS = ("episode", "style", "timestamp", "camera", "dataset")
+EVENT_S = 3.0
+"""Longest part of an episode that is shown with a text about a moment, in seconds."""
 _ROUNDING_S = 1e-3
 
 Seconds = npt.NDArray[np.float64]
@@ -198,7 +214,21 @@ def study_input(
         ),
         SUBTASKS: (
             (*VIDEO_COLUMNS, "command", *_OF_SUBTASKS, *more),
-            list(_subtasks(dataset, shown, cameras, curves, notes)),
+            list(_of_texts(dataset, _lasting(shown, (SUBTASK,), notes), cameras, curves)),
+        ),
+        MOMENTS: (
+            (*VIDEO_COLUMNS, "command", *_OF_SUBTASKS, *more),
+            list(
+                _of_texts(
+                    dataset,
+                    [
+                        *_lasting(shown, (MEMORY, MOTION), notes),
+                        *_events(dataset, shown, cameras[0], notes),
+                    ],
+                    cameras,
+                    curves,
+                )
+            ),
         ),
     }
     return written(tables, files, notes)
@@ -359,14 +389,23 @@ def _episodes(
         )  # fmt: skip
 
 
-def _subtasks(
-    dataset: Dataset,
-    shown: Sequence[_Shown],
-    cameras: Sequence[str],
-    curves: Mapping[int, str],
-    notes: list[str],
-) -> Iterator[Sequence[object]]:
-    """Yield the rows of the dataset's own subtasks; those with one beginning share a part."""
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """A text of the dataset's own, with the part of the episode in which people judge it."""
+
+    shown: _Shown
+    style: str
+    content: str
+    timestamp: float
+    since_s: float
+    until_s: float
+
+
+def _lasting(shown: Sequence[_Shown], styles: Collection[str], notes: list[str]) -> Iterator[_Text]:
+    """Yield the texts that last until the next one of their style.
+
+    Those with one beginning share a part.
+    """
     by_index = {one.framed.episode.index: one for one in shown}
     seen: set[int] = set()
     for file in dict.fromkeys(one.framed.episode.data for one in shown):
@@ -376,26 +415,69 @@ def _subtasks(
                 continue
             seen.add(index)
             first_s, length_s = float(one.framed.frames.times[0]), one.framed.length_s
-            subtasks = []
-            for row in sorted((r for r in rows if r["style"] == SUBTASK), key=_time):
-                since_s = round(_time(row) - first_s, 6)
-                if not 0 <= since_s < length_s or not (row["content"] or "").strip():
-                    text, at = repr(row["content"])[:60], f"at {_time(row):g} s"
-                    why = f"isn't shown: the episode has {length_s:g} s, and it needs a text"
-                    notes.append(f"episode {index}: the subtask {text} {at} {why}")
-                    continue
-                subtasks.append((since_s, row))
-            starts = [*sorted({since_s for since_s, _ in subtasks}), length_s]
-            for number, (since_s, row) in enumerate(subtasks, start=1):
-                end_s = starts[starts.index(since_s) + 1]
-                path, *part = one.views[0].cells(since_s, end_s, is_part=True)
-                name = f"{episode_name(index)}-subtask-{number:02d}"
-                yield (
-                    path, name, *part, row["content"], index, SUBTASK, _time(row), cameras[0],
-                    str(dataset.folder),
-                    *_more_views(one, cameras, since_s, end_s, is_part=True),
-                    *_its_curves(index, curves, since_s),
-                )  # fmt: skip
+            for style in styles:
+                texts = []
+                for row in sorted((r for r in rows if r["style"] == style), key=_time):
+                    since_s = round(_time(row) - first_s, 6)
+                    if not 0 <= since_s < length_s or not (row["content"] or "").strip():
+                        text, at = repr(row["content"])[:60], f"at {_time(row):g} s"
+                        why = f"isn't shown: the episode has {length_s:g} s, and it needs a text"
+                        notes.append(f"episode {index}: the {style} {text} {at} {why}")
+                        continue
+                    texts.append((since_s, row))
+                starts = [*sorted({since_s for since_s, _ in texts}), length_s]
+                for since_s, row in texts:
+                    end_s = starts[starts.index(since_s) + 1]
+                    yield _Text(one, style, row["content"], _time(row), since_s, end_s)
+
+
+def _events(
+    dataset: Dataset, shown: Sequence[_Shown], camera: str, notes: list[str]
+) -> Iterator[_Text]:
+    """Yield interjections, and questions about the camera's picture with their answers."""
+    by_index = {one.framed.episode.index: one for one in shown}
+    drawn = 0
+    for index, frame, rows in event_rows(dataset):
+        one = by_index.get(index)
+        if one is None or frame >= len(one.framed.frames.times):
+            continue
+        time = float(one.framed.frames.times[frame])
+        since_s = round(time - float(one.framed.frames.times[0]), 6)
+        until_s = min(since_s + EVENT_S, one.framed.length_s)
+        said = {
+            (row["style"], row["role"]): row["content"] or ""
+            for row in rows
+            if row["camera"] in (None, camera)
+        }
+        answer = in_words(said.get((VQA, ASSISTANT), ""))
+        question = said.get((VQA, USER), "").strip()
+        texts = {INTERJECTION: said.get((INTERJECTION, USER), "").strip()}
+        if question and answer:
+            texts[VQA] = f"{question} – {answer}"
+        drawn += bool(question and answer is None)
+        for style, text in texts.items():
+            if text:
+                yield _Text(one, style, text, time, since_s, until_s)
+    if drawn:
+        notes.append(f"{drawn} answers that are drawn in the picture are not in {MOMENTS}")
+
+
+def _of_texts(
+    dataset: Dataset, texts: Iterable[_Text], cameras: Sequence[str], curves: Mapping[int, str]
+) -> Iterator[Sequence[object]]:
+    """Yield the rows of the dataset's own texts."""
+    numbers: Counter[tuple[int, str]] = Counter()
+    for text in texts:
+        index, part_s = text.shown.framed.episode.index, (text.since_s, text.until_s)
+        numbers[index, text.style] += 1
+        path, *part = text.shown.views[0].cells(*part_s, is_part=True)
+        name = f"{episode_name(index)}-{text.style}-{numbers[index, text.style]:02d}"
+        yield (
+            path, name, *part, text.content, index, text.style, text.timestamp, cameras[0],
+            str(dataset.folder),
+            *_more_views(text.shown, cameras, *part_s, is_part=True),
+            *_its_curves(index, curves, text.since_s),
+        )  # fmt: skip
 
 
 def _time(row: Row) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from pathlib import Path
 
@@ -13,6 +14,9 @@ pytest.importorskip("av", reason="the extra `render` is not installed")
 
 from corpus_tools.cli.console import run
 from corpus_tools.lerobot.episode_reading import open_dataset
+from corpus_tools.lerobot.grounded_answers import Answer, Shape
+from corpus_tools.lerobot.language_rows import Language
+from corpus_tools.lerobot.language_writing import EpisodeLanguage, write_language
 from corpus_tools.lerobot.study_input import study_input
 from g3.errors import FormatError
 from tests.lerobot_datasets import CAMERA, WRIST, new_dataset, old_dataset
@@ -27,7 +31,8 @@ def test_episodes_of_version_3_are_parts_of_files(tmp_path: Path, capsys):
     out = tmp_path / "tables"
     assert run(["import", "lerobot", str(tmp_path / "set"), "--out", str(out), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["rows"] == {"episodes.csv": 3, "tasks.csv": 2, "subtasks.csv": 3}
+    every = {"episodes.csv": 3, "tasks.csv": 2, "subtasks.csv": 3, "moments.csv": 1}
+    assert told["rows"] == every
     found = rows(out, "episodes.csv")
     assert [row["id"] for row in found] == [f"episode-00000{n}" for n in range(3)]
     assert [(float(row["start_s"]), float(row["end_s"])) for row in found] == [
@@ -43,7 +48,7 @@ def test_episodes_of_version_3_are_parts_of_files(tmp_path: Path, capsys):
     ]  # fmt: skip
     assert [float(row["timestamp"]) for row in subtasks] == [0.0, 0.5, 0.0]
     assert sorted(file.name for file in out.iterdir()) == [
-        "curves", "episodes.csv", "subtasks.csv", "tasks.csv",
+        "curves", "episodes.csv", "moments.csv", "subtasks.csv", "tasks.csv",
     ]  # fmt: skip
 
 
@@ -59,7 +64,8 @@ def test_episodes_of_version_2_are_files(tmp_path: Path):
 def test_a_camera_and_some_episodes(tmp_path: Path):
     dataset = open_dataset(new_dataset(tmp_path / "set"))
     made = study_input(dataset, tmp_path / "out", cameras=[WRIST], first=2)
-    assert made.rows == {"episodes.csv": 2, "tasks.csv": 2, "subtasks.csv": 3}
+    every = {"episodes.csv": 2, "tasks.csv": 2, "subtasks.csv": 3, "moments.csv": 1}
+    assert made.rows == every
     assert WRIST.encode() in made.files["episodes.csv"]
     every = study_input(dataset, tmp_path / "out").files["episodes.csv"]
     assert isinstance(every, bytes)
@@ -99,3 +105,30 @@ def test_errors_say_what_to_do(tmp_path: Path, capsys):
     (folder / "meta/episodes/chunk-000/file-000.parquet").write_bytes(b"PAR1 broken PAR1")
     with pytest.raises(FormatError, match="the file can't be read"):
         list(open_dataset(folder).episodes())
+
+
+def test_texts_at_moments_have_a_table(tmp_path: Path):
+    """Memory lasts, events are shown from their frame on; answers by drawings need the picture."""
+    point = Answer("point", ("cube",), (Shape(((9, 3),)),))
+    said = (
+        Language("memory", 0.2, "I came near."),
+        Language("memory", 0.5, "I took it."),
+        Language("interjection", 0.4, "Lift it."),
+        Language("vqa", 0.3, "How many?", camera=CAMERA, answer=Answer("count", ("cube", "2"))),
+        Language("vqa", 0.7, "Where?", camera=CAMERA, answer=point),
+        Language("vqa", 0.8, "How many?", camera=WRIST, answer=Answer("words", ("One.",))),
+    )
+    source = open_dataset(new_dataset(tmp_path / "set", language=False))
+    write_language(source, tmp_path / "copy", {1: EpisodeLanguage(said)}, attachments={})
+    made = study_input(open_dataset(tmp_path / "copy"), tmp_path / "tables")
+    assert made.rows["moments.csv"] == 4
+    rows = list(csv.DictReader(io.StringIO(bytes(made.files["moments.csv"]).decode())))
+    found = [(r["id"], r["start_s"], r["end_s"], r["command"], r["style"]) for r in rows]
+    assert found == [
+        ("episode-000001-memory-01", "1.4", "1.7", "I came near.", "memory"),
+        ("episode-000001-memory-02", "1.7", "2.0", "I took it.", "memory"),
+        ("episode-000001-vqa-01", "1.5", "2.0", "How many? – 2 cube", "vqa"),
+        ("episode-000001-interjection-01", "1.6", "2.0", "Lift it.", "interjection"),
+    ]
+    assert [round(float(row["timestamp"]), 6) for row in rows] == [0.2, 0.5, 0.3, 0.4]
+    assert any("1 answers that are drawn" in note for note in made.notes)
