@@ -30,12 +30,13 @@ name: forklift-episodes
 title: A forklift at work
 videos: tables/episodes.csv
 commands: tables/tasks.csv
+subtasks: tables/subtasks.csv
 robot: forklift
-statement: The {robot} in the video is carrying out this task.
 tasks:
   describe: {answers: 1, practice: false}
   subtasks: {answers: 1, practice: false}
-  rate: {answers: 1, practice: false}
+  correct: {answers: 1, practice: false}
+  mark: {answers: 1, practice: false}
 consent: |
   You will watch short videos of a robot {robot}, and write or judge what it does.
   What you type is kept on this machine. You may stop at any time by closing the page.
@@ -322,7 +323,7 @@ def episode_steps(out: Path) -> list[Step]:
             *("--out", out / "tables"),
         ),
         Step(
-            "A study: describe the episodes, cut them into subtasks, rate their tasks",
+            "A study: describe and mark the episodes, correct their subtasks and tasks",
             f"(write {study})",
             study,
             partial(write_bytes, study, STUDY.encode()),

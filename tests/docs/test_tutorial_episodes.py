@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import signal
@@ -37,38 +38,57 @@ def send(person: Browser, page: Any, body: dict[str, Any]) -> None:
 @pytest.mark.slow
 def test_it_works_as_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    demo, export = (call for step in shown() if step.page == PAGE for call in step.calls)
+    demo, export, steps, errors = (
+        call for step in shown() if step.page == PAGE for call in step.calls
+    )
     assert run([*demo, "--no-serve"]) == 0
     with started(tmp_path / "log", *demo, "--port", "0") as server:  # nothing is made again
         assert f"/s/{STUDY}\n" in server.told
         assert "it is there: demo-episodes/dataset" in server.told
         assert server.end(signal.SIGINT) == 0
-    answer_all()
-    assert run(export) == 0
+    mistakes = json.loads(Path("demo-episodes/planted.json").read_text())["mistakes"]
+    (wrong,) = (mistake for mistake in mistakes if mistake["style"] == "task")
+    answer_all(wrong)
+    for call in (export, steps, errors):
+        assert run(call) == 0
 
     source, copy = Path("demo-episodes/dataset"), Path(export[2])
     assert subtasks(source) == [list(episode.written) for episode in EPISODES.values()]
     assert subtasks(copy) == [list(episode.steps) for episode in EPISODES.values()]
-    mistakes = json.loads(Path("demo-episodes/planted.json").read_text())["mistakes"]
-    found = [
-        {"dataset": sorted(set(before) - set(after)), "truth": sorted(set(after) - set(before))}
-        for before, after in zip(subtasks(source), subtasks(copy), strict=True)
+    tasks = [[episode.tasks[0] for episode in open_dataset(f).episodes()] for f in (source, copy)]
+    changed = [pair for pair in zip(*tasks, strict=True) if len(set(pair)) > 1]
+    assert changed == [(wrong["dataset"], wrong["truth"])]
+    planted = [
+        (
+            mistake["kind"],
+            *(str(v) for step in (mistake["dataset"], mistake["truth"]) for v in cells(step)),
+        )
+        for mistake in mistakes
+        if mistake["style"] == "subtask"
     ]
-    for mistake in mistakes:
-        if mistake["style"] == "subtask":
-            for where, steps in found[mistake["episode_index"]].items():
-                one = mistake[where]
-                assert steps == ([(one["start_s"], one["content"])] if one else [])
-    (wrong,) = (mistake for mistake in mistakes if mistake["style"] == "task")
-    lines = (copy / "meta/verdicts.jsonl").read_text().splitlines()
-    agreed = {(v["episode_index"], v["content"]): v["agree"] for v in map(json.loads, lines)}
-    tasks = {episode.index: episode.tasks[0] for episode in open_dataset(source).episodes()}
-    assert tasks[wrong["episode_index"]] == wrong["dataset"]
-    for index, task in tasks.items():
-        assert agreed[index, task] == (index != wrong["episode_index"])
+    found = [
+        tuple(row[name] for name in ("state", "proposed_s", "proposed", "start_s", "text"))
+        for row in table(steps)
+        if row["state"] != "unchanged"
+    ]
+    assert sorted(found) == sorted(planted)
+    shares = {row["measure"]: float(row["value"]) for row in table(errors)}
+    assert shares["accepted"] == pytest.approx(15 / 18)
+    for measure in ("text changed", "boundary moved", "removed", "added"):
+        assert shares[measure] == pytest.approx(1 / 18)
     if PYTHON:
         (program,) = re.findall(r"```python\n(.*?)```", (ROOT / PAGE).read_text(), re.DOTALL)
         assert "19.2 s: subtask back away from the tires" in lerobot(program)
+
+
+def cells(step: dict[str, Any] | None) -> tuple[object, object]:
+    return (step["start_s"], step["content"]) if step else ("", "")
+
+
+def table(call: list[str]) -> list[dict[str, str]]:
+    """The rows of the table that a call has written."""
+    with Path(call[2]).open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def subtasks(folder: Path) -> list[list[tuple[float, str]]]:
@@ -78,30 +98,26 @@ def subtasks(folder: Path) -> list[list[tuple[float, str]]]:
     ]
 
 
-def answer_all() -> None:
+def answer_all(wrong: dict[str, Any]) -> None:
     """Answer as one person who sees what is true of each episode."""
     config = open_instance(Path("demo-episodes/annotation"))
     engine = open_database(config.database)
     app = create_app(config, engine)
     person = Browser(app, study=STUDY)
-    shown_s = {
-        episode.frames / 10: (episode.tasks[0], true)
-        for episode, true in zip(
-            open_dataset(Path("demo-episodes/dataset")).episodes(), EPISODES.values(), strict=True
-        )
-    }
-    for task in ("describe", "subtasks", "rate"):
+    frames = [episode.frames for episode in open_dataset(Path("demo-episodes/dataset")).episodes()]
+    for task in ("describe", "subtasks", "correct", "mark"):
         while (taken := person.lease(task, STUDY)).status_code == 200:
             page = taken.json
-            duration = page["payload"]["duration_s"]
-            near = min(shown_s, key=lambda length: abs(length - duration))
-            written, true = shown_s[near]
-            is_right = page["payload"].get("command") == written and not true.wrong_task
-            steps = [{"start_s": start_s, "text": text} for start_s, text in true.steps]
+            index = frames.index(round(page["payload"]["duration_s"] * 10))
+            true = list(EPISODES.values())[index].steps
+            steps = [{"start_s": start_s, "text": text} for start_s, text in true]
+            right = {"verdict": "right"}
+            better = {"verdict": "wrong", "text": wrong["truth"]}
             body = {
-                "describe": described(f"Work for {near} seconds."),
+                "describe": described(f"Work for {frames[index]} frames."),
                 "subtasks": {"subtasks": steps, "played_to_end": True},
-                "rate": {"rating": 5 if is_right else 1},
+                "correct": better if index == wrong["episode_index"] else right,
+                "mark": {"success": "success", "quality": 4},
             }[task]
             answered = person.answer(page["item"], body | person.watched(page))
             assert answered.status_code == 200, answered.text
