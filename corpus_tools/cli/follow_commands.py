@@ -132,8 +132,9 @@ def follow(
 ) -> None:
     """Find what a command means, and carry it out in physics.
 
-    A plan is inferred in a scenario as in section 3.4. On a terminal you are asked before anything
-    is carried out. In scripts and with --json nobody is asked: a sure plan is carried out.
+    A plan is inferred in a scenario as in section 3.4. On a terminal you are asked which thing is
+    meant where that is unclear, and before anything is carried out. In scripts and with --json
+    nobody is asked: a sure plan is carried out.
 
     The exit status is 0 when it is done, 2 where nothing is done (something isn't there, the forks
     don't reach it, the plan isn't sure, you said no, the input is bad), and 3 where a step of the
@@ -157,7 +158,10 @@ def follow(
         return
     if text is None or not text.strip():
         raise CorpusError("the command is empty", fix="say what the robot is to do")
-    result = checked(grounder.follow(text, state, **options))
+    result = grounder.follow(text, state, **options)
+    if shown.asks and not yes:
+        result = _asked(grounder, result, shown)
+    result = checked(result)
     wanted = _show(result, shown) and (plan_only or _confirmed(result, shown))
     if not wanted:
         sys.exit(NOTHING)
@@ -299,20 +303,18 @@ def _loop(grounder: Grounder, state: State, shown: Shown) -> None:
         text = click.prompt("command", default="", show_default=False, err=True)
         if not text.strip():
             return
-        result = grounder.follow(text, state, **shown.search)
-        if result.question is not None:
-            result = _asked(grounder, result, shown)
-        result = checked(result)
+        result = checked(_asked(grounder, grounder.follow(text, state, **shown.search), shown))
         if _show(result, shown) and (shown.plan_only or _confirmed(result, shown)):
             state = _after(state, result, shown)
 
 
 def _asked(grounder: Grounder, result: Result, shown: Shown) -> Result:
-    """Ask until an answer is understood: a number, or words such as "the left one" or "both"."""
+    """Ask a result's question, until an answer is understood: "2", "the left one" or "both"."""
     from g3.errors import AnswerError
 
     question = result.question
-    assert question is not None  # noqa: S101 - the caller has looked
+    if question is None:
+        return result
     note(question.text)
     for number, (_, words) in enumerate(question.options, start=1):
         note(f"  {number}. {words}")

@@ -366,6 +366,37 @@ def test_on_a_terminal_somebody_is_asked_first(model, answer, status):
     assert ("done in" in out) == (status == 0)
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no terminals")
+@pytest.mark.parametrize(
+    ("more", "answers", "prompts"), [([], "the blue sky\n2\n", 2), (["--yes"], "", 0)]
+)
+def test_on_a_terminal_somebody_is_asked_which_one_is_meant(model, more, answers, prompts):
+    ours, theirs = os.openpty()
+    command = ("follow", "Lift the boxes", *SCENARIO, *model, "--plan-only", *more)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "corpus_tools", *command],
+        stdin=theirs,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    os.write(ours, answers.encode())
+    out, err = process.communicate(timeout=300)
+    os.close(ours)
+    os.close(theirs)
+    assert process.returncode == 0, err
+    assert err.count("which:") == prompts
+    assert "pick up boxes-" in out
+
+
+def test_without_a_terminal_a_question_is_only_shown(model):
+    done = run("Lift the boxes", *SCENARIO, *model, "--plan-only")
+    assert done.exit_code == 0, done.output
+    assert "? Which one is" in done.stdout
+    assert "which:" not in done.stderr
+
+
 def test_as_many_trees_are_summed_over_as_from_python():
     (option,) = (p for p in follow.params if p.name == "parses")
     assert option.default == PARSES
