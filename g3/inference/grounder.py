@@ -373,6 +373,7 @@ class Grounder:
             answers=answers,
             explain=explain,
             insist=insist,
+            text=_text(command),
         )
         trees = _trees(command, parses)
         readings = [(chance, how(sdcs)) for chance, sdcs in trees]
@@ -459,8 +460,9 @@ class Grounder:
         answers: Mapping[int, str | Collection[str]] | None,
         explain: bool,
         insist: bool,
+        text: str = "",
     ) -> _Reading:
-        tree = Tree(plain(sdcs, Nouns(start)))
+        tree = Tree(plain(sdcs, Nouns(start)), text)
         problem = GroundingProblem(
             start,
             scene_asked(tree, start),
@@ -498,7 +500,13 @@ class Grounder:
             Largest number of its trees that are tried.
         """
         how = partial(
-            self._search, start=state, width=WIDTH, answers=None, explain=False, insist=True
+            self._search,
+            start=state,
+            width=WIDTH,
+            answers=None,
+            explain=False,
+            insist=True,
+            text=_text(text),
         )
         readings = [(chance, how(sdcs)) for chance, sdcs in _trees(text, parses)]
         choices = all_plans([(chance, reading.found) for chance, reading in readings], LOOKED_AT)
@@ -549,7 +557,11 @@ def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float
 
 def _words(command: str | Sequence[SDC] | Parse) -> tuple[str, ...]:
     """All words of a text; none of trees without one."""
-    return text_words(command if isinstance(command, str) else getattr(command, "text", ""))
+    return text_words(_text(command))
+
+
+def _text(command: str | Sequence[SDC] | Parse) -> str:
+    return command if isinstance(command, str) else getattr(command, "text", "")
 
 
 def _guessed(tree: Tree) -> list[str]:

@@ -122,7 +122,15 @@ def subjects(tree: Tree, root: int) -> list[int]:
 
 def goal_places(tree: Tree, root: int) -> list[int]:
     """PLACEs that tell together where an EVENT leads."""
-    return [n for n in tree.below(root, _ARGUMENTS, "PLACE") if not is_source(tree.nodes[n])]
+    places = tree.below(root, _ARGUMENTS, "PLACE")
+    return [n for n in places if not (is_source(tree.nodes[n]) or _leaves_out(tree, n))]
+
+
+def _leaves_out(tree: Tree, node: int) -> bool:
+    """Check that a clause says nothing but what is ruled out: "other than the crate"."""
+    marks = tree.below(node, _ARGUMENTS, "OBJECT")
+    where = concepts(field_words(tree.nodes[node].relation)) - {"from"}
+    return bool(marks) and not where and tree.left_alone[0].issuperset(marks)
 
 
 def goal_paths(tree: Tree, root: int) -> list[int]:
@@ -132,6 +140,7 @@ def goal_paths(tree: Tree, root: int) -> list[int]:
     """
     paths = tree.below(root, _ARGUMENTS, "PATH")
     found = [p for p in paths if not is_source(tree.nodes[p]) and not is_company(tree.nodes[p])]
+    found = [p for p in found if not _leaves_out(tree, p)]
     return sorted(found, key=lambda p: not is_goal(tree.nodes[p]))
 
 

@@ -18,13 +18,25 @@ from g3.inference.problem.phrases import (
     unstressed,
 )
 from g3.language.discourse.anaphora import Antecedent, anaphors
+from g3.language.discourse.exclusions import exclusions
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.verb_chains import Verb, verb_of
-from g3.language.lexicon.word_sets import COLLECTIVES, COUNTS, NOUNLESS, PARTS, QUANTIFIERS
+from g3.language.lexicon.word_sets import (
+    ARTICLES,
+    COLLECTIVES,
+    COUNTS,
+    DEMONSTRATIVES,
+    EXCEPTING,
+    NOTHING,
+    NOUNLESS,
+    PARTS,
+    QUANTIFIERS,
+)
+from g3.language.parsing.words import cut
 from g3.learning.examples import factor_words
-from g3.sdc.clauses import SDC, Field, Span, breadth_first, child_indices
+from g3.sdc.clauses import SDC, Field, Span, all_words, breadth_first, child_indices
 from g3.short_repr import short_repr
 
 T = TypeVar("T")
@@ -49,9 +61,12 @@ class Tree:
     ----------
     sdcs
         The top-level clauses.
+    text
+        Its text; empty where only the clauses are known.
     """
 
     sdcs: tuple[SDC, ...]
+    text: str = ""
     _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def once(self, compute: Callable[..., T], *of: Hashable) -> T:
@@ -113,7 +128,7 @@ class Tree:
         one".
         """
         leaf = noun_leaf(sdc)
-        if sdc.type != "OBJECT" or not leaf.words or bare(leaf.words[-1].text) not in NOUNLESS:
+        if sdc.type != "OBJECT" or not leaf.words or not _is_nounless(leaf, sdc):
             return None
         before = [noun for noun in self.nouns if noun[-1].start < leaf.words[0].start]
         alike = [noun for noun in before if not _scales(noun).isdisjoint(_scales(leaf.words))]
@@ -121,6 +136,36 @@ class Tree:
         same = [noun for noun in before if (noun[-1] in self._handled) == handled]
         last = max(alike or same or before, key=lambda noun: noun[-1].start, default=None)
         return last[-1] if last else None
+
+    @cached_property
+    def left_alone(self) -> tuple[frozenset[int], tuple[SDC, ...]]:
+        """OBJECTs that the command rules out, and others, which are in no clause.
+
+        Where several begin alike, that is the outermost.
+        """
+        written = tuple(sorted({word for sdc in self.sdcs for word in all_words(sdc)}))
+        others: list[SDC] = []
+        excepting = [n for n in range(len(self.nodes)) if self.excepts(n)]
+        nodes = {n for own in excepting for n in self.below(own, ("l", "l2"), "OBJECT")}
+        begins = {
+            n: all_words(sdc)[0].start
+            for n, sdc in enumerate(self.nodes)
+            if sdc.type == "OBJECT" and not ARTICLES.issuperset(_bare_words(sdc))
+        }
+        for noun in exclusions(cut(self.text).spans if self.text else written):
+            inside = [n for n, start in begins.items() if noun[0].start <= start <= noun[-1].start]
+            if inside:
+                nodes.add(min(inside, key=lambda n: (begins[n], n)))
+            else:
+                others.append(SDC("OBJECT", words=noun))
+        return frozenset(nodes), tuple(others)
+
+    def excepts(self, node: int) -> bool:
+        """Whether a clause leaves its landmark out: "all but the red one", not "nothing but"."""
+        sdc = self.nodes[node]
+        figure = {word for part in sdc.figure for word in _bare_words(part)}
+        relation = {bare(word.text) for word in sdc.relation}
+        return bool(relation & EXCEPTING) and figure.isdisjoint(NOTHING | {"anything"})
 
     @cached_property
     def antecedents(self) -> dict[int, tuple[Antecedent, ...]]:
@@ -183,6 +228,18 @@ class Tree:
 
 def _without_lead(sdc: SDC, verb: Verb) -> SDC:
     return replace(sdc, relation=sdc.relation[verb.start :]) if verb.start else sdc
+
+
+def _is_nounless(leaf: SDC, sdc: SDC) -> bool:
+    """Whether an OBJECT leaves out its noun: "the empty one", "1 by the gate", "those on it"."""
+    words = _bare_words(leaf)
+    if words[-1] in NOUNLESS or (len(words) == 1 and words[0] in DEMONSTRATIVES and leaf != sdc):
+        return True
+    return all(word.isdecimal() or word in COUNTS or word in ARTICLES for word in words)
+
+
+def _bare_words(sdc: SDC) -> list[str]:
+    return [bare(word.text) for word in all_words(sdc)]
 
 
 def _scales(noun: Sequence[Span]) -> set[tuple[Concept, Concept]]:

@@ -254,6 +254,9 @@ def _frame(tree: Tree, node: int) -> Frame:
     verb = tree.verbs[node]
     outer = tree.once(_leads).get(node, ())
     named = tuple(objects(tree, node))
+    alone, _ = tree.left_alone
+    spared = bool(named) and alone.issuperset(named)
+    named = named if spared else tuple(n for n in named if n not in alone)
     if verb.start:
         named = tuple(n for n in named if not _is_robot(tree, n))  # "help me lift it"
     tools = [n for n in tree.below(node, _ARGUMENTS, "PATH") if is_company(tree.nodes[n])]
@@ -297,7 +300,7 @@ def _frame(tree: Tree, node: int) -> Frame:
         tuple(_relation(tree, node)[verb.start :]),
         classes,
         bool(guessed),
-        remains or any(negated(tree.nodes[n]) for n in (*outer, node)),
+        remains or spared or any(negated(tree.nodes[n]) for n in (*outer, node)),
         tuple(subjects(tree, node)),
         named,
         places,

@@ -18,12 +18,14 @@ import numpy as np
 from g3.actions.robot_state import State, is_load
 from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject
+from g3.inference.potentials.plan_things import ALIKE
 from g3.inference.problem.asked_spots import scene_asked
 from g3.inference.problem.clause_roles import is_source
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, asked, frame, spares
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, Group, things_of
 from g3.inference.problem.phrases import is_complement, is_pronoun, is_singled_out, names_robot
+from g3.inference.problem.world_nouns import LIKELY, Nouns
 from g3.inference.search.thing_search import ground_thing, leaf_scores
 from g3.language.discourse.groups import group, noun_leaf, noun_words
 from g3.language.lexicon.concepts import concepts
@@ -34,7 +36,6 @@ from g3.language.lexicon.word_sets import (
     COUNTS,
     DISTRIBUTIVE,
     EVERYTHING,
-    EXCEPTING,
     GENERIC,
     HEAPED,
     NOUNLESS,
@@ -43,6 +44,7 @@ from g3.language.lexicon.word_sets import (
     REST,
     UNIVERSAL,
 )
+from g3.language.similarity.presence import best_naming
 from g3.language.similarity.word_similarity import labels_in
 from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
@@ -116,7 +118,9 @@ def next_request(
     if members:  # all that are named, in turn; otherwise one for each
         pairs = zip(members, cycle(things), strict=False)
     else:
-        pairs = zip((load.id for load, _ in _loads(tree, theme, problem)), things, strict=False)
+        pairs = zip(
+            (load.id for load, _ in loads_named(tree, theme, problem)), things, strict=False
+        )
     return Request(clauses, theme, tuple({theme: load, mark: thing} for load, thing in pairs))
 
 
@@ -183,7 +187,7 @@ def _members(
     for node in coordinated if len(coordinated) > 1 else own.objects[:1]:
         loads = _named(tree, node, problem, meant, own.node, moved=moved)
         if not loads and len(coordinated) > 1:
-            loads = [thing.id for thing, _ in _loads(tree, node, problem)[:1]]
+            loads = [thing.id for thing, _ in loads_named(tree, node, problem)[:1]]
         found += [name for name in loads if name not in found]
     found = _from_there(tree, own, problem, found)
     return tuple(_but_there(tree, own, problem, found))
@@ -234,7 +238,7 @@ def _named(
     )
     others = not REST.isdisjoint(words)
     count = 2 if "both" in words else said.count
-    loads = _loads(tree, node, problem)
+    loads = loads_named(tree, node, problem)
     loads = [load for load in loads if load[0].id not in moved] or loads
     if not (every or others or but or (count or 0) > 1):
         if said.number != "plural" or count == 1 or said.ordinals or said.collective:
@@ -242,8 +246,6 @@ def _named(
         if not _are_counted(loads, sdc):
             return []
     outside = set[str]()
-    for n in but:
-        outside |= set(_named(tree, n, problem, meant, n) or _best(tree, n, problem))
     if others:
         outside |= {t.id for own, _ in meant.values() for t in things_of(own)}
     found = [(thing.id, score) for thing, score in loads if thing.id not in outside]
@@ -256,17 +258,12 @@ def _named(
     return [name for name, _ in found]
 
 
-def _without_exceptions(tree: Tree, node: int, root: int) -> tuple[int, list[int]]:
-    """Return the OBJECT without "all but the red one", and the OBJECTs that are left out."""
-    excepting = [
-        n
-        for n in tree.all_below(root)
-        if EXCEPTING.intersection(bare(w.text) for w in tree.nodes[n].relation)
-    ]
-    out = [n for own in excepting for n in tree.below(own, ("l", "l2"), "OBJECT")]
+def _without_exceptions(tree: Tree, node: int, root: int) -> tuple[int, bool]:
+    """Return the OBJECT without "all but the red one", and whether its clause excepts any."""
+    excepting = [n for n in tree.all_below(root) if tree.excepts(n)]
     while node in excepting and (inner := tree.below(node, ("f",), "OBJECT")):
         node = inner[0]
-    return node, out
+    return node, bool(excepting)
 
 
 def _kind(tree: Tree, node: int) -> SDC:
@@ -282,10 +279,16 @@ def _kind(tree: Tree, node: int) -> SDC:
     return sdc if left_out is None else SDC("OBJECT", (*sdc.words[:-1], left_out))
 
 
-def _matches(thing: PhysicalObject, tree: Tree, node: int) -> bool:
-    """Check that an OBJECT's noun is a label of a thing."""
-    noun = set(field_words(_kind(tree, node).words))
-    return bool(noun.intersection(map(normalise, thing.labels)))
+def _called(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
+    """Keep the things whose label is an OBJECT's noun, or else those that the noun is like."""
+    noun = [bare(word.text) for word in _kind(tree, node).words]
+    said = set(map(normalise, noun))
+    found = [t for t in things if not said.isdisjoint(map(normalise, t.labels))]
+    if found or not noun:
+        return found
+    likely = [best_naming(noun[-1], [thing.labels]) for thing in things]
+    least = max([LIKELY, *(likeness - ALIKE for likeness in likely)])
+    return [thing for thing, likeness in zip(things, likely, strict=True) if likeness >= least]
 
 
 def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
@@ -306,15 +309,21 @@ def _are_counted(loads: Sequence[tuple[PhysicalObject, float]], sdc: SDC) -> boo
     return len(loads) > 1 and HEAPED.isdisjoint(noun)
 
 
-def _loads(tree: Tree, node: int, problem: GroundingProblem) -> list[tuple[PhysicalObject, float]]:
-    """Return the loads that an OBJECT may name with their scores.
+def loads_named(
+    tree: Tree, node: int, problem: GroundingProblem
+) -> list[tuple[PhysicalObject, float]]:
+    """Return the loads that an OBJECT may name with their scores, but for those ruled out.
 
     The best come first, or the nearest where words give no more than the kind.
     """
     wide = replace(problem, width=len(problem.scene.groups))
     singles = _singles(ground_thing(tree, node, wide), problem.state)
-    kept = {thing.id for thing in _of_a_kind([thing for thing, _ in singles], tree, node)}
-    singles = [c for c in singles if c[0].id in kept - problem.ruled_out]
+    things = _of_a_kind([thing for thing, _ in singles], tree, node)
+    if not _called(things, tree, node):  # only like what is meant, so not what is ruled out
+        allowed = [thing for thing, _ in singles if thing.id not in problem.ruled_out]
+        things = _of_a_kind(allowed, tree, node)
+    kept = {thing.id for thing in things} - problem.ruled_out
+    singles = [c for c in singles if c[0].id in kept]
     if _tells_more(tree, node):
         return singles
     at = np.array(problem.state.pose[:2])
@@ -389,22 +398,40 @@ def ruled_out(tree: Tree, problem: GroundingProblem) -> frozenset[str]:
 
     Not of what a pronoun stands for: "lift the crate, but don't drop it" forbids to drop it only.
     """
+    nodes, others = tree.left_alone
     found: set[str] = set()
+    for node in nodes:
+        found |= _forbidden(tree, node, problem)
     for root in asked(tree):
         if tree.nodes[root].type != "EVENT":
             continue
         own = frame(tree, root)
-        if not (own.negated or (spares(tree, root, None) and problem.state.held is None)):
-            continue
-        for node in own.objects:
-            words = noun_words(tree.nodes[node])
-            if is_pronoun(tree.nodes[node]) or not words or not {"else", *REST}.isdisjoint(words):
-                continue
-            if not _ANYTHING.isdisjoint(words):
-                found.update(thing.id for thing, _ in _loads(tree, node, problem))
-            else:
-                found.update(_named(tree, node, problem, {}, node) or _best(tree, node, problem))
+        if own.negated or (spares(tree, root, None) and problem.state.held is None):
+            for node in {*own.objects} - nodes:
+                found |= _forbidden(tree, node, problem)
+    for sdc in others:
+        noun = _naming_load(sdc, Nouns(problem.state))
+        if noun is not None:
+            alone = Tree((noun,))
+            leaves = leaf_scores(alone, problem.scene, problem.cost)
+            found |= _forbidden(alone, 0, replace(problem, leaves=leaves))
     return frozenset(found)
+
+
+def _naming_load(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Return a leaf up to the last word that names a load; None if none does."""
+    last = [i for i, word in enumerate(sdc.words) if nouns.name_load((word,))]
+    return replace(sdc, words=sdc.words[: last[-1] + 1]) if last else None
+
+
+def _forbidden(tree: Tree, node: int, problem: GroundingProblem) -> set[str]:
+    """Return the ids of the loads that an OBJECT rules out."""
+    words = noun_words(tree.nodes[node])
+    if is_pronoun(tree.nodes[node]) or not words or not {"else", *REST}.isdisjoint(words):
+        return set()
+    if not _ANYTHING.isdisjoint(words):
+        return {thing.id for thing, _ in loads_named(tree, node, problem)}
+    return set(_named(tree, node, problem, {}, node) or _best(tree, node, problem))
 
 
 def _best(tree: Tree, node: int, problem: GroundingProblem) -> list[str]:
@@ -414,7 +441,7 @@ def _best(tree: Tree, node: int, problem: GroundingProblem) -> list[str]:
         return []
     singles = [thing for thing, _ in _singles(ground_thing(tree, node, problem), problem.state)]
     if words[-1] not in NOUNLESS:
-        singles = [thing for thing in singles if _matches(thing, tree, node)]
+        singles = _called(singles, tree, node)
     alone = not _tells_more(tree, node) and words[-1] not in NOUNLESS
     return [thing.id for thing in (singles if alone else singles[:1])]
 
