@@ -27,7 +27,7 @@ from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, 
 from g3.inference.problem.phrases import is_complement, is_pronoun, is_singled_out, names_robot
 from g3.inference.problem.world_nouns import LIKELY, Nouns
 from g3.inference.search.thing_search import ground_thing, leaf_scores
-from g3.language.discourse.groups import group, noun_leaf, noun_words
+from g3.language.discourse.groups import group, is_partitive, noun_leaf, noun_words
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.word_sets import (
@@ -205,6 +205,8 @@ def _antecedents(
     """Return the loads that a pronoun for several stands for; None if it is none."""
     sdc = tree.nodes[node]
     words = set(noun_words(sdc))
+    if sdc.relation and not is_partitive(sdc):
+        return None
     if not (is_pronoun(sdc) or words <= UNIVERSAL | {"of", "them", "those", "these"}):
         return None
     before = [x.index for x in tree.antecedents.get(node, ()) if x.index in meant]

@@ -392,7 +392,7 @@ LINKING = words("to and by ready sure going able about supposed on in order")
 """Words between such a verb and the one that it leads on to: "get ready to lift"."""
 REGARDING = stems(
     "see look watch notice spot find observe check mind avoid miss touch hit bump beware know "
-    "remember wish hope think hear listen say tell thank appreciate"
+    "remember wish hope think hear listen say tell thank appreciate hurry rush"
 )
 """Verbs of seeing, avoiding and saying, which handle nothing."""
 PHRASAL_VERBS = {
