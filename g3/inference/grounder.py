@@ -462,7 +462,7 @@ class Grounder:
         insist: bool,
         text: str = "",
     ) -> _Reading:
-        tree = Tree(plain(sdcs, Nouns(start)), text)
+        tree = Tree(plain(sdcs, Nouns(start), text), text)
         problem = GroundingProblem(
             start,
             scene_asked(tree, start),

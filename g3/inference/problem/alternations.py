@@ -31,6 +31,7 @@ from g3.inference.problem.phrases import (
 )
 from g3.inference.problem.plain_phrases import plain_phrases
 from g3.inference.problem.repetitions import repeated
+from g3.inference.problem.restored_words import restored
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
@@ -57,7 +58,7 @@ from g3.sdc.clauses import SDC, SDCType, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 
-def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
+def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
     """The clauses of a command as plain ones.
 
     Parameters
@@ -66,8 +67,11 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
         The top-level clauses.
     nouns
         What words may name in the world.
+    text
+        The command; empty where only its clauses are known.
     """
-    wanted = [_wanted(plain_phrases(sdc), nouns) for sdc in joined(list(map(_whole, sdcs)))]
+    whole = restored(list(map(_whole, sdcs)), text, nouns)
+    wanted = [_wanted(plain_phrases(sdc), nouns) for sdc in joined(whole)]
     asking = without_statements(wanted, nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
 

@@ -38,6 +38,10 @@ def where(result):
             "Put both tire pallets on the truck",
             {"tires-1": "truck-1", "tires-2": "truck-1"},
         ),
+        ("Put the crates all on the truck", dict.fromkeys(CRATES, "truck-1")),
+        ("The crates all go on the truck", dict.fromkeys(CRATES, "truck-1")),
+        ("left tires truck", {"tires-1": "truck-1"}),
+        ("right tires - truck", {"tires-2": "truck-1"}),
     ],
 )
 def test_each_load_is_carried_once(text, ends, grounder):
