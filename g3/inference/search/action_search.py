@@ -43,6 +43,7 @@ from g3.inference.problem.phrases import is_pronoun, is_there, names_other, name
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_against, told_besides, weightiest
 from g3.inference.search.arguments import arguments, combine, focus_of
+from g3.inference.search.exchange import after_actions, exchange
 from g3.inference.search.requests import Request, after, next_request, ruled_out
 from g3.inference.search.stage import PathFactor, Stage, Trial, event_batch, path_batch
 from g3.inference.search.thing_search import ground_thing, leaf_scores
@@ -316,12 +317,29 @@ def search(
     left = list(asked(tree))
     while left and beam:
         best = beam[0]  # all hypotheses carry the same loads, those that the best one means
+        swapped = exchange(tree, left[0], best.state, problem)
+        if swapped is not None:
+            beam, left = [_exchanged(best, *swapped)], left[1:]
+            continue
         request = next_request(tree, left, problem, best.state, best.nodes)
         beam = _each(tree, request, beam, problem, width) or _steps(
             tree, request.clauses, beam, problem, width
         )
         left = left[len(request.clauses) :]
     return beam
+
+
+def _exchanged(
+    before: Hypothesis, actions: tuple[Action, ...], nodes: Mapping[int, tuple[Group, float]]
+) -> Hypothesis:
+    """Return a hypothesis that continues with an exchange of two loads."""
+    return replace(
+        before,
+        score=before.score + sum(score for _, score in nodes.values()),
+        state=after_actions(before.state, actions),
+        actions=(*before.actions, *actions),
+        nodes={**before.nodes, **nodes},
+    )
 
 
 def _steps(

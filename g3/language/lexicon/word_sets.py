@@ -370,6 +370,8 @@ MOVING = words("move moving return returning pull pulling")
 GETTING = words("take taking get getting")
 BRINGING = GETTING | words("remove removing pull pulling")
 """Verbs of taking that may also say where to: "get the crate next to the truck"."""
+SWAPPING = stems("swap switch exchange trade")
+"""Verbs by which two things change places."""
 LEAVING = words("leave leaving")
 RAISING = words("raise raising lift lifting elevate elevating hoist hoisting")
 LOWERING = words("lower lowering drop dropping")
