@@ -33,6 +33,8 @@ LOAD_M = 0.6
 """Half the side of most loads."""
 DECK_FREE_M = LOAD_M + 0.2
 """Gap on a deck, where loads stand side by side, like `FREE_M`."""
+ROW_STEP_M = LOAD_M + DECK_FREE_M + 0.05
+"""Between the middles of loads in a row on a deck."""
 OVERHANG_M = 0.15
 """A load may stand over the edge of a deck by so much."""
 GAP_M = 0.6
@@ -245,6 +247,23 @@ def _on(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Place]:
         if abs(load.prism.z_min - top) < GROUND_M and covers(thing.prism, centre(load.prism)):
             spots += [s for s in _around(load, state, ANY_SPOTS) if s.prism.z_min == top]
     return spots
+
+
+def deck_row(deck: PhysicalObject, state: State) -> list[Place]:
+    """Return free places in a row along a deck, as many as it has room for.
+
+    `spots_about` gives its middle and its ends, which leave room for fewer.
+    """
+    yaw = _heading(deck)
+    middle, half = _frame(deck.prism, yaw)
+    longer = int(half[1] > half[0])
+    reach = float(half[longer]) - LOAD_M + OVERHANG_M
+    count = int(2 * reach / ROW_STEP_M) + 1
+    offsets = np.zeros((count, 2))
+    offsets[:, longer] = (np.arange(count) - (count - 1) / 2) * ROW_STEP_M
+    places = squares(middle + rotate(offsets, np.full(count, yaw)), yaw, deck.prism.z_max)
+    free = are_free(places, state, None)
+    return [place for place, is_free in zip(places, free, strict=True) if is_free]
 
 
 def _around(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Place]:

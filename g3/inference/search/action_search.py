@@ -17,9 +17,9 @@ import numpy as np
 
 from g3.actions.action_kinds import Action, agent_of, possible_actions, result
 from g3.actions.forklift_actions import WAIT
-from g3.actions.grounding_candidates import carrier
+from g3.actions.grounding_candidates import carrier, deck_row
 from g3.actions.motions import Motions
-from g3.actions.robot_state import State
+from g3.actions.robot_state import State, is_load
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
 from g3.geometry.footprints import centre
@@ -368,6 +368,7 @@ def _each(
     Loads for which there is no room, or no way, stay where they are, and are named.
     """
     done = list(beam)
+    first_actions: tuple[Action, ...] = ()
     carried: list[str] = []
     undone: list[str] = []
     for load in request.loads:
@@ -377,11 +378,42 @@ def _each(
         if not carried:  # the others follow the first one: on the truck, or beside it
             first = load[request.theme]
             further = [h for h in further if _is_raised(h, first) == _is_raised(further[0], first)]
+            first_actions = further[0].actions[len(beam[0].actions) :] if further else ()
         done = further or done
         (carried if further else undone).append(load[request.theme])
     if not carried:
         return []
+    row = _in_row(beam[0], done[0], first_actions, [load[request.theme] for load in request.loads])
+    if row is not None:
+        done, carried, undone = [row], [load[request.theme] for load in request.loads], []
     return [_with_all(hypothesis, request.theme, carried, undone) for hypothesis in done]
+
+
+def _in_row(
+    before: Hypothesis, done: Hypothesis, actions: Sequence[Action], loads: Sequence[str]
+) -> Hypothesis | None:
+    """Return a plan that puts all loads in a row on the deck that the first one is put on.
+
+    None if they are all on it as they are, or it has no room for them.
+    """
+    deck = carrier(done.state, loads[0])
+    if deck is None or is_load(before.state, deck.id):
+        return None
+    under = [carrier(done.state, load) for load in loads]
+    places = deck_row(before.state.thing(deck.id), before.state)
+    if all(thing is not None for thing in under) or len(places) < len(loads):
+        return None
+    steps = tuple(
+        replace(
+            action,
+            object_id=action.object_id and load,
+            place=None if action.place is None else place,
+        )
+        for load, place in zip(loads, places, strict=False)
+        for action in actions
+    )
+    state = after_actions(before.state, steps)
+    return replace(done, state=state, actions=(*before.actions, *steps))
 
 
 def _of_load(
