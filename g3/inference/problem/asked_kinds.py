@@ -39,7 +39,7 @@ from g3.inference.problem.clause_roles import (
     told_ways,
 )
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.frames import asked
+from g3.inference.problem.frames import Frame, asked
 from g3.inference.problem.phrases import is_measure, names_forks, names_lift, names_robot
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import concepts
@@ -50,12 +50,14 @@ from g3.language.lexicon.word_sets import (
     AREAS,
     BACK,
     FACING,
+    FLOOR,
     HOLDING,
     IT,
     KEEPING,
     LAPS,
     LINING,
     LOWERING,
+    MOVING,
     ORBITING,
     PARKING,
     PASSING,
@@ -64,25 +66,35 @@ from g3.language.lexicon.word_sets import (
     SIDES,
     START,
     VERBS,
+    words,
 )
 from g3.sdc.clauses import SDC, Field, SDCType, all_words
 
 Kinds = frozenset[ActionKind]
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
+_HERE, _ELSEWHERE = words("here spot present current"), words("same that there original first was")
+"""Words for where the robot is, and for where something has been."""
 
 
 def asked_kinds(tree: Tree, root: int) -> Kinds:
     """The kinds of actions that a top-level clause asks for; none where it leaves that open."""
     if negated(tree.nodes[root]):
-        return frozenset()
+        return frozenset({WAIT}) if _stays_put(tree, root) else frozenset()
     readings = (kinds for reads in _READINGS if (kinds := reads(tree, root)))
     return next(readings, frozenset())
 
 
 def asks_to_wait(tree: Tree) -> bool:
     """Whether a command asks for nothing but waiting."""
-    wanted = [root for root in asked(tree) if not negated(tree.nodes[root])]
+    wanted = [n for n in asked(tree) if asked_kinds(tree, n) or not negated(tree.nodes[n])]
     return bool(wanted) and all(asked_kinds(tree, root) == {WAIT} for root in wanted)
+
+
+def _stays_put(tree: Tree, root: int) -> bool:
+    """Check that a negated clause is about nothing but the robot's moving: "don't move"."""
+    said, places = _said(tree.nodes[root]), _said_of_places(tree, root, "PATH", "PLACE", "OBJECT")
+    moves = tree.verbs[root].classes & {"going"} or said & MOVING
+    return bool(moves) and not any(places)
 
 
 def _said(sdc: SDC) -> set[str]:
@@ -141,6 +153,14 @@ def returns(tree: Tree, root: int) -> bool:
     there = all(words <= START for words in named) and bool(named or root != asked(tree)[0])
     spots = all(AREAS.intersection(figure_words(tree.nodes[n])) for n in _things(tree, root))
     return verb and back and there and spots
+
+
+def puts_here(tree: Tree, own: Frame) -> bool:
+    """Check that a clause puts a load down where the robot is: "here", "on the spot"."""
+    places = _said_of_places(tree, own.node, "PATH", "PLACE")
+    said = {word for words in places for word in words}
+    here = not said.isdisjoint(_HERE) and said.isdisjoint(_ELSEWHERE)
+    return own.places_load and here and said <= START | FLOOR
 
 
 def _said_of_places(tree: Tree, root: int, *types: SDCType) -> list[set[str]]:

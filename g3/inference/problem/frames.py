@@ -46,11 +46,14 @@ from g3.language.lexicon.word_sets import (
     PURPOSES,
     SENDING,
     UNTIL,
+    words,
 )
 from g3.sdc.clauses import SDC, Field, all_words
 from g3.short_repr import short_repr
 
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
+_COMING = words("get getting over up on down across along back yourself")
+"""Words of a clause that only leads somewhere: "get over to the truck"."""
 _JOINED = len(" and ")
 """A clause that begins no further behind another one is joined to it by "and" at most."""
 
@@ -283,8 +286,9 @@ def _frame(tree: Tree, node: int) -> Frame:
         classes = frozenset(("placing",))
     goals = (tree.nodes[n] for n in (*places, *paths))
     puts = any("placing" in word_class(word).split("+") for word in said)
-    moves, told = said & MOVING and not (named or puts), told_ways(tree, node)
-    if moves and (told & {"front", "back"} or not any(sdc.landmark1 for sdc in goals)):
+    told = told_ways(tree, node)
+    aims = bool(told & {"front", "back"}) or not any(sdc.landmark1 for sdc in goals)
+    if not (named or puts) and ((said & MOVING and aims) or (leads and said <= _COMING)):
         classes = frozenset(("going",))
     extents = tuple(n for n in measures if is_measure(tree.nodes[n]))
     if extents and told and not (classes or named):

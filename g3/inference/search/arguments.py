@@ -11,11 +11,12 @@ from g3.actions.action_kinds import Action, Focus
 from g3.actions.grounding_candidates import ground, square
 from g3.actions.robot_state import State, is_load
 from g3.features.bodies import IntArray
+from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import added
 from g3.inference.problem.asked_amounts import amounts_said
-from g3.inference.problem.asked_kinds import asked_kinds, returns
+from g3.inference.problem.asked_kinds import asked_kinds, puts_here, returns
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, frame, leads_aboard
@@ -63,6 +64,9 @@ def arguments(tree: Tree, root: int, problem: GroundingProblem) -> Arguments:
         start = Candidate((_start(problem.state),), 0.0, {})
         return Arguments((None,), (start,), -1, {}, free, free, asked, amounts)
     themes, left = _themes(tree, own, free)
+    if puts_here(tree, own) and problem.held is not None:
+        spot = Candidate((_under(problem.held, problem.state),), 0.0, {})
+        return Arguments(themes, (spot,), -1, {}, free, free, asked, amounts)
     toward = replace(problem, load=problem.load or _load(themes, problem.state))
     if leads_aboard(tree, own, problem.state.context.agent.labels):
         return Arguments(themes, (None,), -1, {}, free, toward, asked, amounts)
@@ -79,6 +83,11 @@ def _start(state: State) -> Place:
     """Return the place where the robot is when a command is given."""
     x, y, yaw = state.pose.tolist()
     return square(np.array([x, y]), yaw, ground(state))
+
+
+def _under(load: str, state: State) -> Place:
+    """Return the place on the ground under a load on the forks."""
+    return square(centre(state.thing(load).prism), float(state.pose[2]), ground(state))
 
 
 def _themes(

@@ -209,3 +209,36 @@ def test_what_is_kept_on_the_forks_stays_there(grounder):
 def test_the_robot_goes_around(text, grounder):
     result = grounder.follow(text, world(**YARD), least=0.0)
     assert did(result) == [("drive around", "")]
+
+
+@pytest.mark.parametrize(
+    "text", ["Swap the tires and the crate", "Switch the crate with the tires, please"]
+)
+def test_two_loads_change_places(text, grounder):
+    spots = {"tires_1": (TIRES, (9, 5)), "crate_1": ("crate", (17, -8), 0, "truck-1")}
+    yard = world(**spots, truck_1=("truck", (17, -8)))
+    result = grounder.follow(text, yard, least=0.0)
+    assert where(result) == {"tires-1": "truck-1", "crate-1": None}
+    end = centre(followed(result).state.thing("crate-1").prism)
+    assert np.linalg.norm(end - np.array([9, 5])) < 0.5
+
+
+def test_a_deck_is_filled_from_its_ends_where_many_go_there(grounder):
+    crates = {f"crate_{n}": ("crate", (9, 6 - 3 * n)) for n in range(4)}
+    yard = world(**crates, trailer_1=("trailer", (20, 12)))
+    result = grounder.follow("Put all the crates on the trailer", yard, least=0.0)
+    assert where(result) == {f"crate-{n}": "trailer-1" for n in range(4)}
+
+
+@pytest.mark.parametrize("text", ["Drop it here", "Put the crate down on the spot"])
+def test_here_is_where_the_robot_is(text, grounder):
+    yard = world("crate-9", crate_9=("crate",), truck_1=("truck", (15, 9)))
+    result = grounder.follow(text, yard, least=0.0)
+    assert where(result) == {"crate-9": None}
+    assert np.linalg.norm(centre(followed(result).state.thing("crate-9").prism)) < 1.5
+
+
+def test_get_over_to_handles_nothing(grounder):
+    result = grounder.follow("Get over to the truck", world(**YARD), least=0.0)
+    assert where(result) == {}
+    assert np.linalg.norm(followed(result).state.pose[:2] - np.array([19, -12])) < 12
