@@ -33,6 +33,7 @@ from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, one_each
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.scoring import Reason
+from g3.inference.problem.untaught_words import untaught_words
 from g3.inference.problem.world_nouns import Nouns
 from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, search
@@ -197,9 +198,9 @@ class Result:
     plans
         The best plans, the best first; none if there is nothing to do.
     note
-        Why there is no plan; of a plan, which verbs aren't known, so that it is a guess, which
-        loads it leaves where they are, and which things that the text names have no part in it;
-        else empty.
+        Why there is no plan; of a plan, which verbs and words of relations aren't known, so that it
+        is a guess, which loads it leaves where they are, and which things that the text names have
+        no part in it; else empty.
     question
         Question to ask back where it isn't clear which thing is meant; None if it is.
     missing
@@ -390,9 +391,16 @@ class Grounder:
         question = question_about(reading.tree, best, start, answers or {})
         spoken = words or _words_of(trees[chosen[0].tree][1])
         asides = [_left_aside(reading.tree, c.hypothesis, spoken, start) for c in chosen]
+        untaught, share = untaught_words(reading.tree, Nouns(start))
         unparsed = _unparsed(spoken, trees[chosen[0].tree][1])
         seen = [
-            evidence(c.fit, aside=len(aside), unparsed=unparsed, is_ambiguous=question is not None)
+            evidence(
+                c.fit,
+                aside=len(aside),
+                unparsed=unparsed,
+                is_ambiguous=question is not None,
+                untaught=share,
+            )
             for c, aside in zip(chosen, asides, strict=True)
         ]
         plans = tuple(
@@ -405,7 +413,11 @@ class Grounder:
             is_likely = plans[0].probability >= least * GUESSED_RIGHT ** len(_guessed(reading.tree))
         if not is_likely:
             return replace(reading, why="no plan is at all likely to be what was meant").refused()
-        notes = (_guesses(reading.tree), _undone(best), _nothing_about(asides[0]))
+        notes = (
+            _guesses((*_guessed(reading.tree), *untaught)),
+            _undone(best),
+            _nothing_about(asides[0]),
+        )
         note = "; ".join(filter(None, notes))
         return Result(reading.tree.sdcs, plans, note, question, reading.missing, start)
 
@@ -570,9 +582,9 @@ def _guessed(tree: Tree) -> list[str]:
     return [own.text for own in frames if own.guessed and own.text and not own.negated]
 
 
-def _guesses(tree: Tree) -> str:
-    verbs = " and ".join(map(repr, dict.fromkeys(_guessed(tree))))
-    return f"nobody has taught the robot what {verbs} means: this is a guess" if verbs else ""
+def _guesses(unknown: Sequence[str]) -> str:
+    words = " and ".join(map(repr, dict.fromkeys(unknown)))
+    return f"nobody has taught the robot what {words} means: this is a guess" if words else ""
 
 
 def _undone(hypothesis: Hypothesis) -> str:

@@ -111,7 +111,7 @@ def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhe
 
 def test_what_a_plan_leaves_out_makes_it_less_probable():
     whole = plan_probability(evidence(1.0))
-    for doubt in ({"aside": 1}, {"unparsed": 0.3}, {"is_ambiguous": True}):
+    for doubt in ({"aside": 1}, {"unparsed": 0.3}, {"is_ambiguous": True}, {"untaught": 1}):
         assert plan_probability(evidence(1.0, **doubt)) < whole
 
 
