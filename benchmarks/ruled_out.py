@@ -33,7 +33,7 @@ REQUESTS = (
     "go to the {mark}",
     "I want {load} by the {mark}",
 )
-"""What is asked for, of loads that aren't ruled out."""
+"""Requests about loads that aren't ruled out."""
 EVERYTHING = (
     "put everything on the {deck}",
     "move all the loads to the {deck}",
@@ -41,7 +41,7 @@ EVERYTHING = (
     "load all of it onto the {deck}",
     "bring every load to the {deck}",
 )
-"""What is asked for, of all loads."""
+"""Requests about all loads."""
 FORBIDDING = (
     "don't touch {but}",
     "do not move {but}",
@@ -75,7 +75,7 @@ EXCEPTING = (
     "just not {but}",
     "not {but} though",
 )
-"""What is said behind a request about everything."""
+"""Exceptions behind a request about everything."""
 POSITIONS = (
     "{no}, {request}",
     "{no}. {request}.",
@@ -89,7 +89,7 @@ POSITIONS = (
     "{other}, {no}, then {request}",
     "{other} then {request} and {no}",
 )
-"""Where a forbidding clause stands."""
+"""Positions of a forbidding clause."""
 OTHERS = ("go to the {mark}", "turn around", "drive to the {deck}")
 KINDS = {
     "tires": "tire-pallet",
