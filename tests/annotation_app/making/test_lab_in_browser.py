@@ -22,7 +22,7 @@ from tests.annotation_app.real_server import running
 from tests.annotation_app.signing_in import PASSWORD
 from tests.annotation_app.study_setup.clips import clip
 
-pytestmark = [pytest.mark.slow, pytest.mark.firefox]
+pytestmark = pytest.mark.slow
 
 COMMAND = "Push the cup."
 WHAT, WHERE = "Push what?", "Push where?"

@@ -21,7 +21,7 @@ from tests.annotation_app.pages.segmenting import TREE, make_tree_by_keys
 from tests.annotation_app.pages.test_tasks import send_by_keys, tab_to
 from tests.annotation_app.rendered import VIDEOS
 
-pytestmark = [pytest.mark.slow, pytest.mark.firefox]
+pytestmark = pytest.mark.slow
 
 STUDY = StudyConfig(
     name="whole",
