@@ -24,7 +24,6 @@ from g3.inference.clarification import Question, question_about, understood
 from g3.inference.potentials.cases import CommandCase, PlanCase, PlanEnd
 from g3.inference.potentials.plan_things import left_aside
 from g3.inference.potentials.potential_registry import added, check_potentials, refusal
-from g3.inference.problem.alternations import plain
 from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.asked_spots import scene_asked
 from g3.inference.problem.command_tree import Tree
@@ -32,6 +31,7 @@ from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, one_each
 from g3.inference.problem.packed_scene import Group
+from g3.inference.problem.plain_clauses import plain
 from g3.inference.problem.scoring import Reason
 from g3.inference.problem.untaught_words import untaught_words
 from g3.inference.problem.world_nouns import Nouns

@@ -8,8 +8,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from g3.inference.problem.joined_clauses import arguments_of, verb_words, whole_words
-from g3.inference.problem.phrases import is_measure, names_forks, side_by_side
+from g3.inference.problem.phrases import (
+    arguments_of,
+    is_measure,
+    names_forks,
+    side_by_side,
+    verb_words,
+    whole_words,
+)
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 from g3.features.sets.order import is_ordinal
@@ -25,7 +25,7 @@ from g3.language.lexicon.word_sets import (
     TELLING,
     THESE,
 )
-from g3.sdc.clauses import SDC, SDCType, all_words
+from g3.sdc.clauses import SDC, SDCType, Span, all_words
 
 ALIKE = 0.8
 """Words so alike are one, misspelt (:mod:`difflib`)."""
@@ -174,3 +174,34 @@ def unstressed(words: tuple[str, ...]) -> tuple[str, ...]:
     """
     after = (*words[1:], "")
     return tuple(w for w, a in zip(words, after, strict=False) if w != "right" or a not in STRESSED)
+
+
+def verb_words(sdc: SDC) -> list[str]:
+    """The words of a clause's relation, bare."""
+    return [bare(word.text) for word in sdc.relation]
+
+
+def whole_words(words: Sequence[Span]) -> tuple[Span, ...]:
+    """Words whose parts were taken for words, as they are written: "U-turn"."""
+    found: list[Span] = []
+    for word in words:
+        if found and found[-1].end == word.start:
+            word = Span(found[-1].start, found.pop().text + word.text)  # noqa: PLW2901
+        found.append(word)
+    return tuple(found)
+
+
+def arguments_of(sdc: SDC) -> tuple[SDC, ...]:
+    """What a clause's words name as its arguments."""
+    return tuple(part for part in (*sdc.landmark1, *sdc.landmark2) if not part.is_implicit)
+
+
+def subject_of(sdc: SDC) -> SDC | None:
+    """What a clause's words name as its subject."""
+    return next((part for part in sdc.figure if not part.is_implicit), None)
+
+
+def only_object(sdc: SDC) -> SDC | None:
+    """The OBJECT of a clause that has no other argument."""
+    own = arguments_of(sdc)
+    return own[0] if len(own) == 1 and own[0].type == "OBJECT" else None

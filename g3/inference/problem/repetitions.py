@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from g3.inference.problem.joined_clauses import arguments_of, subject_of, verb_words
-from g3.inference.problem.phrases import names_robot
+from g3.inference.problem.phrases import arguments_of, names_robot, subject_of, verb_words
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from g3.inference.problem.joined_clauses import arguments_of, verb_words
-from g3.inference.problem.phrases import side_by_side
+from g3.inference.problem.phrases import arguments_of, side_by_side, verb_words
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import group
 from g3.language.lexicon.field_words import bare

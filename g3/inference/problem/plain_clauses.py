@@ -1,0 +1,321 @@
+"""Clauses of a command as plain ones: what is done, to what, and where to.
+
+The parser learns plain trees, so little is left to do. ``python -m benchmarks.rewriting_off``
+switches off each function in turn. Words are moved or left out, never made up, and a plain clause
+stays as it is.
+
+| function | example | read as |
+| --- | --- | --- |
+| `restored` | far tires, truck | far tires (to the truck) |
+| `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
+| `_beside_it` | the crate with a drum beside it | the crate beside a drum |
+| `_one_place` | put it on the ground by the gate | put it by the gate |
+| `measures_apart` | 10 feet forward | forward (10 feet) |
+| `_put_beside` | lower the drum by the gate, while it is held | lower (the drum) (by the gate) |
+| `_light` | make a left turn | turn left |
+| `_filled` | load the truck with the drum | load (the drum) (the truck) |
+| `_needed` | the truck needs the drum | needs (the drum) (the truck) |
+| `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
+| `without_statements` | there are two crates by the gate. Lift one | lift one |
+| `repeated` | put the drum on the truck, then the crate | …, then put the crate on the truck |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from g3.inference.problem.clause_roles import is_goal
+from g3.inference.problem.measures_apart import measures_apart
+from g3.inference.problem.phrases import (
+    arguments_of,
+    is_floor,
+    is_measure,
+    is_pronoun,
+    names_robot,
+    only_object,
+    side_by_side,
+    subject_of,
+    verb_words,
+    whole_words,
+)
+from g3.inference.problem.repetitions import repeated
+from g3.inference.problem.restored_words import restored
+from g3.inference.problem.statements import without_statements
+from g3.inference.problem.world_nouns import Nouns
+from g3.language.discourse.groups import noun_leaf
+from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.verb_chains import is_nominal, verb_of
+from g3.language.lexicon.word_sets import (
+    AN,
+    ARTICLES,
+    ASKING,
+    BESIDE,
+    FILLING,
+    GENERIC,
+    GETTING,
+    HAVING,
+    IT,
+    LIGHT,
+    LOWERING,
+    REGARDING,
+    RELATIVE,
+    SIDES,
+    YOU,
+)
+from g3.sdc.clauses import SDC, SDCType, Span, all_words
+from g3.sdc.sdc_notation import IMPLICIT_FIGURE
+
+
+def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
+    """The clauses of a command as plain ones, without those that ask for nothing.
+
+    Parameters
+    ----------
+    sdcs
+        The top-level clauses.
+    nouns
+        What words may name in the world.
+    text
+        The command; empty where only its clauses are known.
+    """
+    whole = _shared(restored(list(map(_whole, sdcs)), text, nouns))
+    wanted = [_wanted(_with_plain_phrases(sdc), nouns) for sdc in whole]
+    asking = without_statements(wanted, nouns)
+    return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
+
+
+def _whole(sdc: SDC) -> SDC:
+    """A clause whose relation has whole words: "counter-clockwise" is one."""
+    parts = (tuple(map(_whole, own)) for own in (sdc.figure, sdc.landmark1, sdc.landmark2))
+    return SDC(sdc.type, sdc.words, whole_words(sdc.relation), *parts)
+
+
+def _with_plain_phrases(sdc: SDC) -> SDC:
+    figure, first, second = (
+        tuple(map(_with_plain_phrases, own)) for own in (sdc.figure, sdc.landmark1, sdc.landmark2)
+    )
+    sdc = replace(sdc, figure=figure, landmark1=first, landmark2=second)
+    if sdc.type == "OBJECT":
+        return _beside_it(sdc)
+    return _one_place(sdc) if sdc.type == "EVENT" else sdc
+
+
+def _wanted(sdc: SDC, nouns: Nouns) -> SDC:
+    """A thing that is named where it isn't is wanted there: "the drum on the truck, please"."""
+    if sdc.type != "OBJECT":
+        return sdc
+    return _result(SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(sdc,)), nouns) or sdc
+
+
+def _plain(sdc: SDC, nouns: Nouns) -> SDC:
+    if sdc.type != "EVENT":
+        return sdc
+    sdc = measures_apart(sdc)
+    for moved in (_put_beside, _light, _filled, _needed, _result):
+        sdc = moved(sdc, nouns) or sdc
+    first, second = (
+        tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
+    )
+    return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _shared(sdcs: Sequence[SDC]) -> list[SDC]:
+    found: list[SDC] = []
+    for sdc in sdcs:
+        subject = _subject_before(found[-1], sdc) if found else None
+        found.append(replace(sdc, figure=(subject,)) if subject else sdc)
+    return found
+
+
+def _subject_before(before: SDC, sdc: SDC) -> SDC | None:
+    """The subject of a clause that the next one shares: that says only where something goes."""
+    subject = subject_of(before)
+    if before.type != "EVENT" or sdc.type != "EVENT" or subject is None or names_robot(subject):
+        return None
+    types = {part.type for part in arguments_of(sdc)}
+    leads = bool(types & {"PLACE", "PATH"}) and "OBJECT" not in types
+    goes = verb_of(tuple(verb_words(sdc))).classes == {"going"}
+    near = side_by_side(before, sdc, len(" and "))
+    return subject if goes and leads and near and not subject_of(sdc) else None
+
+
+def _beside_it(sdc: SDC) -> SDC:
+    mark = next(iter(sdc.landmark1), None)
+    if mark is None or HAVING.isdisjoint(verb_words(sdc)) or not mark.figure:
+        return sdc
+    if not (mark.landmark1 and is_pronoun(mark.landmark1[0]) and _says_beside(mark)):
+        return sdc
+    return replace(sdc, relation=mark.relation, landmark1=mark.figure)
+
+
+def _says_beside(sdc: SDC) -> bool:
+    """Whether a relation leads beside something, so that nothing is on top of it."""
+    said = concepts(field_words(sdc.relation))
+    return bool(sdc.landmark1) and bool(said & BESIDE) and "on" not in said
+
+
+def _one_place(event: SDC) -> SDC:
+    arguments = (*event.landmark1, *event.landmark2)
+    places = [part for part in arguments if part.type in ("PLACE", "PATH")]
+    floors = [p for p in places if len(p.landmark1) == 1 and is_floor(p.landmark1[0])]
+    if not any(_has_side(p) or _says_beside(p) for p in places if p not in floors):
+        floors = []
+    said = [*floors, *(b for a, b in pairwise(places) if _has(a) and _is_on_it(b))]
+    first, second = (
+        tuple(part for part in own if part not in said)
+        for own in (event.landmark1, event.landmark2)
+    )
+    return replace(event, landmark1=first, landmark2=second)
+
+
+def _has_side(sdc: SDC) -> bool:
+    """Whether a relation names a side of its landmark: "on the left of it"."""
+    return bool(sdc.landmark1) and not SIDES.isdisjoint(concepts(field_words(sdc.relation)))
+
+
+def _has(place: SDC) -> bool:
+    """Whether a place is at a thing that has something: "on the truck that has a crate"."""
+    return any(not HAVING.isdisjoint(verb_words(mark)) for mark in place.landmark1)
+
+
+def _is_on_it(place: SDC) -> bool:
+    """Whether a place is on what was just named: "on it"."""
+    marks = [bare(word.text) for mark in place.landmark1 for word in all_words(mark)]
+    return bool(marks) and IT.issuperset(marks) and "on" in verb_words(place)
+
+
+def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
+    held = nouns.state.held
+    theme = next(iter(sdc.landmark1), None)
+    if held is None or theme is None or len(theme.figure) != 1 or not theme.landmark1:
+        return None
+    said = concepts(field_words(theme.relation))
+    if verb_of(tuple(verb_words(sdc))).classes != {"placing"} or not said & BESIDE:
+        return None
+    names = GENERIC.union(map(normalise, nouns.state.thing(held).labels))
+    named = noun_leaf(theme).words
+    own = YOU.intersection(bare(word.text) for word in named[:1])
+    if not (own or names.intersection(field_words(named))):
+        return None
+    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
+    floors = [p for p in sdc.landmark2 if p.landmark1 and is_floor(p.landmark1[0])]
+    others = (*sdc.landmark1[1:], *(p for p in sdc.landmark2 if p not in floors))
+    if any(part.type in ("PLACE", "PATH") for part in others):
+        return None
+    return replace(sdc, landmark1=theme.figure, landmark2=(place, *others))
+
+
+def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
+    theme = only_object(sdc)
+    if theme is None or len(theme.figure) != 1 or len(theme.landmark1) != 1:
+        return None
+    if not RELATIVE.isdisjoint(verb_words(theme)):
+        return None
+    said = concepts(field_words(theme.relation))
+    own = verb_words(sdc)
+    classes = verb_of(tuple(own)).classes
+    gets = not GETTING.isdisjoint(own) and nouns.name_other(noun_leaf(theme.landmark1[0]).words)
+    wants = not own or not ASKING.isdisjoint(map(normalise, own)) or gets
+    puts = classes == {"placing"} and LOWERING.isdisjoint((*own, *map(normalise, own)))
+    where = puts and "down" not in own if said & BESIDE else "on" in said
+    if not where or "from" in said or not (wants or classes in ({"placing"}, {"carrying"})):
+        return None
+    one, other = (
+        field_words(noun_leaf(part).words) for part in (theme.figure[0], theme.landmark1[0])
+    )
+    if nouns.stands_on(one, other) or not nouns.loads.intersection(one):
+        return None
+    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
+    return replace(sdc, landmark1=theme.figure, landmark2=(place,))
+
+
+def _light(sdc: SDC, _: Nouns) -> SDC | None:
+    sdc = _with_its_noun(sdc)
+    words = tuple(verb_words(sdc))
+    first = next(iter(sdc.landmark1), None)
+    start = verb_of(words).start
+    if first is None or first.type != "OBJECT" or LIGHT.isdisjoint(words[start : start + 1]):
+        return None
+    others = (*sdc.landmark1[1:], *sdc.landmark2)
+    if not all(map(is_measure, sdc.landmark1[1:])) or len(first.figure) > 1:
+        return None
+    leaf = first.figure[0] if first.figure else first
+    theme, act = _apart(whole_words(leaf.words))
+    own = [bare(word.text) for word in act]
+    if not leaf.is_leaf or len(own) < 2 or own[0] not in AN | {"one", "another"}:
+        return None
+    acts = is_nominal(own[-1]) or normalise(own[-1]) in REGARDING
+    if not acts and own[1:] not in (["left"], ["right"]):
+        return None
+    around = tuple(word for word in act[:-1] if bare(word.text) not in ARTICLES)
+    themes = [SDC("OBJECT", words=theme)] if theme else []
+    rest = []
+    if first.relation and field_words(first.relation) == ("of",):
+        themes += first.landmark1
+    elif first.relation:
+        kind: SDCType = "PATH" if is_goal(first) or not first.landmark1 else "PLACE"
+        rest = [SDC(kind, relation=first.relation, landmark1=first.landmark1)]
+    relation = (*sdc.relation[:start], act[-1], *around, *sdc.relation[start + 1 :])
+    parts = (*themes, *rest, *others)
+    return replace(sdc, relation=relation, landmark1=parts[:1], landmark2=parts[1:])
+
+
+def _with_its_noun(sdc: SDC) -> SDC:
+    """A side after an article is a noun, however a tree has it: "take a left"."""
+    measures = tuple(part for part in arguments_of(sdc) if is_measure(part))
+    others = (part for part in arguments_of(sdc) if part not in measures)
+    said = tuple(word for part in others for word in all_words(part))
+    if [bare(word.text) for word in said] not in (["a", "left"], ["a", "right"]):
+        return sdc
+    return replace(sdc, landmark1=(SDC("OBJECT", words=said),), landmark2=measures)
+
+
+def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]:
+    """The two nouns of "the drum a lift", each with its article; the first is empty for one."""
+    inside = [i for i, word in enumerate(words) if i and bare(word.text) in AN]
+    cut = inside[-1] if inside else 0
+    return words[:cut], words[cut:]
+
+
+def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """What is filled comes first, and what with in it: "load the truck with the drum"."""
+    parts = arguments_of(sdc)
+    if not FILLING.isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == ["OBJECT"]:
+        company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
+        if len(parts) == 2 and company and not _names_load(parts[0], nouns):
+            own = (*sdc.relation, *company[0].relation)
+            return replace(sdc, relation=own, landmark1=company[0].landmark1, landmark2=parts[:1])
+    filled = only_object(sdc)
+    if filled is None or not filled.figure or not filled.landmark1:
+        return None
+    if FILLING.isdisjoint(verb_words(sdc)) or [bare(w.text) for w in filled.relation] != ["with"]:
+        return None
+    if _names_load(filled.figure[0], nouns):
+        return None
+    return replace(
+        sdc,
+        relation=(*sdc.relation, *filled.relation),
+        landmark1=filled.figure,
+        landmark2=filled.landmark1,
+    )
+
+
+def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """What needs something is where that goes: "the truck needs the drum"."""
+    theme = only_object(sdc)
+    needs = subject_of(sdc)
+    if theme is None or needs is None or ASKING.isdisjoint(map(normalise, verb_words(sdc))):
+        return None
+    if names_robot(needs) or _names_load(needs, nouns):
+        return None
+    if not _names_load(theme, nouns):
+        return None
+    return replace(sdc, figure=IMPLICIT_FIGURE, landmark1=(theme,), landmark2=(needs,))
+
+
+def _names_load(sdc: SDC, nouns: Nouns) -> bool:
+    """Whether a noun is a label of a load, and not only like one."""
+    return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
