@@ -193,7 +193,7 @@ def follow(name: str, number: int) -> Response:
 def _moments(
     found: Sequence[tuple[float, Moved]], start_s: float, tolerance: float
 ) -> tuple[list[Moment], float | None]:
-    """Return a thing's moments after the start, as few as tell its way, and when it was lost."""
+    """Return a thing's moments after the start, as few as show its way, and when it was lost."""
     there = [(t, outline) for t, outline in found if outline is not None and t > start_s]
     lost_s = next((t for t, outline in found if outline is None), None)
     if not there:

@@ -40,7 +40,7 @@ DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 FILES_IN_CHUNK = 1000
 LANGUAGE_JSONL = "meta/language.jsonl"
-"""The file of version 2.1 with language besides the tasks."""
+"""The file of version 2.1 with language beside the tasks."""
 _RENDER = "render it again: ct render-videos --corpus CORPUS --out FOLDER --force"
 QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
 
@@ -101,7 +101,7 @@ def lerobot_2_files(corpus: Corpus, videos: Sequence[Path]) -> dict[str, bytes |
     """Return the files of a dataset of version 2.1, with a file for each episode.
 
     That version has no columns for language, and its readers refuse columns that they don't know:
-    what an episode has besides its task is in ``meta/language.jsonl``. The parameters and errors
+    what an episode has beside its task is in ``meta/language.jsonl``. The parameters and errors
     are those of :func:`lerobot_files`.
     """
     recorded = _recorded(corpus, _by_context(videos), has_videos=bool(videos))

@@ -179,7 +179,7 @@ def _mask(picture: MatLike, outline: Outline) -> MatLike:
 
 
 def _motion(before: MatLike, now: MatLike, mask: MatLike) -> NDArray[np.float64] | None:
-    """Return the matrix, of shape (2, 3), that moves a thing; None if too few corners tell."""
+    """Return the matrix, of shape (2, 3), that moves a thing; None if too few corners are left."""
     import cv2  # noqa: PLC0415 - as above
 
     start = cv2.goodFeaturesToTrack(before, _MOST_CORNERS, 0.005, 3, mask=mask)
