@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -184,6 +185,15 @@ def test_marks_that_cannot_be(tmp_path: Path) -> None:
         assert person.answer(page["item"], marked("failure", 1, HITS, HITS)).status_code == 200
         (answer,) = rows_in(app, select(Answer))
         assert answer.body["reasons"] == [HITS]
+
+
+def test_no_two_keys_of_the_page_are_the_same(tmp_path: Path) -> None:
+    reasons = [f"Reason {number}" for number in range(20)]
+    with set_up(study(tmp_path, {**MARKING, "reasons": reasons})) as app:
+        page = Browser(app, study="robot").client.get("/practice/mark?study=robot").text
+    keys = re.findall(r'data-press="(\w)"', page)
+    players = ["K", "V", "M"]
+    assert len({*keys, *players}) == len([*keys, *players]) == 3 + 5 + 20 + 3
 
 
 def test_an_adjudicator_decides_on_marks(tmp_path: Path) -> None:
