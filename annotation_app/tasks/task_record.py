@@ -242,8 +242,9 @@ class Task:
     reads: tuple[str, ...] = ()
     """Fields of a study's file that the page shows, in addition to those of the task itself."""
     needs_scenes: bool = False
-    lets_draw: bool = False
     """True if the things in the videos and their places must be known."""
+    lets_draw: bool = False
+    """True if a study may let people draw things that nobody has marked."""
     watches: Callable[[Record], Sequence[str]] = _none
     """Videos, by their names, that people must have watched to answer an item of such a payload."""
     practises: tuple[str, ...] = ()
