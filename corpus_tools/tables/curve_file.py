@@ -140,6 +140,8 @@ def read_header(file: Path) -> CurveFile:
         samples, rate = found["0"].shape[0], float(metadata.rate)
         if metadata.kind != KIND or not 0 < len(curves) <= MOST_CURVES or not 0 < rate < 1e6:
             raise ValueError("it has no curves")
+        if not 0 < samples <= size:
+            raise ValueError("its header doesn't fit its size")
         shapes = _shapes(samples, len(curves))
         _, offsets = _header(curves, rate, shapes)
         expected = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -69,3 +71,19 @@ def test_damage_is_named(tmp_path: Path):
         assert error.value.where == str(file)
     with pytest.raises(FormatError):
         read_header(tmp_path)
+
+
+@pytest.mark.parametrize("samples", [0, -5])
+def test_a_file_has_samples(tmp_path: Path, samples: int):
+    """The header fits the size of the file, and yet there is nothing to draw."""
+    size = 4 * samples
+    names = json.dumps([{"group": "state", "name": "joint"}])
+    header = {
+        "__metadata__": {"kind": "curves-1", "rate": "10.0", "curves": names},
+        "0": {"dtype": "F32", "shape": [samples, 1], "data_offsets": [0, size]},
+    }
+    content = json.dumps(header).encode()
+    file = tmp_path / "a.safetensors"
+    file.write_bytes(struct.pack("<Q", len(content) - size) + content)
+    with pytest.raises(FormatError, match="no whole file of curves"):
+        read_header(file)
