@@ -8,11 +8,11 @@ a constant rate, each from its time on.
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -107,15 +107,18 @@ class Recordings:
 
     def _episode(self, index: int, file: Path, camera: str) -> RecordedEpisode:
         where = f"{file}, {camera}"
-        shown = _shown(_published(file, camera), self.kinds[camera], where)
-        head = list(islice(shown, FRAMES_TO_MEASURE))
-        if not head:
+        # The beginning is read twice: so many pictures at once may be too large for the memory.
+        with closing(self._shown(file, camera, where)) as shown:
+            times = np.array([time_ns for time_ns, _ in islice(shown, FRAMES_TO_MEASURE)])
+        if not len(times):
             raise FormatError("there are no pictures", where=where, fix="leave the recording out")
-        times = np.array([time_ns for time_ns, _ in head])
         fps = self.fps or _rate(times)
-        pictures = _at_constant_rate(chain(head, shown), fps, where)
+        pictures = _at_constant_rate(self._shown(file, camera, where), fps, where)
         source = file.name if file == self.path else file.relative_to(self.path).as_posix()
         return RecordedEpisode(index, source, (), fps, pictures, str(times[0]))
+
+    def _shown(self, file: Path, camera: str, where: str) -> Generator[Shown]:
+        return _shown(_published(file, camera), self.kinds[camera], where)
 
 
 def open_recordings(path: Path, *, fps: float | None = None) -> Recordings:
@@ -310,7 +313,7 @@ Shown = tuple[int, Callable[[], Picture]]
 """A time in nanoseconds, and a picture that is decoded when it is needed."""
 
 
-def _shown(messages: Iterator[_Published], kind: str, where: str) -> Iterator[Shown]:
+def _shown(messages: Iterator[_Published], kind: str, where: str) -> Generator[Shown]:
     """Yield the pictures of a topic with their times."""
     if kind == VIDEO:
         yield from _of_video(messages, where)

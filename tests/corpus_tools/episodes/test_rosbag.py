@@ -6,8 +6,10 @@ import base64
 import csv
 import json
 import sqlite3
+import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ pytest.importorskip("mcap_protobuf", reason="the extra `ros` is not installed")
 
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_protobuf.writer import Writer as ProtobufWriter
@@ -31,6 +34,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from corpus_tools.cli.console import run
+from corpus_tools.episodes.rosbag import open_recordings
 from tests.lerobot_datasets import HEIGHT, WIDTH, png, shade
 
 TOPIC = "/camera/color/image_raw/compressed"
@@ -203,6 +207,23 @@ def test_frames_stay_until_the_next_comes(tmp_path: Path):
     ((_, frames),) = shown(tmp_path / "tables")
     expected = [shade(0, i) for i in (0, 1, 2, 2, 2, 2, 3, 5, 6, 7)]
     assert frames == pytest.approx(expected, abs=4)
+
+
+def test_memory_stays_flat_while_a_rate_is_measured(tmp_path: Path):
+    width, height, count = 640, 480, 100
+    size = 3 * width * height
+    one = RawImage(width=width, height=height, encoding="rgb8", step=3 * width, data=bytes(size))
+    times = [START_NS + STEP_NS * i for i in range(count)]
+    path = protobuf(tmp_path / "run", [one] * count, times)
+    tracemalloc.start()
+    try:
+        (episode,) = open_recordings(path).episodes(TOPIC, lambda error: None)
+        assert len(list(islice(episode.pictures, 5))) == 5
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert episode.fps == 20
+    assert peak < count * size / 3
 
 
 def _half(path: Path) -> None:
