@@ -130,7 +130,7 @@ class Steps:
             where = f"{self.path}, {source}"
             texts = [t for name in self.texts for t in values_of(example, f"{STEPS}{name}")]
             try:
-                tasks = tuple(t for text in dict.fromkeys(texts) if (t := _text(text, where)))
+                tasks = tuple(t for text in dict.fromkeys(texts) if (t := text_of(text, where)))
             except CorpusError as error:
                 on_error(error)
                 continue
@@ -170,7 +170,11 @@ def open_steps(path: Path, *, fps: float | None = None) -> Steps:
             file = folder / _shard_name(info, split, place, folder)
             shards.append(Shard(file, range(first, first + count)))
             first += count
-    features = tuple(_features(_read(folder / FEATURES, dict[str, Any]), "", folder / FEATURES))
+    try:
+        features = tuple(_features(_read(folder / FEATURES, dict[str, Any]), "", folder / FEATURES))
+    except RecursionError as error:
+        what = "features are in features without end"
+        raise FormatError(what, where=str(folder / FEATURES), fix=RESTORE) from error
     steps = [f for f in features if f.name.startswith(STEPS)]
     if not steps:
         what = "there are no steps: this is no RLDS dataset"
@@ -245,7 +249,8 @@ def _features(node: Any, name: str, file: Path) -> Iterator[Feature]:
         yield Feature(name, "text" if is_text else "tensor")
 
 
-def _text(value: Any, where: str) -> str:
+def text_of(value: Any, where: str) -> str:
+    """Return a text of a record without spaces at its ends; a FormatError if it is none."""
     if not isinstance(value, bytes):
         raise FormatError(f"{value!r:.40} is no text", where=where, fix=RESTORE)
     try:

@@ -19,8 +19,9 @@ import msgspec
 import numpy as np
 
 from corpus_tools.episodes.films import RESTORE
-from corpus_tools.episodes.rlds import FEATURES, FPS, INFO, STEPS, Steps
+from corpus_tools.episodes.rlds import FEATURES, FPS, INFO, STEPS, Steps, text_of
 from corpus_tools.episodes.tf_records import example_of, framed, records, values_of
+from corpus_tools.lerobot.dataset_files import file_inside
 from corpus_tools.lerobot.language_rows import SUBTASK, TASK_AUG, placed
 from corpus_tools.lerobot.language_writing import EpisodeLanguage
 from corpus_tools.runtime.atomic_folder import write_folder
@@ -118,7 +119,8 @@ def write_rlds(
             raise FormatError(what, where=str(source), fix=fix)
         for path in sorted(source.iterdir()):
             if path.name not in shards and not path.name.startswith(".") and path.is_file():
-                files[path.name] = Path(shutil.copyfile(path, Path(scratch) / path.name))
+                file = file_inside(source, path.name, where=str(path))
+                files[path.name] = Path(shutil.copyfile(file, Path(scratch) / path.name))
         files[INFO] = _info(source / INFO, sizes)
         files[FEATURES] = _with_features(source / FEATURES, columns)
         write_folder(target, files | dict(attachments), force=force, marker=INFO)
@@ -143,7 +145,8 @@ def _add_language(
 ) -> Iterator[str]:
     """Add the features to an example; yield what isn't written where it should be."""
     count = _count(example, where)
-    has = [value for value in values_of(example, f"{STEPS}{columns.instruction}") if value.strip()]
+    before = values_of(example, f"{STEPS}{columns.instruction}")
+    has = any(text_of(value, where) for value in before)
     wordings = _wordings(added)
     if not has:
         text, *wordings = wordings or [""]

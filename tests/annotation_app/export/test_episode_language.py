@@ -128,6 +128,17 @@ def test_a_copy_can_be_a_study_again(study: Path, tmp_path: Path):
     assert export(study, "twice", "rlds", "--episodes", str(copy)).is_dir()
 
 
+def test_a_copy_has_no_files_from_elsewhere(study: Path, capsys: pytest.CaptureFixture[str]):
+    (study / "private").write_text("root")
+    link = study / "toy/README"
+    link.symlink_to(study / "private")
+    call = ["annotate", "export", str(study / "linked"), "--instance", str(study / "instance")]
+    assert run([*call, "--format", "rlds"]) == 2
+    assert "leads out of the dataset" in capsys.readouterr().err
+    assert not (study / "linked").exists()
+    link.unlink()
+
+
 def test_what_is_refused(study: Path, capsys: pytest.CaptureFixture[str]):
     call = ["annotate", "export", "--instance", str(study / "instance"), "--format"]
     assert run([*call, "rlds", str(study / "toy/copy")]) == 2

@@ -160,7 +160,8 @@ def test_folders_that_are_none(tmp_path: Path, capsys):
     dataset(tmp_path / "toy/2.0.0")
     assert run(call(tmp_path / "toy")) == 2
     assert "several datasets" in capsys.readouterr().err
-    for content in ("{", "[]", '{"featuresDict": {"features": {"x": 3}}}', "{}"):
+    endless = '{"sequence": ' * 5000 + "{}" + "}" * 5000
+    for content in ("{", "[]", '{"featuresDict": {"features": {"x": 3}}}', "{}", endless):
         (tmp_path / "toy/1.0.0/features.json").write_text(content)
         assert run(call(tmp_path / "toy/1.0.0")) == 2
         assert "features.json" in capsys.readouterr().err
