@@ -115,7 +115,7 @@ def in_words(content: str) -> str | None:
     """Return the content of an answer's row in words; None if it needs the picture."""
     try:
         value = json.loads(content)
-    except ValueError:
+    except (ValueError, RecursionError):
         return content.strip()
     fields = value if isinstance(value, dict) else {}
     for kind in (COUNT, ATTRIBUTE, SPATIAL):

@@ -300,13 +300,13 @@ def events_of(items: Iterable[Placed]) -> dict[int, list[Row]]:
 
 def with_events(there: Sequence[Row], new: Sequence[Row]) -> list[Row]:
     """Return a frame's events with new ones, which replace those that LeRobot can't tell apart."""
-    taken = {(row["style"], row["role"], row["camera"]) for row in new}
-    kept = [row for row in there if (row["style"], row["role"], row["camera"]) not in taken]
+    taken = set(map(_event_order, new))
+    kept = [row for row in there if _event_order(row) not in taken]
     return sorted([*kept, *new], key=_event_order)
 
 
 def _event_order(row: Row) -> tuple[str, str, str]:
-    return row["style"] or "", row["role"] or "", row["camera"] or ""
+    return row["style"] or "", row["role"] or "", row.get("camera") or ""
 
 
 def column_types(*, has_speech: bool = False) -> Mapping[str, Any]:

@@ -447,7 +447,7 @@ def _events(
         said = {
             (row["style"], row["role"]): row["content"] or ""
             for row in rows
-            if row["camera"] in (None, camera)
+            if row.get("camera") in (None, camera)
         }
         answer = in_words(said.get((VQA, ASSISTANT), ""))
         question = said.get((VQA, USER), "").strip()

@@ -12,10 +12,13 @@ import pytest
 pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 pytest.importorskip("av", reason="the extra `render` is not installed")
 
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 from corpus_tools.cli.console import run
-from corpus_tools.lerobot.episode_reading import open_dataset
+from corpus_tools.lerobot.episode_reading import data_files, open_dataset
 from corpus_tools.lerobot.grounded_answers import Answer, Shape
-from corpus_tools.lerobot.language_rows import Language
+from corpus_tools.lerobot.language_rows import Language, event_rows
 from corpus_tools.lerobot.language_writing import EpisodeLanguage, write_language
 from corpus_tools.lerobot.study_input import study_input
 from g3.errors import FormatError
@@ -132,3 +135,22 @@ def test_texts_at_moments_have_a_table(tmp_path: Path):
     ]
     assert [round(float(row["timestamp"]), 6) for row in rows] == [0.2, 0.5, 0.3, 0.4]
     assert any("1 answers that are drawn" in note for note in made.notes)
+
+
+def test_events_of_others_may_have_fewer_fields(tmp_path: Path):
+    """A column without cameras is read, and so is an answer that looks like endless JSON."""
+    source = open_dataset(new_dataset(tmp_path / "set", language=False))
+    (file,) = data_files(source)
+    table = pq.read_table(file)
+    names = ("role", "content", "style")
+    kind = pa.list_(pa.struct([(name, pa.string()) for name in names]))
+    rows = [("user", "What is it?", "vqa"), ("assistant", "[" * 100_000, "vqa")]
+    said = [dict(zip(names, row, strict=True)) for row in rows]
+    cells = pa.array([said, *[[]] * (len(table) - 1)], kind)
+    pq.write_table(table.append_column("language_events", cells), file)
+    made = study_input(source, tmp_path / "tables")
+    assert made.rows["moments.csv"] == 1
+    language = {0: EpisodeLanguage((Language("interjection", 0.0, "Lift it."),))}
+    assert write_language(source, tmp_path / "copy", language, attachments={}) == []
+    first = next(rows for _, _, rows in event_rows(open_dataset(tmp_path / "copy")))
+    assert [row["style"] for row in first] == ["interjection", "vqa", "vqa"]
