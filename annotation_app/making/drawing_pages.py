@@ -23,7 +23,7 @@ from annotation_app.study_setup.drawn_things import (
     DrawnPicture,
     DrawnThing,
     Moment,
-    Polygon,
+    Outline,
     drawn_things,
     names_in,
     state_of,
@@ -78,7 +78,7 @@ class Carried(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Outlines at a moment of a video, to be carried on."""
 
     start_s: Annotated[float, msgspec.Meta(ge=0, le=1e6)]
-    outlines: Annotated[list[list[Polygon]], msgspec.Meta(min_length=1, max_length=50)]
+    outlines: Annotated[list[Outline], msgspec.Meta(min_length=1, max_length=50)]
 
 
 @blueprint.get("/<name>/video/<int:number>/draw")

@@ -14,6 +14,7 @@ from typing import Annotated, Any, TypeAlias
 import msgspec
 
 from annotation_app.study_setup.coco_things import FORM, MOST_THINGS, PictureThings, images_of
+from annotation_app.tasks.drawn_answers import Coordinate
 from corpus_tools.tables.file_names import find_file
 from corpus_tools.tables.json_text import read_json
 from g3.errors import FormatError
@@ -23,8 +24,9 @@ UNNAMED = "thing"
 """Name of things that nobody has named."""
 MOST_MOMENTS = 5000
 
-Corner: TypeAlias = tuple[float, float]
+Corner: TypeAlias = tuple[Coordinate, Coordinate]
 Polygon: TypeAlias = Annotated[list[Corner], msgspec.Meta(min_length=3, max_length=2000)]
+Outline: TypeAlias = Annotated[list[Polygon], msgspec.Meta(min_length=1, max_length=200)]
 Pixels: TypeAlias = Annotated[int, msgspec.Meta(ge=1, le=1 << 15)]
 
 
@@ -32,7 +34,7 @@ class Moment(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A thing's outline at a moment of its video."""
 
     time_s: Annotated[float, msgspec.Meta(ge=0, le=1e6)]
-    polygons: Annotated[list[Polygon], msgspec.Meta(min_length=1, max_length=200)]
+    polygons: Outline
     is_keyframe: bool = True
     """False if a program has carried it on to here."""
 

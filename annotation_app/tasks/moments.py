@@ -32,6 +32,7 @@ from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import TaskConfig, restored
 from annotation_app.tasks.agreement import CLOSE_S, Measured, matched_times
 from annotation_app.tasks.corpus_parts import answers_of
+from annotation_app.tasks.drawn_answers import Coordinate
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.task_record import (
     VIDEO_KEYS,
@@ -80,7 +81,7 @@ FAULTS = {
 OTHER_FAULT = N_("Number %(number)s doesn't fit here. Load the page again; your draft is kept.")
 
 Line: TypeAlias = Annotated[str, msgspec.Meta(max_length=4 * LONGEST_TEXT)]
-Point: TypeAlias = tuple[float, float]
+Point: TypeAlias = tuple[Coordinate, Coordinate]
 
 
 class SentShape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

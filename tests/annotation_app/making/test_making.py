@@ -445,10 +445,34 @@ def test_only_admins_make_studies(app: Flask, admin: Member, role: Role) -> None
         "arm/review",
         "arm/preview/tasks",
         "arm/video/0",
+        "arm/video/0/draw",
+        "arm/video/0/still",
     ):
         assert other.client.get(f"/admin/studies/{path}").status_code == 403, path
     for path in ("new", "arm/texts", "arm/review", "arm/discard", "arm/upload"):
         assert other.post(f"/admin/studies/{path}").status_code == 403, path
+    for path, body in (("things", DRAWN), ("follow", FOLLOWED)):
+        assert sent_json(other, f"arm/video/0/{path}", body).status_code == 403, path
+        assert sent_json(other, f"arm/video/0/{path}", body, csrf="").status_code == 400, path
+
+
+FOLLOWED: dict[str, Any] = {"start_s": 0, "outlines": [[[[2, 2], [9, 2], [9, 9], [2, 9]]]]}
+DRAWN: dict[str, Any] = {"video": "lift", "state": "", "things": []}
+
+
+def sent_json(member: Member, path: str, body: Any, csrf: str | None = None) -> Any:
+    headers = {"X-CSRFToken": member.csrf if csrf is None else csrf}
+    return member.client.post(f"/admin/studies/{path}", json=body, headers=headers)
+
+
+def test_what_is_followed_is_near_the_picture(admin: Member) -> None:
+    begun(admin)
+    send(admin, "videos", videos="clips")
+    assert sent_json(admin, "arm/video/0/follow", FOLLOWED).status_code == 200
+    far = [[[[x, y] for x, y in ((2, 2), (1e12, 2), (1e12, 9), (2, 9))]]]
+    for outlines in (far, [[far[0][0][:3]]], [[]], []):
+        body = {**FOLLOWED, "outlines": outlines}
+        assert sent_json(admin, "arm/video/0/follow", body).status_code == 400
 
 
 def test_a_study_without_a_file_is_not_changed(app: Flask, admin: Member) -> None:
