@@ -266,9 +266,9 @@ def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewL
 
 
 def _more(text: Language) -> dict[str, str]:
-    """Return the other texts of an event's rows."""
-    answer = text.answer.content() if text.answer is not None else ""
-    more = {"camera": text.camera, "answer": answer, "reply": text.reply}
+    """Return the other texts of an event's rows; ``answer`` is that of a person in a study."""
+    reply = text.answer.content() if text.answer is not None else text.reply
+    more = {"camera": text.camera, "reply": reply}
     return {name: value for name, value in more.items() if value}
 
 
