@@ -8,20 +8,20 @@ from typing import Any
 import msgspec
 
 from annotation_app.export.lerobot_export import PeoplesLanguage
-from annotation_app.tasks.rate import VERDICTS
 
 PEOPLE = "people.jsonl"
 """The file of a copy with the source of each text."""
 
 
 def language_lines(said: PeoplesLanguage) -> bytes:
-    """Return a line for each text of people, and one for each text that they rated.
+    """Return a line for each text of people, then those of :attr:`PeoplesLanguage.files`.
 
     ``source`` is the episode's place in the dataset, ``step`` the number of the frame, and
     ``time_ns`` the moment by the recording's clock; each is null where it isn't known.
     """
     lines = msgspec.json.Encoder().encode_lines(list(_texts(said)))
-    return lines + said.files.get(VERDICTS, b"")
+    more = (content for name, content in said.files.items() if name.endswith(".jsonl"))
+    return b"".join((lines, *more))
 
 
 def _texts(said: PeoplesLanguage) -> Iterator[dict[str, Any]]:
@@ -38,6 +38,7 @@ def _texts(said: PeoplesLanguage) -> Iterator[dict[str, Any]]:
                 "step": round(item.start_s * rate) if rate else None,
                 "time_ns": time_ns,
                 "content": item.text,
+                **item.of_event(),
                 **item.source,
             }
 

@@ -2,7 +2,8 @@
 
 An RLDS dataset has its language at the steps. The first description becomes the instruction of an
 episode that has none; others get features of their own, ``language_instruction_2`` and so on, as
-DROID has them; subtasks become ``language_subtask``. Everything else of a record stays.
+DROID has them; subtasks become ``language_subtask``, and corrected tasks take the place of wrong
+ones. Everything else of a record stays.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +43,8 @@ TEXT = {
 class _Columns:
     """Names of the features with language."""
 
+    there: tuple[str, ...]
+    """The dataset's own, with tasks."""
     instruction: str
     more: tuple[str, ...]
     """Names for the descriptions after the instruction."""
@@ -83,7 +87,7 @@ def write_rlds(
         fix = "name a folder elsewhere: the dataset stays as it is"
         raise FormatError("the copy would lie in the dataset itself", where=str(target), fix=fix)
     columns = _columns(steps, language)
-    notes: list[str] = []
+    notes = [*_not_written(language)]
     seen: set[int] = set()
     with (
         about(target),
@@ -133,7 +137,13 @@ def _columns(steps: Steps, language: Mapping[int, EpisodeLanguage]) -> _Columns:
     most = max((len(_wordings(added)) for added in language.values()), default=0)
     numbered = (f"{instruction}_{number}" for number in range(2, 2 + len(names) + most))
     free = [name for name in numbered if name not in names]
-    return _Columns(instruction, tuple(free[:most]), SUBTASKS)
+    return _Columns(steps.texts, instruction, tuple(free[:most]), SUBTASKS)
+
+
+def _not_written(language: Mapping[int, EpisodeLanguage]) -> Iterator[str]:
+    styles = Counter(item.style for added in language.values() for item in added.said)
+    for style in sorted(styles.keys() - {TASK_AUG, SUBTASK}):
+        yield f"{styles[style]} texts of the style {style} are in no record: RLDS has no such style"
 
 
 def _wordings(added: EpisodeLanguage) -> list[str]:
@@ -145,6 +155,11 @@ def _add_language(
 ) -> Iterator[str]:
     """Add the features to an example; yield what isn't written where it should be."""
     count = _count(example, where)
+    for name in columns.there if added.corrected else ():
+        texts = [text_of(value, where) for value in values_of(example, f"{STEPS}{name}")]
+        new = [added.corrected.get(" ".join(text.split()), text) for text in texts]
+        if new != texts:
+            _put(example, name, new)
     before = values_of(example, f"{STEPS}{columns.instruction}")
     has = any(text_of(value, where) for value in before)
     wordings = _wordings(added)

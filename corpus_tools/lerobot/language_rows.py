@@ -109,6 +109,11 @@ class Language:
             return Fault.ANSWER
         return self.answer.fault(cameras[self.camera])
 
+    def of_event(self) -> dict[str, str]:
+        """Return the ``camera`` and the ``reply`` of an event: the answer, path or speech."""
+        reply = self.answer.content() if self.answer is not None else self.reply
+        return {k: v for k, v in (("camera", self.camera), ("reply", reply)) if v}
+
     @property
     def is_event(self) -> bool:
         """True for a style that is on its exact frame alone."""

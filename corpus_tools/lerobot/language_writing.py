@@ -259,17 +259,10 @@ def _provenance(language: Mapping[int, EpisodeLanguage], new: Mapping[int, _NewL
                 rows.append(
                     {
                         "episode_index": index, "style": text.style, "start_s": text.start_s,
-                        "timestamp": time, "content": text.text, **_more(text), **text.source,
+                        "timestamp": time, "content": text.text, **text.of_event(), **text.source,
                     }
                 )  # fmt: skip
     return msgspec.json.Encoder().encode_lines(rows)
-
-
-def _more(text: Language) -> dict[str, str]:
-    """Return the other texts of an event's rows; ``answer`` is that of a person in a study."""
-    reply = text.answer.content() if text.answer is not None else text.reply
-    more = {"camera": text.camera, "reply": reply}
-    return {name: value for name, value in more.items() if value}
 
 
 def _copies(source: Path, scratch: Path) -> Iterator[tuple[str, Path]]:

@@ -125,6 +125,9 @@ def test_marks_of_three_people(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert [row["episode_index"] for row in given] == [0, 1, 2]
     assert given[0]["given"][0]["note"] == "It slips."
     assert len({one["subject"] for one in given[0]["given"]}) == 3
+    call = ["annotate", "export", str(tmp_path / "said.jsonl"), "--format", "language"]
+    assert run([*call, "--instance", str(tmp_path / "instance")]) == 0
+    assert lines(tmp_path / "said.jsonl") == given
     report = json.loads((copy / "meta/people_report.json").read_text())
     assert report["collected"]["mark_success"] == {"success": 5, "partly": 1, "failure": 3}
     assert report["collected"]["mark_reasons"] == {DROPS: 2, HITS: 2}

@@ -121,6 +121,12 @@ def test_texts_of_several_people_get_into_a_copy(
     assert (vqa["Where is it?"]["reply"], vqa["Where is it?"]["camera"]) == (point, CAMERA)
     assert vqa["Is it far?"]["timestamp"] is None
     assert {row["study"] for row in kept} == {"robot"}
+    # The same for programs that don't read LeRobot's copies.
+    call = ["annotate", "export", str(tmp_path / "said.jsonl"), "--format", "language"]
+    assert run([*call, "--instance", str(tmp_path / "instance")]) == 0
+    said_lines = map(json.loads, (tmp_path / "said.jsonl").read_text().splitlines())
+    replies = {row["content"]: row.get("reply") for row in said_lines}
+    assert (replies["Where is it?"], replies["Begin."], replies["hand"]) == (point, "OK.", line)
 
 
 def test_what_breaks_a_rule_is_refused_in_plain_words(tmp_path: Path):

@@ -14,6 +14,10 @@ import pytest
 pytest.importorskip("google_crc32c", reason="the extra `rlds` is not installed")
 
 from corpus_tools.cli.console import run
+from corpus_tools.episodes.rlds import open_steps
+from corpus_tools.episodes.rlds_writing import write_rlds
+from corpus_tools.lerobot.language_rows import Language
+from corpus_tools.lerobot.language_writing import EpisodeLanguage
 from tests.lerobot_datasets import shade
 from tests.rlds_datasets import LENGTHS, TASKS, dataset, example, masked, record, steps
 
@@ -66,6 +70,21 @@ def test_some_shards_of_a_large_dataset(tmp_path: Path, capsys):
     assert run(call(folder, "--first", "1")) == 0
     assert run(call(folder, "--keep-going")) == 0
     assert [row["episode"] for row in rows(tmp_path / "tables")] == ["0", "2"]
+
+
+@pytest.mark.parametrize("is_sequence", [False, True])
+def test_corrected_tasks_take_the_place_of_wrong_ones(tmp_path: Path, is_sequence: bool):
+    source = open_steps(dataset(tmp_path / "toy", is_sequence=is_sequence))
+    memory = Language("memory", 0.1, "I came near.")
+    language = {
+        0: EpisodeLanguage((), corrected={TASKS[0]: "Lift the cube."}),
+        2: EpisodeLanguage((memory,), corrected={"Another.": "Lift the cube."}),
+    }
+    (note,) = write_rlds(source, tmp_path / "copy", language, {}, attachments={})
+    assert note == "1 texts of the style memory are in no record: RLDS has no such style"
+    copy = open_steps(tmp_path / "copy")
+    tasks = [one.tasks for one in copy.episodes("observation/image", lambda error: None)]
+    assert tasks == [("Lift the cube.",), (), (TASKS[2],)]
 
 
 def _cut(content: bytes) -> bytes:
