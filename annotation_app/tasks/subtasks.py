@@ -191,7 +191,7 @@ def _add_to_episodes(parts: EpisodeParts) -> None:
     """Add the subtasks of each episode: of several answers, that which agrees best."""
     by_episode = defaultdict(list)
     for answer, item in answers_of(parts.session, parts.study, SUBTASKS.name):
-        if item.payload["video"] in parts.videos:
+        if parts.shows_whole_episode(item.payload["video"]):
             by_episode[parts.episode(item.payload["video"])].append(answer)
     for index, answers in by_episode.items():
         chosen = answers[most_agreed([answer.body for answer in answers])]

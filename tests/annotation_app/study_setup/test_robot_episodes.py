@@ -184,6 +184,19 @@ def test_a_models_subtasks_get_verdicts(tmp_path: Path):
     assert dict(persistent_rows(open_dataset(copy))) == before
 
 
+def test_steps_of_a_part_are_none_of_the_episode(tmp_path: Path):
+    """Their times begin with the part, and the rest of the episode isn't cut."""
+    tasks = {"subtasks": {"answers": 1, "practice": False}}
+    file = study_of(tmp_path, videos="tables/subtasks.csv", commands=None, tasks=tasks)
+    with set_up(file) as app:
+        person = Browser(app, study="robot")
+        for _ in range(3):
+            item = person.lease("subtasks", "robot").json["item"]
+            assert person.answer(item, cut((0, "wait"))).status_code == 200
+    before = dict(persistent_rows(open_dataset(tmp_path / "set")))
+    assert dict(persistent_rows(open_dataset(export(tmp_path)))) == before
+
+
 def test_answers_that_are_no_steps(tmp_path: Path):
     with set_up(study_of(tmp_path)) as app:
         person = Browser(app, study="robot")
