@@ -2,7 +2,7 @@
 
 import { announce, h } from "./dom.js";
 import { mediaUrl } from "./server.js";
-import { read, write } from "./storage.js";
+import { keep, read } from "./storage.js";
 import { _ } from "./speech.js";
 
 const LARGE = "g3:camera";
@@ -61,14 +61,6 @@ export function showCameras(box, video, { cameras, views }) {
 }
 
 const isAlike = () => read(ALIKE) === "yes";
-
-function keep(name, value) {
-  try {
-    write(name, value);
-  } catch {
-    // the browser's storage is full: it holds for this page
-  }
-}
 
 /** Have other videos show the moment that a video shows. */
 function keepInStep(video, others) {

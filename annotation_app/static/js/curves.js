@@ -2,7 +2,7 @@
 
 import { openCurves } from "./curve-file.js";
 import { announce, h } from "./dom.js";
-import { read, write } from "./storage.js";
+import { keep, read } from "./storage.js";
 import { _, number } from "./speech.js";
 
 const HAS_ROOM = !document.querySelector(".one-screen"); // the others fit the window
@@ -53,14 +53,6 @@ export function showCurves({ curves: id, curves_start_s: startS }, player) {
   }
   video.addEventListener("playing", follow);
   return { element, at: (t) => chart?.at(t) };
-}
-
-function keep(name, text) {
-  try {
-    write(name, text);
-  } catch {
-    // the browser's storage is full: it holds for this page
-  }
 }
 
 function showChart(file, startS, player, body) {

@@ -1,7 +1,7 @@
 // Mark: whether a robot did its task, how well, and what went wrong.
 
 import { $, announce, isShortcut } from "./dom.js";
-import { playerOf, watchToEnd } from "./player.js";
+import { playerOf, shownFrom, watchToEnd } from "./player.js";
 import { markFeedback } from "./practice.js";
 import { begin, payload } from "./work.js";
 import { _, number } from "./speech.js";
@@ -50,9 +50,7 @@ function choose(input) {
 /** It fails at the beginning of the frame that is shown. */
 function failsHere() {
   video.pause();
-  const { fps } = payload;
-  const seconds = fps ? Math.floor(video.currentTime * fps + 1e-3) / fps : video.currentTime;
-  const moment_s = Math.round(seconds * 1000) / 1000;
+  const moment_s = shownFrom(video, payload.fps);
   work.change({ ...work.state, moment_s });
   announce(_("It fails at %(time)s s", { time: number(moment_s) }));
 }

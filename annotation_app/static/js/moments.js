@@ -2,7 +2,7 @@
 
 import { $, announce, h, isShortcut } from "./dom.js";
 import { drawing } from "./drawing.js";
-import { playerOf, watchToEnd } from "./player.js";
+import { playerOf, shownFrom, watchToEnd } from "./player.js";
 import { momentsFeedback } from "./practice.js";
 import { begin, payload } from "./work.js";
 import { _, number, pieces } from "./speech.js";
@@ -149,12 +149,6 @@ function rowOf({ id, style }) {
   return { element, show, text };
 }
 
-/** When the frame begins that is shown. */
-function shownFrom() {
-  const { fps } = payload;
-  return rounded(fps ? Math.floor(video.currentTime * fps + 1e-3) / fps : video.currentTime);
-}
-
 /** Stop at the middle of a moment's frame, which is shown without doubt. */
 function go(time_s) {
   video.pause();
@@ -167,7 +161,7 @@ function add(style) {
   video.pause();
   const kind = { vqa: "words", trace: "path" }[style] ?? "";
   const id = crypto.getRandomValues(new Uint32Array(1))[0];
-  const moment = { id, style, time_s: shownFrom(), text: "", reply: "", kind, texts: ["", "", ""], shapes: [] };
+  const moment = { id, style, time_s: shownFrom(video, payload.fps), text: "", reply: "", kind, texts: ["", "", ""], shapes: [] };
   work.change({ ...work.state, moments: inOrder([...work.state.moments, moment]) });
   if (kind === "path") open(id);
   rows.get(id).text.focus();

@@ -4,7 +4,7 @@ import { showCameras } from "./cameras.js";
 import { showCurves } from "./curves.js";
 import { announce, h, isShortcut, s } from "./dom.js";
 import { mediaUrl } from "./server.js";
-import { read, write } from "./storage.js";
+import { keep, read } from "./storage.js";
 import { _, decimal, number } from "./speech.js";
 
 const SPEEDS = [0.5, 0.75, 1, 1.25, 1.5, 2, 3, 4];
@@ -118,11 +118,7 @@ export function equip(box, moved = () => {}) {
   function setSpeed(value) {
     video.defaultPlaybackRate = video.playbackRate = value;
     speed.value = value;
-    try {
-      write(SPEED, String(value));
-    } catch {
-      // the browser's storage is full: it holds for this page
-    }
+    keep(SPEED, String(value));
   }
   /** The speed before or after. */
   function changeSpeed(by) {
@@ -177,6 +173,12 @@ export function equip(box, moved = () => {}) {
   show(isBegun(video) ? video.currentTime : 0);
   catchUp(video);
   return player;
+}
+
+/** When the frame begins that a video shows, in seconds. */
+export function shownFrom(video, fps) {
+  const seconds = fps ? Math.floor(video.currentTime * fps + 1e-3) / fps : video.currentTime;
+  return Math.round(seconds * 1000) / 1000;
 }
 
 /** Have a player's video watched to its end: `watched({watched_s, speed})` is called when it has been. */

@@ -20,6 +20,15 @@ export function write(name, text) {
   else inPage.set(name, text);
 }
 
+/** Keep what holds for this page anyway: the storage may be full. */
+export function keep(name, text) {
+  try {
+    write(name, text);
+  } catch {
+    // as said above
+  }
+}
+
 export function erase(name) {
   inPage.delete(name);
   inBrowser?.removeItem(name);

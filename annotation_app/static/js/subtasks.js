@@ -4,7 +4,7 @@
 // step was, `ok` whether somebody has accepted it as it is.
 
 import { $, announce, h, isShortcut } from "./dom.js";
-import { playerOf, watchToEnd } from "./player.js";
+import { playerOf, shownFrom, watchToEnd } from "./player.js";
 import { subtasksFeedback } from "./practice.js";
 import { begin, payload } from "./work.js";
 import { showSteps } from "./timeline.js";
@@ -144,12 +144,6 @@ function row() {
   return line;
 }
 
-/** When the frame begins that is shown. */
-function shownFrom() {
-  const { fps } = payload;
-  return rounded(fps ? Math.floor(video.currentTime * fps + 1e-3) / fps : video.currentTime);
-}
-
 /** The step at which the video is. */
 function current(subtasks = work.state.subtasks) {
   return Math.max(subtasks.findLastIndex(({ start_s }) => start_s <= video.currentTime + 1e-3), 0);
@@ -199,7 +193,7 @@ function mark(i) {
 
 function add() {
   video.pause();
-  const start_s = shownFrom();
+  const start_s = shownFrom(video, payload.fps);
   const { subtasks } = work.state;
   if (!subtasks.some((step) => step.start_s === start_s)) {
     put([...subtasks, { start_s, text: "" }].sort((a, b) => a.start_s - b.start_s));
@@ -276,7 +270,7 @@ function restore(of) {
 /** Have the nearest step begin with the frame that is shown. */
 function beginHere() {
   video.pause();
-  const t = shownFrom();
+  const t = shownFrom(video, payload.fps);
   const { subtasks } = work.state;
   const far = ({ start_s }) => Math.abs(start_s - t);
   const nearest = subtasks.slice(1).reduce((best, step) => (!best || far(step) < far(best) ? step : best), null);
