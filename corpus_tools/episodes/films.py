@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from corpus_tools.video.picture_file import MOST_PIXELS
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
     from corpus_tools.video.drawing.canvas import Image
 
-MOST_PIXELS = 64_000_000
 RESTORE = "restore the dataset"
 _CODECS = {b"\x89PNG": "png", b"\xff\xd8\xff": "mjpeg"}
 """The decoders of FFmpeg, by the first bytes of a picture."""

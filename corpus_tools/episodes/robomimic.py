@@ -19,9 +19,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from corpus_tools.episodes.films import MOST_PIXELS, RESTORE, Picture
+from corpus_tools.episodes.films import RESTORE, Picture
 from corpus_tools.episodes.study_tables import OnError, RecordedEpisode
 from corpus_tools.runtime.extras import import_extra
+from corpus_tools.video.picture_file import MOST_PIXELS
 from g3.errors import CorpusError, FormatError
 
 ENDINGS = (".hdf5", ".h5")

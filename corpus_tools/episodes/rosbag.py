@@ -24,9 +24,10 @@ from mcap.reader import SeekingReader
 from mcap.records import Channel, Chunk, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from corpus_tools.episodes.films import MOST_PIXELS, Picture, decoded
+from corpus_tools.episodes.films import Picture, decoded
 from corpus_tools.episodes.study_tables import OnError, RecordedEpisode
 from corpus_tools.runtime.extras import import_extra
+from corpus_tools.video.picture_file import MOST_PIXELS
 from g3.errors import CorpusError, FormatError
 from g3.storage import regular_file
 

@@ -19,6 +19,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.episodes.films import RESTORE
 from corpus_tools.runtime.parquet import import_pyarrow
 from g3.errors import CorpusError, FormatError
 
@@ -26,7 +27,6 @@ LARGEST = 2**31 - 1
 """Largest number of an episode, a file or a frame."""
 AT_ONCE = 32 << 20
 """Bytes of a file that are read at once."""
-RESTORE = "restore the dataset"
 _HUGGING_FACE = b"huggingface"
 _FIELD = re.compile(r"\{(\w+)(?::(?:0(\d{1,2}))?d)?\}")
 
