@@ -34,7 +34,7 @@ SEED = 0
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Weights: TypeAlias = npt.NDArray[np.int64]
-"""How often each episode counts, shape (draws, episodes)."""
+"""Number of times that each episode counts, shape (draws, episodes)."""
 
 
 def model_errors(session: Session, study: Study) -> list[ModelErrors]:

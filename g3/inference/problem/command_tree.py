@@ -161,7 +161,7 @@ class Tree:
         return frozenset(nodes), tuple(others)
 
     def excepts(self, node: int) -> bool:
-        """Whether a clause leaves its landmark out: "all but the red one", not "nothing but"."""
+        """Check if a clause excepts its landmark: "all but the red one", not "nothing but"."""
         sdc = self.nodes[node]
         figure = {word for part in sdc.figure for word in _bare_words(part)}
         relation = {bare(word.text) for word in sdc.relation}
@@ -231,7 +231,7 @@ def _without_lead(sdc: SDC, verb: Verb) -> SDC:
 
 
 def _is_nounless(leaf: SDC, sdc: SDC) -> bool:
-    """Whether an OBJECT leaves out its noun: "the empty one", "1 by the gate", "those on it"."""
+    """Check for an OBJECT without a noun: "the empty one", "1 by the gate", "those on it"."""
     words = _bare_words(leaf)
     if words[-1] in NOUNLESS or (len(words) == 1 and words[0] in DEMONSTRATIVES and leaf != sdc):
         return True

@@ -21,11 +21,11 @@ from g3.sdc.clauses import SDC, Span, all_words
 _ALL = words("all both")
 _BEFORE_ALL = words("at that's that s is it")
 _AFTER_ALL = words("the way right set good done over")
-"""What "all" stands beside where it counts nothing: "all the way", "that's all"."""
+"""Words beside an "all" that counts nothing: "all the way", "that's all"."""
 
 
 def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
-    """The top-level clauses with quantifiers and goals that the tree leaves out.
+    """Return the top-level clauses with quantifiers and goals that the tree leaves out.
 
     Parameters
     ----------

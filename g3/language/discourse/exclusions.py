@@ -1,4 +1,4 @@
-"""What a text says is to be left alone: "hands off the crate", "all but the crate".
+"""Things that a text rules out: "hands off the crate", "all but the crate".
 
 Trees lose more negations than nouns, and a lost one has the robot do what was forbidden. So words
 that rule something out are looked for in the text itself, whatever its tree has made of them.
@@ -27,7 +27,7 @@ from g3.language.lexicon.word_sets import (
 from g3.sdc.clauses import Span
 
 Where = Literal["after", "before"]
-"""Where the noun of what is ruled out stands."""
+"""Place of the noun of what is ruled out."""
 
 CUES: tuple[tuple[str, Where, str], ...] = (
     ("hands off", "after", "hands off the crate"),
@@ -70,7 +70,7 @@ _WANTED = words(
     "only just forget hesitate leave left leaving neglect fail miss mind yet stop wait worry why "
     "drop dropped lower let"
 )
-"""What is negated by these words rules nothing out: "don't forget the crate", "not only"."""
+"""Words whose negation rules nothing out: "don't forget the crate", "not only"."""
 _LEAD = words("you dare ever want to try go be have even please anyone anybody even think about of")
 """Words between a negation and its verb."""
 _SUBJECT = words(
