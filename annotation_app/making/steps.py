@@ -119,8 +119,8 @@ def parts_of(
         if not _is_as_before(draft):
             for item in parts.videos:
                 inside(root, item.file if item.file is not None else item.folder)
-                if isinstance(item, OwnVideo) and item.things and item.things.picture:
-                    inside(root, item.things.picture)
+                for path in item.other_files if isinstance(item, OwnVideo) else ():
+                    inside(root, path)
     except CorpusError as error:
         return None, [of_videos(one) for one in apart(error)]
     return parts, [of_videos(error) for error in errors]

@@ -65,6 +65,13 @@ class OwnVideo:
     curves_start_s: float = 0.0
     """Time of the curves at which the video begins."""
 
+    @property
+    def other_files(self) -> list[Path]:
+        """The other files that people see: those of further cameras, curves, and a picture."""
+        picture = self.things.picture if self.things is not None else None
+        files = (*(view.file for view in self.views), self.curves, picture)
+        return [file for file in files if file is not None]
+
 
 @dataclass(frozen=True, slots=True)
 class GivenCommand:

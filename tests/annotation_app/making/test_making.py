@@ -18,6 +18,7 @@ from annotation_app.store.database import reading
 from annotation_app.store.models import Item, Role, Study
 from annotation_app.studies.study_file import CONSENT, STATEMENT, KnownCommand
 from annotation_app.study_setup.study_reading import read_study
+from corpus_tools.tables.curve_file import Curve, write_curves
 from tests.annotation_app.browser import Browser, described, engine_of, row_in
 from tests.annotation_app.signing_in import Member, signed_in
 from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH
@@ -143,13 +144,19 @@ def test_videos_that_browsers_cannot_play_are_all_named(admin: Member, root: Pat
     assert "2 things have to be put right" in reply.text
 
 
-@pytest.mark.parametrize("chosen", ["..", "../../etc", "/etc", "table.csv", "link"])
+@pytest.mark.parametrize(
+    "chosen", ["..", "../../etc", "/etc", "table.csv", "link", "views.csv", "curves.csv"]
+)
 def test_no_path_leads_out_of_the_folder_of_studies(
     admin: Member, root: Path, tmp_path: Path, chosen: str
 ) -> None:
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside/secret.mp4").write_bytes((root / "clips/push.mp4").read_bytes())
+    curves = tmp_path / "outside/secret.safetensors"
+    write_curves(curves, [Curve("state", "joint")], 10, 1, [])
     (root / "table.csv").write_text("video\n../outside/secret.mp4\n")
+    (root / "views.csv").write_text("video,video_2\nclips/push.mp4,../outside/secret.mp4\n")
+    (root / "curves.csv").write_text(f"video,curves\nclips/push.mp4,{curves}\n")
     (root / "link").symlink_to(tmp_path / "outside")
     begun(admin)
     reply = send(admin, "videos", videos=chosen)
