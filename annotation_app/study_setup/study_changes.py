@@ -17,8 +17,8 @@ from annotation_app.tasks.task_registry import find_task
 from corpus_tools.world.scenarios.documents import Field, field_name
 
 SHOWN = (
-    "title", "summary", "prompt", "styles", "instructions", "practice_items", "suggestions",
-    "suggestions_from", "practice",
+    "title", "summary", "prompt", "styles", "drawing", "instructions", "practice_items",
+    "suggestions", "suggestions_from", "practice",
 )  # fmt: skip
 """Settings of a task that people see or meet before they answer."""
 AGREED = ("consent", "questions", "qualification", "payment")

@@ -42,6 +42,13 @@ def test_words_alter_the_answers_of_their_task() -> None:
     assert altered(replace(BEFORE, statement="It does."), NOBODY) == {"statement": ""}
 
 
+def test_what_may_be_drawn_alters_the_answers() -> None:
+    before = replace(BEFORE, tasks={"ground": TaskConfig()})
+    after = replace(BEFORE, tasks={"ground": TaskConfig(drawing=True)})
+    told = {"tasks.ground.drawing": "2 answers to ground came before"}
+    assert altered(after, Asked({"ground": 2}, people=0), before) == told
+
+
 def test_the_robots_name_is_in_the_statement_and_the_consent() -> None:
     before = replace(BEFORE, consent="You see a {robot}.")
     told = {"robot": "2 people have agreed to the old one; 1 answer to rate came before"}
