@@ -9,6 +9,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.items.clips import source_file, source_problem
+from annotation_app.items.scenes import CURVES, VIEWS
 from annotation_app.store.models import Answer, Item, Media, Slot
 from g3.errors import FormatError
 
@@ -86,7 +87,9 @@ def check_not_replaced(
 def asked_about(session: Session, study_id: str, file: Path) -> str:
     """Return the video of a file about which people have been asked; empty if there is none."""
     shown = session.execute(
-        select(Media.video, Media.path).where(Media.study_id == study_id, Media.role == "video")
+        select(Media.video, Media.path).where(
+            Media.study_id == study_id, Media.role.in_(("video", *VIEWS, CURVES))
+        )
     )
     videos = {video for video, path in shown if source_file(Path(path)) == file}
     asked = select(Item.video).where(

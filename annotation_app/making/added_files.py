@@ -64,9 +64,13 @@ def added_files(draft: StudyDraft, parts: StudyParts | None) -> list[AddedFile]:
 
 
 def _of_videos(parts: StudyParts | None) -> Iterator[tuple[Path, str]]:
-    """Yield the files of the videos and of their pictures, with their uses."""
+    """Yield the files of the videos, and of what is shown with them, with their uses."""
     for item in parts.videos if parts is not None else ():
         if isinstance(item, OwnVideo):
             yield item.file.resolve(), "a video of the study"
+            for view in item.views:
+                yield view.file.resolve(), f"a camera of {item.video}"
+            if item.curves is not None:
+                yield item.curves.resolve(), f"the curves of {item.video}"
             if item.things is not None and item.things.picture is not None:
                 yield item.things.picture.resolve(), f"the picture of {item.video}"

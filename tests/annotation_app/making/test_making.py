@@ -441,6 +441,20 @@ def test_a_video_that_people_were_asked_about_stays(app: Flask, admin: Member, r
     assert [f.name for f in (root / "arm-videos").glob("*.mp4")] == [f"{about}.mp4"]
 
 
+def test_the_other_camera_that_people_saw_stays(app: Flask, admin: Member, root: Path) -> None:
+    begun(admin)
+    for name in ("push", "lift"):
+        add_whole(admin, f"{name}.mp4", (root / f"clips/{name}.mp4").read_bytes())
+    (root / "views.csv").write_text("video,video_2\narm-videos/push.mp4,arm-videos/lift.mp4\n")
+    made_in(admin, TEXTS, videos="views.csv")
+    assert "a camera of push" in admin.client.get("/admin/studies/arm/videos").text
+    worker = Browser(app, study="arm")
+    worker.practise("describe")
+    worker.answer(worker.lease("describe", "arm").json["item"], described("Push it."))
+    assert admin.post("/admin/studies/arm/upload/lift.mp4", action="delete").status_code == 409
+    assert (root / "arm-videos/lift.mp4").exists()
+
+
 @pytest.mark.parametrize("role", ["annotator", "adjudicator"])
 def test_only_admins_make_studies(app: Flask, admin: Member, role: Role) -> None:
     made(admin)
