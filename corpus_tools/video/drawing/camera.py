@@ -238,13 +238,14 @@ def _extent(recording: Recording) -> FloatArray:
     start = recording.start
     named = {start.agent_id, *_named(recording)}
     moves = (recording.position != recording.position[0]).any(axis=(0, 2))
+    nothing_happens = not (moves.any() or recording.steps)
     shown = [
         _corners(recording, i)
         for i, item in enumerate(start.objects)
-        if moves[i] or item.id in named or not (moves.any() or recording.steps)
+        if moves[i] or item.id in named or nothing_happens
     ]
     for place in start.places:
-        if place.name in named:
+        if place.name in named or nothing_happens:
             xy = place.prism.xy
             shown.append(np.concatenate((xy, np.full((len(xy), 1), place.prism.z_min)), axis=1))
     low, high = np.concatenate(shown).min(axis=0), np.concatenate(shown).max(axis=0)
