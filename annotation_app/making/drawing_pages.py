@@ -135,8 +135,8 @@ def still(name: str, number: int) -> Response:
 @blueprint.post("/<name>/video/<int:number>/things")
 def save(name: str, number: int) -> Response:
     """Keep what is drawn in a video in the draft's own file of things."""
-    sent = read_request(SentThings)
     draft, item = _own_video(name, number)
+    sent = read_request(SentThings)
     root = installation().config.studies_folder
     folder_of(draft).mkdir(parents=True, exist_ok=True)
     with changed_by("admin") as (session, _), only_writer(folder_of(draft) / f"{DRAWN}.json"):
@@ -159,8 +159,8 @@ def save(name: str, number: int) -> Response:
 @blueprint.post("/<name>/video/<int:number>/follow")
 def follow(name: str, number: int) -> Response:
     """Carry outlines on through the next seconds of a video."""
-    sent = read_request(Carried)
     _, item = _own_video(name, number)
+    sent = read_request(Carried)
     info = looked_at(item.file)
     of_part = part_of(item).span(info)
     start_s = of_part.start_s + sent.start_s
