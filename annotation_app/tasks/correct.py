@@ -121,6 +121,8 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
 
 
 def _measured(items: Sequence[Sequence[Record]]) -> Iterator[Measured]:
+    if all(len(bodies) < 2 for bodies in items):  # few studies have the task
+        return
     verdicts = [[body["verdict"] for body in bodies] for bodies in items]
     for one in (*measured(verdicts), share_alike(verdicts)):
         yield replace(one, measure=f"verdict: {one.measure}")

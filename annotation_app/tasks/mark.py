@@ -186,6 +186,8 @@ def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
         ("success", ("nominal",)),
         ("quality", ("ordinal", "interval")),
     )
+    if all(len(bodies) < 2 for bodies in items):  # few studies have the task
+        return
     for field, levels in of_fields:
         units = [[body[field] for body in bodies] for bodies in items]
         for one in (*measured(units, levels), share_alike(units)):
