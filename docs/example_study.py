@@ -123,6 +123,7 @@ def example(folder: Path, films: Path) -> Iterator[Example]:
             "<person_id>": annotator.person.id,
             "<provider_name>": "mturk",
             "<name>": "arm",
+            "<int:number>": "0",
             "<page>": "describe",
             "<setup>": token,
             "<offer>": offer,

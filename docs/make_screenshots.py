@@ -95,6 +95,7 @@ PAGES = {
     "making-new": ("admin", "/admin/studies/new"),
     **{f"making-{step}": ("admin", f"/admin/studies/<name>/{step}") for step in STEPS},
     "making-preview": ("admin", "/admin/studies/<name>/preview/<page>"),
+    "making-draw": ("admin", "/admin/studies/<name>/video/<int:number>/draw"),
     "making-review": ("admin", "/admin/studies/<name>/review"),
     "making-started": ("admin", "/admin/studies/<study_name>/started"),
 }
@@ -102,6 +103,7 @@ PAGES = {
 NO_PAGES = {
     "/dashboard/<study_name>/export/<form>", "/dashboard/<study_name>/queue/next",
     "/admin/studies/<name>/video/<int:number>", "/admin/studies/<name>/video/<int:number>/picture",
+    "/admin/studies/<name>/video/<int:number>/still",
     "/admin/studies/<name>/upload/<file>", "/media/<media_id>", "/try/<name>/<file>",
     "/try/scenes/<scenario>", "/offline-worker.js",
     "/s/<study_name>/invitation/<token>",
