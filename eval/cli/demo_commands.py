@@ -241,7 +241,7 @@ def write_few(path: Path, most: dict[str, int] | None = None) -> None:
 @click.option("--no-serve", is_flag=True, help="Make all, and print how to start the study.")
 @click.pass_context
 def episodes(ctx: click.Context, *, out: Path, port: int, no_serve: bool) -> None:
-    """Make a small LeRobot dataset, and open a study in which people correct its language.
+    """Make LeRobot episodes, and a study that corrects them.
 
     Four episodes of the bundled corpus, filmed by two cameras, with a task and subtasks such as a
     model writes them. Five mistakes are planted, and planted.json lists them. It prints each step;
