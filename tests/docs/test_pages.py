@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.following.bundled_grounder import following_model, kept_at
 from corpus_tools.importers.authored.bundled import open_corpus
 from ct.acting import _bundled
@@ -114,12 +113,9 @@ def test_the_readmes_python_runs(tmp_path: Path, capsys: pytest.CaptureFixture[s
     (code,) = PYTHON.findall((ROOT / "README.md").read_text())
     exec(compile(code, "README.md", "exec"), {})
     told = capsys.readouterr().out
-    assert told.startswith("336 commands, such as Drive past the person")
     assert "OBJECT  |" in told
-    assert "(SDC('EVENT', 'Put the pallet on the truck'),)" in told
     assert "pick up" in told
-    assert {"copy", "model.npz", "model.json"} <= {path.name for path in tmp_path.iterdir()}
-    assert Corpus.load(tmp_path / "copy").hash == open_corpus("warehouse").hash
+    assert {"model.npz", "model.json"} <= {path.name for path in tmp_path.iterdir()}
 
 
 def test_a_new_feature_can_be_registered_as_shown() -> None:

@@ -22,7 +22,7 @@ LOGS = Path(__file__).resolve().parents[3] / "datasets/warehouse/logs"
 WITHOUT_JSON = {
     "annotate serve": "serves until it is stopped",
     "completion": "its output is a program",
-    "demo": "shows people around",
+    "demo episodes": "shows people around",
     "help": "shows the help of another command",
 }
 OTHER_FORMATS = {"annotate export": "--format is that of the files"}
@@ -75,7 +75,8 @@ def kind(option: click.Option) -> str:
         return "path"
     if isinstance(option.type, click.Choice):
         return "text"
-    return option.type.name.removesuffix(" range")
+    name = option.type.name.removesuffix(" range")
+    return "number" if name in ("integer", "float") else name
 
 
 # Which plans are rated, and the file with judged ones.

@@ -15,7 +15,7 @@ MISTAKES = [
     ("evl", "'eval'"),
     ("render --out x", "'render-videos'"),
     ("train sdc --corpus warehouse --out x.npz", "ct train has g3, parser"),
-    ("import warehouse --out x", "ct import has authored, lerobot, slu-core, treebank"),
+    ("import warehouse --out x", "ct import has authored, lerobot, rlds, robomimic"),
     ("import slu_core data --out x", "'slu-core'"),
     ("--verison", "'--version'"),
     ("eval table 1 --corpus warehouse", "'table1'"),
