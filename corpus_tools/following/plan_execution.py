@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 RATE_HZ = 50.0
 """Number of states a second in the recording of an episode."""
+FPS = 15
+"""Frames a second of its video, for which somebody waits."""
 WAIT_S = 2.0
 DECK_SHARE = 3.0
 """Width of a place on a deck for the simulated robot, relative to its own footprint; the robot puts
@@ -115,7 +117,7 @@ def run_plan(
     video
         An MP4 file to write; the MCAP log comes beside it, as ``NAME.mcap``.
     settings, on_frame
-        As in :func:`corpus_tools.video.films.film`.
+        As in :func:`corpus_tools.video.films.film`, but with :data:`FPS` frames a second.
 
     Raises
     ------
@@ -146,8 +148,10 @@ def run_plan(
     if video is not None:
         from corpus_tools.logs.log_writing import write_log  # noqa: PLC0415 - of an extra
         from corpus_tools.video.films import film  # noqa: PLC0415 - of an extra
+        from corpus_tools.video.manifest import Settings  # noqa: PLC0415 - of an extra
 
-        film(done.recording, video, settings, site=start.site, on_frame=on_frame)
+        how = settings or Settings(fps=FPS)
+        film(done.recording, video, how, site=start.site, on_frame=on_frame)
         write_log(done.recording, video.with_suffix(".mcap"), name=video.stem, metadata={})
     return Episode(start, done.recording, done.failure, done.held)
 
