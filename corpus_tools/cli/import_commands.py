@@ -14,7 +14,7 @@ from corpus_tools.runtime.progress import progress_bar
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from corpus_tools.episodes.study_tables import StudyInput
+    from corpus_tools.episodes.study_tables import EpisodeSource, StudyInput
     from corpus_tools.importers.report import ImportReport
     from corpus_tools.runtime.progress import OnProgress
 
@@ -182,6 +182,18 @@ def _write_tables(
     tell(form, record, *lines, following)
 
 
+def _write_recorded(
+    opened: Callable[[], EpisodeSource], out: Path, *, force: bool, form: str, **options: Any
+) -> None:
+    """Write the tables of episodes whose pictures become videos."""
+    from corpus_tools.episodes.study_tables import study_input
+
+    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
+        return study_input(opened(), scratch, on_progress=on_progress, **options)
+
+    _write_tables(make, out, force=force, form=form)
+
+
 @import_.command("lerobot", short_help="Episodes of a LeRobot dataset, as tables for studies.")
 @click.argument("path", type=PATH, required=False)
 @click.option(
@@ -257,13 +269,10 @@ def robomimic(
       ct import robomimic libero_spatial --camera eye_in_hand_rgb --first 50 --out wrist
     """
     from corpus_tools.episodes.robomimic import open_demonstrations
-    from corpus_tools.episodes.study_tables import study_input
 
-    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
-        source = open_demonstrations(path, fps=fps)
-        return study_input(source, scratch, on_progress=on_progress, **options)
-
-    _write_tables(make, out, force=force, form=form)
+    _write_recorded(
+        lambda: open_demonstrations(path, fps=fps), out, force=force, form=form, **options
+    )
 
 
 @import_.command("rlds", short_help="Episodes of an RLDS dataset, as tables for studies.")
@@ -287,13 +296,8 @@ def rlds(
       ct import rlds droid/1.0.1 --camera observation/wrist_image_left --out wrist
     """
     from corpus_tools.episodes.rlds import open_steps
-    from corpus_tools.episodes.study_tables import study_input
 
-    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
-        source = open_steps(path, fps=fps)
-        return study_input(source, scratch, on_progress=on_progress, **options)
-
-    _write_tables(make, out, force=force, form=form)
+    _write_recorded(lambda: open_steps(path, fps=fps), out, force=force, form=form, **options)
 
 
 @import_.command("rosbag", short_help="MCAP files and ROS bags, as tables for studies.")
@@ -317,10 +321,5 @@ def rosbag(
       ct import rosbag bags --first 50 --out episodes
     """
     from corpus_tools.episodes.rosbag import open_recordings
-    from corpus_tools.episodes.study_tables import study_input
 
-    def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
-        source = open_recordings(path, fps=fps)
-        return study_input(source, scratch, on_progress=on_progress, **options)
-
-    _write_tables(make, out, force=force, form=form)
+    _write_recorded(lambda: open_recordings(path, fps=fps), out, force=force, form=form, **options)
