@@ -192,12 +192,12 @@ def whole_words(words: Sequence[Span]) -> tuple[Span, ...]:
 
 
 def arguments_of(sdc: SDC) -> tuple[SDC, ...]:
-    """What a clause's words name as its arguments."""
+    """The arguments of a clause, without implicit ones."""
     return tuple(part for part in (*sdc.landmark1, *sdc.landmark2) if not part.is_implicit)
 
 
 def subject_of(sdc: SDC) -> SDC | None:
-    """What a clause's words name as its subject."""
+    """The subject of a clause; None if it is implicit."""
     return next((part for part in sdc.figure if not part.is_implicit), None)
 
 

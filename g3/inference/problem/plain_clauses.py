@@ -152,7 +152,7 @@ def _beside_it(sdc: SDC) -> SDC:
 
 
 def _says_beside(sdc: SDC) -> bool:
-    """Whether a relation leads beside something, so that nothing is on top of it."""
+    """Check that a relation leads beside something, so that nothing is on top of it."""
     said = concepts(field_words(sdc.relation))
     return bool(sdc.landmark1) and bool(said & BESIDE) and "on" not in said
 
@@ -172,17 +172,17 @@ def _one_place(event: SDC) -> SDC:
 
 
 def _has_side(sdc: SDC) -> bool:
-    """Whether a relation names a side of its landmark: "on the left of it"."""
+    """Check that a relation names a side of its landmark: "on the left of it"."""
     return bool(sdc.landmark1) and not SIDES.isdisjoint(concepts(field_words(sdc.relation)))
 
 
 def _has(place: SDC) -> bool:
-    """Whether a place is at a thing that has something: "on the truck that has a crate"."""
+    """Check that a place is at a thing that has something: "on the truck that has a crate"."""
     return any(not HAVING.isdisjoint(verb_words(mark)) for mark in place.landmark1)
 
 
 def _is_on_it(place: SDC) -> bool:
-    """Whether a place is on what was just named: "on it"."""
+    """Check that a place is on the thing just named: "on it"."""
     marks = [bare(word.text) for mark in place.landmark1 for word in all_words(mark)]
     return bool(marks) and IT.issuperset(marks) and "on" in verb_words(place)
 
@@ -281,7 +281,7 @@ def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]
 
 
 def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """What is filled comes first, and what with in it: "load the truck with the drum"."""
+    """Move a load before the thing that it fills: "load the truck with the drum"."""
     parts = arguments_of(sdc)
     if not FILLING.isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == ["OBJECT"]:
         company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
@@ -304,7 +304,7 @@ def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 
 def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """What needs something is where that goes: "the truck needs the drum"."""
+    """Move a load to the thing that needs it: "the truck needs the drum"."""
     theme = only_object(sdc)
     needs = subject_of(sdc)
     if theme is None or needs is None or ASKING.isdisjoint(map(normalise, verb_words(sdc))):
