@@ -190,8 +190,9 @@ def test_beginnings_are_dragged_by_a_finger(chromium: Browser, tmp_path: Path) -
         assert page.evaluate("scrollX") == 0
         # To a frame, with the player's buttons.
         go(page, 1.25)
-        page.get_by_role("button", name="One frame on").tap()
-        page.get_by_role("button", name="Move a beginning here").tap()
+        page.get_by_role("button", name="One frame on").click()
+        page.wait_for_function("document.querySelector('video').currentTime > 1.3")
+        page.get_by_role("button", name="Move a beginning here").click()
         assert starts(page) == [0, 1.3, 2, 3]
         before = page.locator(".step-timeline .track").evaluate("track => track.clientWidth")
         page.get_by_role("button", name="Show a shorter part").click()
