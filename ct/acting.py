@@ -305,8 +305,7 @@ def _check_size(size: tuple[int, int]) -> None:
 def _scenario_video(name: str, out: Path, settings: Settings, *, force: bool) -> Path:
     from corpus_tools.runtime.parallel import Workers
     from corpus_tools.video.items import scenario_items
-    from corpus_tools.video.production import VIDEO
-    from corpus_tools.video.render_batch import produce_all
+    from corpus_tools.video.production import VIDEO, produce_all
 
     items = scenario_items("warehouse", (name,))
     out.mkdir(parents=True, exist_ok=True)

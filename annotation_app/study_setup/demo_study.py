@@ -101,7 +101,7 @@ def render_first(folder: Path) -> None:
     from corpus_tools.runtime.progress import progress_bar  # noqa: PLC0415
     from corpus_tools.video.items import scenario_items  # noqa: PLC0415
     from corpus_tools.video.manifest import Settings  # noqa: PLC0415
-    from corpus_tools.video.render_batch import produce_all  # noqa: PLC0415
+    from corpus_tools.video.production import produce_all  # noqa: PLC0415
     from g3.errors import CorpusError  # noqa: PLC0415
 
     folder.mkdir(parents=True, exist_ok=True)

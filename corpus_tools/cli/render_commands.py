@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
     from corpus_tools.video.items import Item
     from corpus_tools.video.manifest import Settings
-    from corpus_tools.video.production import OnFrameCount
-    from corpus_tools.video.render_batch import Outcome
+    from corpus_tools.video.production import OnFrameCount, Outcome
 
 SMALLEST, LARGEST = 64, 4096
 """Lengths of a picture's edges, in pixels."""
@@ -147,7 +146,7 @@ def _produce(
     items: list[Item], out: Path, settings: Settings, *, workers: Workers, force: bool
 ) -> list[Outcome]:
     from corpus_tools.runtime.progress import progress_bar
-    from corpus_tools.video.render_batch import produce_all
+    from corpus_tools.video.production import produce_all
 
     outcomes: list[Outcome] = []
     with progress_bar("rendering") as progress:

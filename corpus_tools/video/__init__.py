@@ -4,5 +4,5 @@ In ``drawing``, ``gl`` chooses how to draw, ``camera`` from where, ``drawn_momen
 ``canvas`` draws one picture. Before a fixed camera ``composite`` draws only what moves, with the
 shadows of ``shadows`` or without; ``shaded`` draws for cameras that move. ``segmentation`` maps
 the objects in the first frame. Here, ``encode`` makes the file that browsers play, ``films`` does
-all of this for a recording, ``production`` for one item, ``render_batch`` for many.
+all of this for a recording, ``production`` for items.
 """

@@ -24,7 +24,7 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.video.items import ContextItem, Item
 from corpus_tools.video.manifest import MANIFEST
 from corpus_tools.video.manifest import Settings as VideoSettings
-from corpus_tools.video.render_batch import produce_all
+from corpus_tools.video.production import produce_all
 from corpus_tools.world.scenarios.documents import read_document
 from corpus_tools.world.state.recording import to_context
 from eval.judging.execution import planned
