@@ -208,7 +208,7 @@ def generate(
     """
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
-    from corpus_tools.world.scenarios.random.generation import generate as make
+    from corpus_tools.world.scenarios.random_scenarios import generate as make
     from corpus_tools.world.scenarios.scenario_files import format_scenario
     from g3.storage.atomic_file import write_bytes
 

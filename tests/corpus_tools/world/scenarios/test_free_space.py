@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.world.scenarios.boxes import Box
-from corpus_tools.world.scenarios.random.random_drafts import TURNING_M, connected
+from corpus_tools.world.scenarios.random_scenarios import TURNING_M, connected
 from corpus_tools.world.scenarios.scenario import Bounds
 
 BOUNDS = Bounds((-10, 10), (-10, 10))

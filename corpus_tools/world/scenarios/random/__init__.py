@@ -1,1 +1,0 @@
-"""Generated scenarios: drawn at random and checked like all others."""
