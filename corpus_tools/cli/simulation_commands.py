@@ -116,7 +116,7 @@ def rate(*, corpus: str, raters: int, judgments: int, seed: int, out: Path, form
     """
     from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.importers.authored.bundled import open_corpus
-    from corpus_tools.simulation.rated_corpus import with_simulated_ratings
+    from corpus_tools.simulation.simulated_raters import with_simulated_ratings
 
     Corpus.check_target(out)
     made = with_simulated_ratings(

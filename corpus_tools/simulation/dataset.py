@@ -16,11 +16,10 @@ from corpus_tools.importers.report import Journal
 from corpus_tools.runtime.parallel import WorkerDiedError, Workers, work
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.runtime.shipped import DATASET
-from corpus_tools.simulation.grammar import Told, Worker, draw_workers, tell
-from corpus_tools.simulation.seen_scenes import see
+from corpus_tools.simulation.grammar import Told, Worker, draw_workers, see, tell
 from corpus_tools.world.scenarios.execution import log_scenario
 from corpus_tools.world.scenarios.library import read_layouts
-from corpus_tools.world.scenarios.random.generation import generate
+from corpus_tools.world.scenarios.random_scenarios import generate
 from corpus_tools.world.scenarios.scenario import Layout, Scenario
 from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS, format_scenario
 from corpus_tools.world.scenarios.scenario_logs import is_logged

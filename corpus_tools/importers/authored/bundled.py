@@ -27,7 +27,7 @@ from corpus_tools.corpus.corpus_records import (
 from corpus_tools.importers.report import REPORT, ImportReport, Journal
 from corpus_tools.importers.treebank import import_treebank, is_treebank
 from corpus_tools.runtime.shipped import DATASET, bundled, program_digest
-from corpus_tools.simulation.rated_corpus import is_rated, rated_corpus, read_raters
+from corpus_tools.simulation.simulated_raters import is_rated, rated_corpus, read_raters
 from g3.errors import FormatError
 from g3.storage.cache_folder import cache_folder
 
