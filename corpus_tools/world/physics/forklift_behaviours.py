@@ -33,9 +33,8 @@ from corpus_tools.world.physics.room import (
     spots,
     support_at,
 )
-from corpus_tools.world.planning.clearance import clearance, outline, room
 from corpus_tools.world.planning.curves import Motion, end_of, poses_on
-from corpus_tools.world.planning.ways import NoWayError, plan
+from corpus_tools.world.planning.ways import NoWayError, clearance, outline, plan, room
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state import robot_script
 from corpus_tools.world.state.dimensions import CHASSIS, FORK_LENGTH, HEEL_X

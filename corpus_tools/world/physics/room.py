@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.world.physics.behaviours import ActionError, Load, Robot
-from corpus_tools.world.planning.clearance import Boxes, Rect, outline, room
+from corpus_tools.world.planning.ways import Boxes, Rect, outline, room
 from corpus_tools.world.state import dimensions as sizes
 from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.shapes import Shape

@@ -1,7 +1,7 @@
 """Scripts: the robot's actions, step by step.
 
 An action of scripts is a kind of action (:mod:`g3.actions.forklift_actions`) with one sort of
-argument. What the steps do in physics is in :mod:`corpus_tools.world.physics.controller`; this
+argument. What the steps do in physics is in :mod:`corpus_tools.world.physics.execute`; this
 module knows no simulator.
 """
 

@@ -9,16 +9,17 @@ from hypothesis import strategies as st
 
 from corpus_tools.world.physics.pacing import EMPTY, LIFT, ramp, references
 from corpus_tools.world.planning import ways as planning
-from corpus_tools.world.planning.clearance import (
+from corpus_tools.world.planning.curves import cost_of, dubins, poses_on, turn_go_turn
+from corpus_tools.world.planning.ways import (
     Boxes,
+    NoWayError,
     Rect,
     clearance,
     distance,
     field_of,
     outline,
+    plan,
 )
-from corpus_tools.world.planning.curves import cost_of, dubins, poses_on, turn_go_turn
-from corpus_tools.world.planning.ways import NoWayError, plan
 from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
 
