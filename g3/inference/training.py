@@ -58,8 +58,14 @@ from g3.learning.factor_matrix import (
     matrix_of_examples,
     matrix_of_labelled,
 )
-from g3.negatives.hard_negatives import far_places, tells_apart
-from g3.negatives.wrongness import AWAY_M, SAME_PLACE_M, Clause, other_actions
+from g3.negatives.hard_negatives import (
+    AWAY_M,
+    SAME_PLACE_M,
+    Clause,
+    far_places,
+    other_actions,
+    tells_apart,
+)
 from g3.short_repr import short_repr
 
 ALIKE, OTHERS, GROUPS, PLACES = 5, 2, 5, 10
