@@ -18,8 +18,8 @@ from corpus_tools.following.plan_execution import Episode, run_plan, why_not
 from corpus_tools.following.start_states import scenario_start
 from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.library import read_layouts, scenario_files
 from corpus_tools.world.scenarios.random_scenarios import generate
+from corpus_tools.world.scenarios.scenario_reading import read_layouts, scenario_files
 from g3.actions.action_kinds import Action
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State, is_load, start_state

@@ -16,8 +16,8 @@ from corpus_tools.corpus.task_outcomes import contexts_of_commands
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random_scenarios import generate
+from corpus_tools.world.scenarios.scenario_reading import read_layouts
 from eval.table_3.held_out import costs_without, data_of, parser_without
 from g3.actions.action_words import described
 from g3.actions.robot_state import is_load, start_state

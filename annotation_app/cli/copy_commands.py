@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options.format_option import FORMAT, TARGET_FILE, tell
+from corpus_tools.options import FORMAT, TARGET_FILE, tell
 
 
 @click.command("copy-media")

@@ -8,7 +8,7 @@ import click
 
 from annotation_app.cli.installation_commands import INSTALLATION
 from annotation_app.crowds.crowd_registry import Provider, providers
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options import FORMAT, tell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

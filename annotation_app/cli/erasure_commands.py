@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options import FORMAT, tell
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options.format_option import FORMAT, JSON, PLAIN, TARGET, tell
+from corpus_tools.options import FORMAT, JSON, PLAIN, TARGET, tell
 from corpus_tools.runtime.terminal import note, note_all
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from annotation_app.cli.installation_commands import (
     changing,
     existing,
 )
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options import FORMAT, tell
 
 if TYPE_CHECKING:
     from annotation_app.store.models import AuditEntry, Role

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place, changing
-from corpus_tools.options.format_option import FORMAT, tell
+from corpus_tools.options import FORMAT, tell
 
 NAME = click.argument("name", metavar="NAME")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place, existing
-from corpus_tools.options.format_option import FORMAT, TARGET, tell
+from corpus_tools.options import FORMAT, TARGET, tell
 from corpus_tools.runtime.terminal import note
 
 STUDY_FILES = click.argument(

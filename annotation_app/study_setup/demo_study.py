@@ -16,7 +16,7 @@ from typing import Any
 from annotation_app.studies.study_file import KnownCommand, Question, StudyConfig, TaskConfig
 from annotation_app.study_setup.rendered_study import FILES, Rendered
 from corpus_tools.world.scenarios.documents import read_document
-from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
+from corpus_tools.world.scenarios.scenario_reading import dataset_folder, scenario_files
 
 DATASET = "warehouse"
 CHECKS = 6

@@ -86,7 +86,7 @@ class Look:
 
 def scenarios() -> dict[str, Path]:
     """Return the files of the scenarios that can be chosen, by name."""
-    from corpus_tools.world.scenarios.library import (  # noqa: PLC0415 - needed by few pages
+    from corpus_tools.world.scenarios.scenario_reading import (  # noqa: PLC0415 - needed by few pages
         dataset_folder,
         scenario_files,
     )

@@ -22,7 +22,7 @@ from typing import Any
 import click
 
 from corpus_tools import __version__
-from corpus_tools.options.format_option import TARGETS
+from corpus_tools.options import TARGETS
 from corpus_tools.runtime.extras import DISTRIBUTION, extra_of
 from corpus_tools.runtime.terminal import VisibleFormatter, note
 from g3.errors import CorpusError, ManyError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell
+from corpus_tools.options import FORMAT, PATH, out_file, tell
 
 CORPUS = click.argument("path", metavar="CORPUS", type=PATH)
 

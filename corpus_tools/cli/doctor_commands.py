@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, PLAIN, tell
+from corpus_tools.options import FORMAT, PLAIN, tell
 from corpus_tools.runtime.terminal import say
 
 

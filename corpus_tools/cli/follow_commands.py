@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from corpus_tools.options.format_option import (
+from corpus_tools.options import (
     FORMAT,
     PATH,
     PLAIN,
     TARGET_FILE,
     tell,
+    text_argument,
     with_default,
 )
-from corpus_tools.options.text_argument import text_argument
 from corpus_tools.runtime.terminal import note, say, visible
 from g3.errors import CorpusError
 

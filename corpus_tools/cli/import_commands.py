@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from corpus_tools.importers.importer_registry import Importer, importers
-from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell
+from corpus_tools.options import FORMAT, PATH, out_file, tell
 from corpus_tools.runtime.progress import progress_bar
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, PATH, tell
+from corpus_tools.options import FORMAT, PATH, tell
 
 
 @click.group()

@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import (
+from corpus_tools.options import (
     FORMAT,
+    L2,
+    NEGATIVES_SEED,
     OUT,
     PATH,
+    WORKERS,
     format_option,
     out_file,
     tell,
+    text_argument,
+    training_options,
     with_default,
 )
-from corpus_tools.options.model_options import L2, NEGATIVES_SEED, training_options
-from corpus_tools.options.parallel_options import WORKERS
-from corpus_tools.options.text_argument import text_argument
 from corpus_tools.runtime.terminal import note, say
 from g3.errors import SDCError
 
@@ -50,7 +52,7 @@ def graph(
     NOTATION holds clauses as in the paper's Figure 2a, one a line or separated by
     semicolons; "-" reads them from the standard input.
     """
-    from corpus_tools.options.format_option import as_json
+    from corpus_tools.options import as_json
     from g3.graph.graph_drawing import to_dot, to_record, to_svg, to_text
     from g3.graph.grounding_graph import GroundingGraph, grounding_graph
     from g3.sdc.sdc_notation import parse_brackets

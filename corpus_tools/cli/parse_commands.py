@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import OUT, PATH, format_option, with_default
-from corpus_tools.options.text_argument import text_argument
+from corpus_tools.options import OUT, PATH, format_option, text_argument, with_default
 from corpus_tools.runtime.terminal import note, say
 from g3.errors import FormatError
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_folder, tell, with_default
-from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.options import FORMAT, WORKERS, out_folder, tell, with_default
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, TARGET_FILE, out_folder, tell, with_default
+from corpus_tools.options import FORMAT, TARGET_FILE, out_folder, tell, with_default
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
@@ -44,8 +44,11 @@ def list_(dataset: str, form: str) -> None:
       ct scenarios list
       ct scenarios list --dataset my-dataset --json
     """
-    from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
-    from corpus_tools.world.scenarios.scenario_reading import read_scenario
+    from corpus_tools.world.scenarios.scenario_reading import (
+        dataset_folder,
+        read_scenario,
+        scenario_files,
+    )
 
     found = [read_scenario(path) for path in scenario_files(dataset_folder(dataset)).values()]
     rows = [{"id": s.id, "layout": s.layout.name, "title": s.title} for s in found]
@@ -167,9 +170,12 @@ def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
       ct scenarios show dock_pick_up_tires
       ct scenarios show my-scenario.yaml --out map.svg
     """
-    from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
     from corpus_tools.world.scenarios.maps import draw_map
-    from corpus_tools.world.scenarios.scenario_reading import read_scenario
+    from corpus_tools.world.scenarios.scenario_reading import (
+        dataset_folder,
+        read_scenario,
+        scenario_file,
+    )
     from g3.storage.atomic_file import write_bytes
 
     found = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
@@ -207,9 +213,9 @@ def generate(
       ct scenarios generate --seed 1 --count 10 --layout dock --layout yard --out scenarios
     """
     from corpus_tools.runtime.progress import progress_bar
-    from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
     from corpus_tools.world.scenarios.random_scenarios import generate as make
     from corpus_tools.world.scenarios.scenario_files import format_scenario
+    from corpus_tools.world.scenarios.scenario_reading import dataset_folder, read_layouts
     from g3.storage.atomic_file import write_bytes
 
     known = read_layouts(dataset_folder(dataset), layouts)
@@ -242,9 +248,13 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
     """
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.world.scenarios.execution import log_scenario
-    from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
     from corpus_tools.world.scenarios.scenario_logs import is_logged
-    from corpus_tools.world.scenarios.scenario_reading import read_scenario
+    from corpus_tools.world.scenarios.scenario_reading import (
+        dataset_folder,
+        read_scenario,
+        scenario_file,
+        scenario_files,
+    )
     from g3.errors import CorpusError
 
     folder = dataset_folder(dataset)

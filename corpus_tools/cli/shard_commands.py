@@ -7,9 +7,14 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_folder, tell
-from corpus_tools.options.model_options import NEGATIVES_SEED, selection_options
-from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.options import (
+    FORMAT,
+    NEGATIVES_SEED,
+    WORKERS,
+    out_folder,
+    selection_options,
+    tell,
+)
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:

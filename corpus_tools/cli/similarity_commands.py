@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, PATH, out_file, tell, with_default
+from corpus_tools.options import FORMAT, PATH, out_file, tell, with_default
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 

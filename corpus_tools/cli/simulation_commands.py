@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import FORMAT, out_folder, tell, with_default
-from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.options import FORMAT, WORKERS, out_folder, tell, with_default
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
@@ -70,7 +69,7 @@ def describe(
 
     check_packages()
     from corpus_tools.simulation.dataset import Plan, write_dataset
-    from corpus_tools.world.scenarios.library import dataset_folder
+    from corpus_tools.world.scenarios.scenario_reading import dataset_folder
 
     plan = Plan(scenarios, commands, typists, seed)
     with progress_bar("simulating") as on_progress:

@@ -25,7 +25,7 @@ NEGATIVES: tuple[Negatives, ...] = get_args(Negatives)
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Choice of a model's examples and features: see `corpus_tools.options.model_options`."""
+    """Choice of a model's examples and features: see `corpus_tools.options`."""
 
     negatives: Negatives = "random"
     seed: int = 0

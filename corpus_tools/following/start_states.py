@@ -9,8 +9,11 @@ import numpy as np
 
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.library import dataset_folder, scenario_file
-from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import (
+    dataset_folder,
+    read_scenario,
+    scenario_file,
+)
 from g3.actions.robot_state import State, start_state
 from g3.errors import CorpusError
 

@@ -18,11 +18,11 @@ from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.runtime.shipped import DATASET
 from corpus_tools.simulation.grammar import Told, Worker, draw_workers, see, tell
 from corpus_tools.world.scenarios.execution import log_scenario
-from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random_scenarios import generate
 from corpus_tools.world.scenarios.scenario import Layout, Scenario
 from corpus_tools.world.scenarios.scenario_files import LAYOUTS, SCENARIOS, format_scenario
 from corpus_tools.world.scenarios.scenario_logs import is_logged
+from corpus_tools.world.scenarios.scenario_reading import read_layouts
 from g3.errors import CorpusError, FormatError
 from g3.sdc.clauses import breadth_first
 from g3.sdc.sdc_notation import format_brackets

@@ -10,9 +10,13 @@ from typing import TypeAlias
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.world.scenarios.execution import recorded
-from corpus_tools.world.scenarios.library import dataset_folder, scenario_file, scenario_files
 from corpus_tools.world.scenarios.scenario_logs import FINGERPRINT, fingerprint
-from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import (
+    dataset_folder,
+    read_scenario,
+    scenario_file,
+    scenario_files,
+)
 from corpus_tools.world.state.recording import Recording
 from corpus_tools.world.state.replay import replay
 from g3.errors import FormatError

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
-from corpus_tools.options.format_option import TARGET_FOLDER
+from corpus_tools.options import TARGET_FOLDER
 from corpus_tools.runtime.terminal import note, say
 
 CORPUS = "warehouse"

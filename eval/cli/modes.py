@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import click
 from click.core import ParameterSource
 
-from corpus_tools.options.corpus_name import corpus_option
-from corpus_tools.options.format_option import TARGET_FILE
+from corpus_tools.options import TARGET_FILE, corpus_option
 from corpus_tools.runtime.terminal import say
 from g3.errors import nearest
 

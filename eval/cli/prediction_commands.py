@@ -9,10 +9,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from corpus_tools.options.corpus_name import corpus_option
-from corpus_tools.options.format_option import FORMAT, OUT, TARGET, format_option, tell
-from corpus_tools.options.model_options import training_options
-from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.options import (
+    FORMAT,
+    OUT,
+    TARGET,
+    WORKERS,
+    corpus_option,
+    format_option,
+    tell,
+    training_options,
+)
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.modes import (

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options.format_option import OUT, format_option, tell
-from corpus_tools.options.model_options import ABLATE, L2
-from corpus_tools.options.parallel_options import WORKERS
+from corpus_tools.options import ABLATE, L2, OUT, WORKERS, format_option, tell
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.modes import (

@@ -15,8 +15,11 @@ import ct
 from corpus_tools.corpus.corpus_statistics import statistics
 from corpus_tools.corpus.labelled_corpus import labelled_examples
 from corpus_tools.importers.importer_registry import importers
-from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
-from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import (
+    dataset_folder,
+    read_scenario,
+    scenario_files,
+)
 from g3.annotation import Command
 from g3.features.feature_registry import catalogue, select
 from g3.graph.grounding_graph import grounding_graph

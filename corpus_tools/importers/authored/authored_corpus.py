@@ -23,9 +23,8 @@ from corpus_tools.importers.authored.authored_files import World, read_world
 from corpus_tools.importers.report import ImportReport, Journal
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.world.scenarios.documents import Document, read_document
-from corpus_tools.world.scenarios.library import scenario_files
 from corpus_tools.world.scenarios.scenario_files import SCENARIOS
-from corpus_tools.world.scenarios.scenario_reading import first_error, scenario_of
+from corpus_tools.world.scenarios.scenario_reading import first_error, scenario_files, scenario_of
 from g3.annotation import Annotation, Command, Source
 from g3.errors import FormatError
 from g3.sdc.clauses import SDC_TYPES, breadth_first

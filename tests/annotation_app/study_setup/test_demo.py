@@ -22,7 +22,7 @@ from annotation_app.study_setup.demo_study import (
 from annotation_app.study_setup.rendered_study import rendered_videos
 from annotation_app.tasks.task_registry import task_names
 from corpus_tools.world.scenarios.documents import read_document
-from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
+from corpus_tools.world.scenarios.scenario_reading import dataset_folder, scenario_files
 from g3.storage.cache_folder import CACHE
 from tests.annotation_app.real_server import started
 from tests.annotation_app.rendered import render

@@ -7,9 +7,8 @@ import numpy as np
 from corpus_tools.importers.authored.authored_files import ends
 from corpus_tools.logs.log_writing import write_log
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
-from corpus_tools.world.scenarios.library import scenario_files
 from corpus_tools.world.scenarios.scenario_logs import FINGERPRINT, fingerprint
-from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import read_scenario, scenario_files
 from corpus_tools.world.state.recording import NS_PER_S, Recording, upright
 
 ROBOT_STEP_M = 0.5

@@ -15,7 +15,7 @@ from corpus_tools.corpus.corpus_validation import validate
 from corpus_tools.importers.authored.authored_clauses import leaf_words
 from corpus_tools.importers.authored.authored_corpus import import_authored
 from corpus_tools.importers.authored.bundled import bundled
-from corpus_tools.world.scenarios.library import read_layouts
+from corpus_tools.world.scenarios.scenario_reading import read_layouts
 from corpus_tools.world.state.thing_kinds import KINDS
 from g3.groundings import Path, PhysicalObject, Place
 from g3.sdc.clauses import all_words, breadth_first

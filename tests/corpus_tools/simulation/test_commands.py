@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from corpus_tools.simulation.dataset import commands_for, format_commands
 from corpus_tools.simulation.grammar import Worker, draw_workers, misspell, see, tell
-from corpus_tools.world.scenarios.library import dataset_folder, read_layouts
 from corpus_tools.world.scenarios.random_scenarios import generate
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Region, Robot, Scenario, Thing
+from corpus_tools.world.scenarios.scenario_reading import dataset_folder, read_layouts
 from corpus_tools.world.state.robot_script import ScriptStep
 from g3.errors import CorpusError
 from g3.sdc.clauses import breadth_first

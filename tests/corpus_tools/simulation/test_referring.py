@@ -8,8 +8,8 @@ import numpy as np
 
 from corpus_tools.runtime.shipped import bundled
 from corpus_tools.simulation.grammar import Wording, refer, see
-from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random_scenarios import generate
+from corpus_tools.world.scenarios.scenario_reading import read_layouts
 from g3.language.lexicon.attribute_words import colours_named, sizes_named
 
 LAYOUTS = read_layouts(bundled()["warehouse"])

@@ -12,8 +12,11 @@ from corpus_tools.following.plan_execution import run_plan, why_not
 from corpus_tools.following.start_states import scenario_start
 from corpus_tools.world.physics.rehearsal import rehearse
 from corpus_tools.world.scenarios.contexts import scenario_context, scenario_places
-from corpus_tools.world.scenarios.library import dataset_folder, scenario_files
-from corpus_tools.world.scenarios.scenario_reading import read_scenario
+from corpus_tools.world.scenarios.scenario_reading import (
+    dataset_folder,
+    read_scenario,
+    scenario_files,
+)
 from corpus_tools.world.state.robot_script import ScriptStep
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import PICK_UP

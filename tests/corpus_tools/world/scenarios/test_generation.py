@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.boxes import start_boxes
 from corpus_tools.world.scenarios.contexts import scenario_context
-from corpus_tools.world.scenarios.library import read_layouts
 from corpus_tools.world.scenarios.random_scenarios import TASKS, generate
 from corpus_tools.world.scenarios.scenario import ROBOT, Bounds, Layout
 from corpus_tools.world.scenarios.scenario_files import format_scenario
-from corpus_tools.world.scenarios.scenario_reading import all_errors, read_scenario
+from corpus_tools.world.scenarios.scenario_reading import all_errors, read_layouts, read_scenario
 from g3.errors import FormatError
 
 DATASET = bundled()["warehouse"]

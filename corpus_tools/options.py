@@ -1,4 +1,4 @@
-"""The options by which commands write for people or for programs.
+"""Options and arguments that commands share.
 
 Every command with a result can print it as JSON, alone on the standard output; progress,
 notes and problems go to the standard error. ``--json`` is short for ``--format json``.
@@ -6,8 +6,10 @@ notes and problems go to the standard error. ``--json`` is short for ``--format 
 
 from __future__ import annotations
 
+import functools
 import json
 import os
+import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +17,7 @@ from typing import Any
 
 import click
 from click.core import ParameterSource
+from click.shell_completion import CompletionItem
 
 from corpus_tools.runtime.terminal import say
 from g3.errors import FormatError
@@ -142,3 +145,106 @@ FORMAT = format_option()
 JSON = click.option("--json", "as_json", is_flag=True, help="Print what was made as JSON.")
 """For a command whose ``--format`` is that of the files it makes."""
 OUT = click.option("--out", type=TARGET, help="Write to a file instead of the standard output.")
+
+
+class _CorpusName(click.ParamType[str]):
+    """The name of a bundled corpus, or a corpus's folder."""
+
+    name = "text"
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None) -> str:
+        return f"Give a corpus's folder or name, such as {param.opts[0]} warehouse."
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        from corpus_tools.runtime.shipped import bundled  # noqa: PLC0415 - `ct --help` does without
+
+        named = [CompletionItem(n) for n in bundled() if n.startswith(incomplete)]
+        return [*named, CompletionItem(incomplete, type="dir")]
+
+
+def corpus_option(
+    *names: str, metavar: str = "CORPUS", **about: Any
+) -> Callable[[Command], Command]:
+    """Make an option that names a corpus."""
+    return click.option(*names, metavar=metavar, type=_CorpusName(), **about)
+
+
+def training_options(command: Command) -> Command:
+    """Add the options of a model's features and training."""
+    return selection_options(L2(command))
+
+
+def selection_options(command: Command) -> Command:
+    """Add the options that say which examples and features there are."""
+    for option in reversed(_SELECTION):
+        command = option(command)
+    return command
+
+
+NEGATIVES_SEED = with_default(
+    "--seed", type=click.IntRange(min=0), default=0, help="Random seed of hard negatives."
+)
+NEGATIVES = with_default(
+    "--negatives",
+    type=click.Choice(["random", "hard"]),
+    default="random",
+    help="The corpus's own, or other plausible groundings in the same scene.",
+)
+L2 = click.option(
+    "--l2", type=click.FloatRange(min=0, min_open=True), help="Strength of the regularisation."
+)
+ABLATE = click.option(
+    "--ablate",
+    metavar="NAME",
+    multiple=True,
+    help="Leave out a feature set, or a potential of the search for plans (repeatable).",
+)
+_SELECTION = (
+    NEGATIVES,
+    ABLATE,
+    click.option(
+        "--with", "plus", metavar="NAME", multiple=True, help="Add a feature set (repeatable)."
+    ),
+)
+
+
+def WORKERS(command: Command) -> Command:  # noqa: N802 - as options are
+    """Add ``--jobs`` and ``--scheduler``; the command gets both as ``workers``."""
+
+    @with_default(
+        "--jobs",
+        type=click.IntRange(1),
+        default=1,
+        help="How many processes work at the same time.",
+    )
+    @click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        default="",
+        help="Work on a Dask cluster, whose workers see the same files (extra: cluster).",
+    )
+    @functools.wraps(command)
+    def with_workers(*args: Any, jobs: int, scheduler: str, **options: Any) -> Any:
+        from corpus_tools.runtime.parallel import Workers  # noqa: PLC0415 - `ct --help` does without
+
+        return command(*args, workers=Workers(jobs, scheduler), **options)
+
+    return with_workers
+
+
+def text_argument(name: str) -> Callable[[Command], Command]:
+    """Add an argument for one text, which may be left out.
+
+    A text of several arguments wasn't quoted; the error shows it quoted.
+    """
+    shown = f"[{name.upper()}]"
+    return click.argument(name, metavar=shown, nargs=-1, callback=_in_one)
+
+
+def _in_one(ctx: click.Context, _: click.Parameter, words: tuple[str, ...]) -> str | None:
+    if len(words) > 1:
+        quoted = shlex.quote(" ".join(words))
+        raise click.UsageError(f"Put the text in quotes: {ctx.command_path} {quoted}", ctx)
+    return words[0] if words else None
