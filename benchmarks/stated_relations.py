@@ -19,6 +19,7 @@ from g3.actions.grounding_candidates import footprint_of
 from g3.actions.robot_state import State, start_state
 from g3.geometry.footprints import centre
 from g3.geometry.plane import point_gap, wrap
+from g3.geometry.relations import PASSED_M, in_frame
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject
 from g3.inference.grounder import Plan
 from g3.inference.problem.command_tree import Tree
@@ -29,8 +30,6 @@ from g3.short_repr import short_repr
 
 FARTHER_M = 1.0
 """Smallest gain in distance for "away from", and distance beyond for "past", in metres."""
-BY_M = 8.0
-"""Largest distance at which the robot passes something, in metres."""
 AT_M = 4.5
 """Largest distance at which the robot stops at something, in metres."""
 STILL_M, STILL_RAD = 0.5, np.deg2rad(10)
@@ -109,7 +108,7 @@ def _past(done: Done) -> bool:
     ahead = step / max(float(np.linalg.norm(step)), 1e-9)
     beyond = (done.way[-1, :2] - done.outline.mean(axis=0)) @ ahead
     onward = (done.way[-1, :2] - done.way[0, :2]) @ ahead
-    return bool(0 < done.gaps[nearest] <= BY_M and beyond >= FARTHER_M and onward >= FARTHER_M)
+    return bool(0 < done.gaps[nearest] <= PASSED_M and beyond >= FARTHER_M and onward >= FARTHER_M)
 
 
 def _lined_up(done: Done) -> bool:
@@ -119,9 +118,7 @@ def _lined_up(done: Done) -> bool:
         return False
     turned = float(done.way[-1, 2] - thing.trajectory.yaw[0])
     skew = abs((turned + np.pi / 4) % (np.pi / 2) - np.pi / 4)
-    x, y = done.outline.mean(axis=0) - done.way[-1, :2]
-    yaw = float(done.way[-1, 2])
-    ahead, left = x * np.cos(yaw) + y * np.sin(yaw), y * np.cos(yaw) - x * np.sin(yaw)
+    ahead, left = in_frame(done.outline.mean(axis=0), done.way[-1])
     aligned = (ahead > 0 and abs(left) <= ASIDE_M) or abs(ahead) <= ASIDE_M
     return bool(skew <= STRAIGHT_RAD and aligned)
 

@@ -18,10 +18,11 @@ from corpus_tools.world.state.robot_script import Script, ScriptStep
 from g3.actions.action_kinds import Action, move
 from g3.actions.action_kinds import result as after_action
 from g3.actions.forklift_actions import FACE, TURN_AWAY
-from g3.actions.grounding_candidates import GROUND_M, ground, square
+from g3.actions.grounding_candidates import ground, square
 from g3.actions.robot_state import State, moved_to, start_state
 from g3.errors import CorpusError
 from g3.geometry.footprints import centre
+from g3.geometry.relations import LEVEL_M
 from g3.groundings import PhysicalObject, Place, Prism
 from g3.inference.grounder import Result
 from g3.short_repr import short_repr
@@ -213,8 +214,8 @@ def _steps(
 ) -> list[ScriptStep]:
     """Return the steps of an action that ends in a place, turned by `turned`; name the places."""
     kind = action.kind
-    if (told := robot_script.in_script(kind, "number")) is not None:
-        return [ScriptStep(told.name, _number(action))]
+    if (action_of_script := robot_script.in_script(kind, "number")) is not None:
+        return [ScriptStep(action_of_script.name, _number(action))]
     if not kind.handles:
         return [_drive(action, end, places, turned)]
     steps = []
@@ -235,7 +236,7 @@ def _number(action: Action) -> float:
 
 def _within_reach(place: Place, floor_m: float) -> Place:
     """Return a place to put a load; wider on a deck, as forks don't reach to its middle."""
-    if place.prism.z_min < floor_m + GROUND_M:
+    if place.prism.z_min < floor_m + LEVEL_M:
         return place
     middle = centre(place.prism)
     xy = middle + DECK_SHARE * (place.prism.xy - middle)
@@ -246,11 +247,13 @@ def _drive(action: Action, end: Place, places: dict[str, Place], turned: float) 
     """Return the step of an action that drives; where scripts lack it, a drive to its end."""
     target = action.target[0] if len(action.target) == 1 else None
     if isinstance(target, PhysicalObject) and (
-        told := robot_script.in_script(action.kind, "object")
+        action_of_script := robot_script.in_script(action.kind, "object")
     ):
-        return ScriptStep(told.name, target.id)
-    if isinstance(target, Place) and (told := robot_script.in_script(action.kind, "place")):
-        return ScriptStep(told.name, _placed(target, places))
+        return ScriptStep(action_of_script.name, target.id)
+    if isinstance(target, Place) and (
+        action_of_script := robot_script.in_script(action.kind, "place")
+    ):
+        return ScriptStep(action_of_script.name, _placed(target, places))
     if action.kind in (FACE, TURN_AWAY):
         return ScriptStep(robot_script.TURN.name, float(np.rad2deg(turned)))
     return ScriptStep(robot_script.DRIVE_TO.name, _placed(end, places))

@@ -14,9 +14,10 @@ from importlib.resources import files
 import snowballstemmer
 
 from eval.judging.execution import counterparts
-from eval.judging.layout import Things, is_carrier
+from eval.judging.layout import Things
 from g3.actions.robot_state import State
 from g3.annotation import Annotation
+from g3.geometry.relations import is_carrier
 from g3.groundings import PhysicalObject, Place
 from g3.sdc.clauses import SDC, Field, Span, all_words, breadth_first, child_indices
 from g3.short_repr import short_repr
@@ -163,8 +164,8 @@ def named(state: State, noun: Iterable[str], kinds: Iterable[tuple[str, ...]]) -
     others = [o for o in state.context.objects if o.id != state.context.agent_id]
     for labels in kinds:
         by_stem = {stem(label): label for label in labels}
-        wanted = {by_stem[w] for w in noun} if noun and noun <= by_stem.keys() else set(labels)
-        alike |= {o.id for o in others if wanted <= set(o.labels)}
+        matching = {by_stem[w] for w in noun} if noun and noun <= by_stem.keys() else set(labels)
+        alike |= {o.id for o in others if matching <= set(o.labels)}
     return frozenset(alike)
 
 

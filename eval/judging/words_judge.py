@@ -27,10 +27,23 @@ from eval.judging.grounded_command import (
     requests,
 )
 from eval.judging.judge import Verdict
-from eval.judging.layout import BESIDE_M, NEAR_M, SHORT_M, Things, nearest, prisms, seen
+from eval.judging.layout import SHORT_M, Things, prisms
 from g3.actions.robot_state import State, moved_to
 from g3.annotation import Annotation
 from g3.geometry.footprints import apart, centre
+from g3.geometry.relations import (
+    BESIDE_M,
+    NEAR_M,
+    PASSED_M,
+    goes,
+    in_frame,
+    in_region,
+    is_between,
+    is_carrier,
+    nearest,
+    on_side,
+    same_level,
+)
 from g3.groundings import FloatArray, Place, Prism
 from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
@@ -67,12 +80,12 @@ def judge_clauses(sdcs: Sequence[SDC], execution: Execution) -> Verdict | None:
 
 
 def _verdict(command: GroundedCommand, execution: Execution) -> Verdict | None:
-    asked = requests(command)
-    if not asked or not all(request.is_clear for request in asked):
+    clauses = requests(command)
+    if not clauses or not all(request.is_clear for request in clauses):
         return None
-    handles = any(request.handles for request in asked)
+    handles = any(request.handles for request in clauses)
     try:
-        reason = (_mishandled if handles else _misdriven)(command, asked, execution)
+        reason = (_mishandled if handles else _misdriven)(command, clauses, execution)
     except _UnmeasurableError:
         return None
     return Verdict(not reason, reason)
@@ -82,20 +95,20 @@ class _UnmeasurableError(Exception):
     """The words state something that can't be measured."""
 
 
-def _misdriven(command: GroundedCommand, asked: Sequence[Request], execution: Execution) -> str:
+def _misdriven(command: GroundedCommand, clauses: Sequence[Request], execution: Execution) -> str:
     """Return the error of a command that only drives; empty if there is none."""
     if any(c.id != execution.start.held or c.lowered is not None for c in execution.carried):
         return "it moves a load, of which the words don't speak"
-    if any(request.verbs != {"stay"} for request in asked) and not _drives(execution.way):
+    if any(request.verbs != {"stay"} for request in clauses) and not _drives(execution.way):
         return "the robot stays where it is"
-    return _astray(command, asked, execution)
+    return _astray(command, clauses, execution)
 
 
-def _mishandled(command: GroundedCommand, asked: Sequence[Request], execution: Execution) -> str:
+def _mishandled(command: GroundedCommand, clauses: Sequence[Request], execution: Execution) -> str:
     """Return the error of a command that handles a load; empty if there is none."""
-    themes = _themes(command, asked)
-    wanted = frozenset(i for ids in themes.values() for i in ids)
-    strange = [c.id for c in execution.carried if themes and c.id not in wanted]
+    themes = _themes(command, clauses)
+    theme_ids = frozenset(i for ids in themes.values() for i in ids)
+    strange = [c.id for c in execution.carried if themes and c.id not in theme_ids]
     if strange:
         return f"it moves {', '.join(strange)}, which the words don't speak of"
     counts = {theme: 1 if command.by_labels else len(theme) for theme in themes}
@@ -105,18 +118,18 @@ def _mishandled(command: GroundedCommand, asked: Sequence[Request], execution: E
         loads = [c for c in execution.carried if ids is None or c.id in ids]
         if len(loads) < (1 if theme is None else max(counts[theme], 1)):
             return "it doesn't move what the words say"
-        mine = [r for r in asked if r.handles and (theme is None or theme in r.themes)]
+        mine = [r for r in clauses if r.handles and (theme is None or theme in r.themes)]
         for load in loads:
             reason = _misplaced(command, mine, load, execution)
             if reason:
                 return reason
-    return _astray(command, asked, execution)
+    return _astray(command, clauses, execution)
 
 
-def _themes(command: GroundedCommand, asked: Sequence[Request]) -> dict[Things, Things]:
+def _themes(command: GroundedCommand, clauses: Sequence[Request]) -> dict[Things, Things]:
     """Map annotated loads to all that the words allow instead."""
     result: dict[Things, Things] = {}
-    for theme in (theme for request in asked for theme in request.themes):
+    for theme in (theme for request in clauses for theme in request.themes):
         naming = [n for n in _outermost(command, theme) if not command.is_pronoun(n)]
         sets = [allowed(command, n) for n in naming]
         here = next(t for a, t in zip(command.annotated, command.things, strict=True) if a == theme)
@@ -159,7 +172,7 @@ class Standing:
     def is_in(self, places: Iterable[Place]) -> bool | None:
         """Check that it is in one of several regions; None without a region."""
         margin = layout.ROBOT_REGION_M if self.robot else layout.REGION_M
-        return layout.in_region(self.last, places, margin + self.slack)
+        return in_region(self.last, places, margin + self.slack)
 
 
 @dataclass(frozen=True)
@@ -249,18 +262,18 @@ class Relation:
         if self.side is None or standing.short:
             return None
         ends = np.array([centre(p) for p in (standing.first, standing.last)])
-        first, last = seen(self.command.state.pose, ends)
-        return layout.goes(self.side, last) or layout.goes(self.side, last - first)
+        first, last = in_frame(ends, self.command.state.pose)
+        return goes(self.side, last) or goes(self.side, last - first)
 
 
 def _at_end(relation: Relation, standing: Standing, around: Sequence[Prism]) -> bool:
     near = nearest(standing.last, around) - standing.slack <= NEAR_M
-    return near and not layout.is_between(standing.last, relation.peers(standing))
+    return near and not is_between(standing.last, relation.peers(standing))
 
 
 def _between(relation: Relation, standing: Standing, around: Sequence[Prism]) -> bool:
     close = standing.short and nearest(standing.last, around) <= standing.slack
-    return close or layout.is_between(standing.last, around)
+    return close or is_between(standing.last, around)
 
 
 def _on(relation: Relation, standing: Standing, around: Sequence[Prism]) -> bool:
@@ -275,7 +288,7 @@ def _on_side(relation: Relation, standing: Standing, around: Sequence[Prism]) ->
     if standing.short:
         return nearest(standing.last, around) - standing.slack <= NEAR_M
     pose = relation.command.state.pose
-    return layout.on_side(standing.last, relation.side or "", around, pose)
+    return on_side(standing.last, relation.side or "", around, pose)
 
 
 def _closer(relation: Relation, standing: Standing, around: Sequence[Prism]) -> bool:
@@ -314,7 +327,7 @@ def _holds(command: GroundedCommand, node: int, standing: Standing) -> bool | No
     places = command.places[node]
     region = standing.is_in(places)
     if places and not (standing.robot or standing.short):
-        level = any(layout.same_level(place.prism, standing.last) for place in places)
+        level = any(same_level(place.prism, standing.last) for place in places)
         region = bool(region) and level
     if command.own and region:
         return True
@@ -380,8 +393,8 @@ def _modifiers(command: GroundedCommand, node: int) -> list[Relation]:
     order = [m for m in modifiers if m.number or m.side in LATERAL]
     rest = [m for m in modifiers if m not in order]
     if order:
-        said = frozenset(w for m in order for w in m.says)
-        rest.append(Relation(command, said, tuple(n for m in order for n in m.marks)))
+        concepts = frozenset(w for m in order for w in m.says)
+        rest.append(Relation(command, concepts, tuple(n for m in order for n in m.marks)))
     return rest
 
 
@@ -483,10 +496,10 @@ The first meaning that a modifier has counts."""
 
 
 def _misplaced(
-    command: GroundedCommand, asked: Sequence[Request], load: Carried, execution: Execution
+    command: GroundedCommand, clauses: Sequence[Request], load: Carried, execution: Execution
 ) -> str:
     """Return the error in how a load is handled; later handling is no error."""
-    sources = [n for request in asked for n in request.sources]
+    sources = [n for request in clauses for n in request.sources]
     if not all(_comes_from(command, node, load.id) for node in sources):
         return "it isn't taken from where the words say"
     first, last = execution.start.thing(load.id), execution.end.thing(load.id)
@@ -495,11 +508,11 @@ def _misplaced(
     still = apart(first.prism, last.prism) < layout.LEFT_ALONE_M
     if held and still and load.id == execution.start.held:
         return "nothing is done with the load on the forks"
-    verbs = asked[-1].verbs & HANDLING
-    if held and verbs == {"put"} and not (short and asked[-1].goals):
+    verbs = clauses[-1].verbs & HANDLING
+    if held and verbs == {"put"} and not (short and clauses[-1].goals):
         return "the load isn't put down"
-    stated = [request.goals for request in asked if request.goals]
-    only_taken = not stated and all(r.verbs & HANDLING == {"take"} for r in asked)
+    stated = [request.goals for request in clauses if request.goals]
+    only_taken = not stated and all(r.verbs & HANDLING == {"take"} for r in clauses)
     if execution.whole and only_taken and not held:
         return "it puts down what it is only to pick up"
     if not stated:
@@ -522,14 +535,14 @@ def _comes_from(command: GroundedCommand, node: int, load: str) -> bool:
         return under in sources
     # A load that is on the forks at first may have been taken from a deck before.
     near = nearest(state.thing(load).prism, things) <= NEAR_M
-    return near and (load == state.held or not any(map(layout.is_carrier, things)))
+    return near and (load == state.held or not any(map(is_carrier, things)))
 
 
-def _astray(command: GroundedCommand, asked: Sequence[Request], execution: Execution) -> str:
+def _astray(command: GroundedCommand, clauses: Sequence[Request], execution: Execution) -> str:
     """Return the error in the robot's path; the requests' goals come in their order."""
     end = len(execution.way) - 1
-    row, handles = 0, any(request.handles for request in asked)
-    moving = [request for request in asked if request.verbs != {"stay"} or request.goals]
+    row, handles = 0, any(request.handles for request in clauses)
+    moving = [request for request in clauses if request.verbs != {"stay"} or request.goals]
     measured = handles
     for request in moving:
         if request.handles:
@@ -579,7 +592,7 @@ def _passes(
         return None
     behind = gaps[-1] > min(gaps) + layout.LEFT_ALONE_M
     stays = execution.whole and "beyond" in relation.says and not behind
-    return bool(min(gaps) <= layout.PASSED_M and not stays)
+    return bool(min(gaps) <= PASSED_M and not stays)
 
 
 def _turns(request: Request, execution: Execution, row: int) -> bool | None:
@@ -594,7 +607,7 @@ def _turns(request: Request, execution: Execution, row: int) -> bool | None:
         # A log may stop before that.
         return bool(driven >= layout.DRIVEN_M) if execution.whole else None
     turned = np.unwrap(way[:, 2]) * (1.0 if side == "left" else -1.0)
-    far = any(layout.goes(side, step, layout.DRIVEN_M) for step in seen(way[0], way[:, :2]))
+    far = any(goes(side, step, layout.DRIVEN_M) for step in in_frame(way[:, :2], way[0]))
     return bool((turned - turned[0]).max() >= layout.TURN or far)
 
 

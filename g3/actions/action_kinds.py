@@ -232,9 +232,9 @@ def possible_actions(state: State, focus: Focus) -> list[Action]:
     """Return the actions that a clause may mean in a state, each once."""
     meant = (k for k in KINDS.values() if not k.on_request or k in focus.asked)
     fitting = (kind for kind in meant if kind.fits(state))
-    found = (action for kind in fitting for action in kind.propose(state, focus))
+    proposed = (action for kind in fitting for action in kind.propose(state, focus))
     seen: dict[tuple[object, ...], Action] = {}
-    for action in found:
+    for action in proposed:
         place = id(action.place) if action.place is not None else 0
         target = tuple(id(g) for g in action.target)
         key = (action.kind, action.object_id, target, place, action.amount, action.goal)
@@ -247,10 +247,10 @@ def move(state: State, actions: Sequence[Action]) -> Motions:
     order: list[int] = []
     parts: list[Course] = []
     for kind in KINDS.values():
-        own = [i for i, a in enumerate(actions) if a.kind is kind]
-        if own:
-            order += own
-            parts.append(kind.course(state, [actions[i] for i in own]))
+        of_kind = [i for i, a in enumerate(actions) if a.kind is kind]
+        if of_kind:
+            order += of_kind
+            parts.append(kind.course(state, [actions[i] for i in of_kind]))
     course = join_courses(parts)
     objects = state.context.objects
     index = {o.id: i for i, o in enumerate(objects)}

@@ -13,6 +13,7 @@ import numpy as np
 
 from g3.actions.robot_state import centres
 from g3.geometry.plane import BoolArray, IntArray, cross, length
+from g3.geometry.relations import LEVEL_M
 from g3.groundings import FloatArray, PhysicalObject
 from g3.short_repr import short_repr
 
@@ -109,8 +110,6 @@ ISOLATED = 1.5
 """A cluster is so many times as far from the next thing alike as its own things are."""
 NEAREST = 8
 """Neighbours of each thing from which rows are begun."""
-LEVEL_M = 0.35
-"""Things with their bottoms closer than this stand at one level; logs are noisy."""
 
 Things = tuple[PhysicalObject, ...]
 
@@ -148,15 +147,15 @@ def arrangements_of(things: Sequence[PhysicalObject]) -> Arrangements:
     """Return the rows and the clusters of things, in the order of their first things."""
     rows: set[frozenset[int]] = set()
     clusters: set[frozenset[int]] = set()
-    for own, middles in _alike(things):
+    for alike, middles in _alike(things):
         straight, isolated = _found(middles.tobytes())
-        rows |= {frozenset(own[run].tolist()) for run in straight}
-        clusters |= {frozenset(own[members].tolist()) for members in isolated}
+        rows |= {frozenset(alike[run].tolist()) for run in straight}
+        clusters |= {frozenset(alike[members].tolist()) for members in isolated}
     whole = (run for run in rows if not any(run < other for other in rows))
     return Arrangements(
         *(
-            tuple(tuple(things[i] for i in members) for members in sorted(map(sorted, found)))
-            for found in (whole, clusters)
+            tuple(tuple(things[i] for i in members) for members in sorted(map(sorted, groups)))
+            for groups in (whole, clusters)
         )
     )
 
@@ -172,10 +171,10 @@ def _alike(things: Sequence[PhysicalObject]) -> Iterable[tuple[IntArray, FloatAr
     for label in sorted({label for thing in things for label in thing.labels}):
         has = np.array([label in thing.labels for thing in things], dtype=bool)
         for height in range(level.max(initial=-1) + 1):
-            own = np.flatnonzero(has & (level == height))
-            if len(own) >= ROW and own.tobytes() not in seen:
-                seen.add(own.tobytes())
-                yield own, middles[own]
+            on_level = np.flatnonzero(has & (level == height))
+            if len(on_level) >= ROW and on_level.tobytes() not in seen:
+                seen.add(on_level.tobytes())
+                yield on_level, middles[on_level]
 
 
 # The same world is asked for command after command.
@@ -244,14 +243,16 @@ def _isolated(middles: FloatArray) -> list[list[int]]:
     """Points (n, 2) that are nearer to one another than any of them is to the rest."""
     part = {i: [i] for i in range(len(middles))}
     longest = dict.fromkeys(part, 0.0)
-    found = []
+    clusters = []
     for between, *ends in _spanning_tree(middles):
         both = [part[end] for end in ends]
-        found += [own for own in both if len(own) >= ROW and between >= ISOLATED * longest[own[0]]]
+        clusters += [
+            own for own in both if len(own) >= ROW and between >= ISOLATED * longest[own[0]]
+        ]
         joined = [i for own in both for i in own]
         part.update(dict.fromkeys(joined, joined))
         longest[joined[0]] = between
-    return found
+    return clusters
 
 
 def _spanning_tree(middles: FloatArray) -> list[tuple[float, int, int]]:

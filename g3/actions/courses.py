@@ -198,12 +198,12 @@ def _longer(poses: FloatArray, length: int) -> FloatArray:
 
 def _join_stops(parts: Sequence[Course], number: int) -> Stops:
     """Return the stops with a number; courses that have fewer stay in place."""
-    found = [part.stops[number] if number < len(part.stops) else None for part in parts]
+    stops = [part.stops[number] if number < len(part.stops) else None for part in parts]
     n = sum(len(part.lead) for part in parts)
-    most = max(stop.penalty.shape[1] for stop in found if stop)
+    most = max(stop.penalty.shape[1] for stop in stops if stop)
     joined = Stops(np.zeros((n, most, 3)), np.full((n, most), np.inf), np.zeros(n), np.zeros(n))
     row = 0
-    for part, stop in zip(parts, found, strict=True):
+    for part, stop in zip(parts, stops, strict=True):
         if stop:
             rows = slice(row, row + len(part.lead))
             h = stop.penalty.shape[1]
@@ -237,6 +237,6 @@ def entries(
     if not len(things):
         return finals, np.zeros((n, h))
     apart = np.linalg.norm(along[..., None, :] - things, axis=-1)
-    own = np.linalg.norm(middle[:, None] - things, axis=-1) < 0.5
-    apart = np.where(own[:, None, None], np.inf, apart)
+    is_load = np.linalg.norm(middle[:, None] - things, axis=-1) < 0.5
+    apart = np.where(is_load[:, None, None], np.inf, apart)
     return finals, BLOCKED_COST_M * (apart.min(axis=(2, 3)) < CLEAR_M)

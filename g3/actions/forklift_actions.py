@@ -32,6 +32,7 @@ from g3.actions.motions import LIFT_M
 from g3.actions.robot_state import State, centres, is_load
 from g3.geometry.footprints import centre, covers
 from g3.geometry.plane import length, padded, point_gap, rotate, wrap
+from g3.geometry.relations import in_frame
 from g3.groundings import FloatArray, Path, PhysicalObject, Place
 
 __all__ = [
@@ -118,8 +119,8 @@ def turned(state: State, radians: FloatArray) -> Course:
 
 def _turning(state: State, focus: Focus) -> list[Action]:
     """Turn left, right or around, by the amount in the words if there is one."""
-    said = focus.amounts.radians
-    return [Action(TURN, amount=angle) for angle in ((said, -said) if said else TURNS)]
+    radians = focus.amounts.radians
+    return [Action(TURN, amount=angle) for angle in ((radians, -radians) if radians else TURNS)]
 
 
 TURN = action_kind("turn", _turn, unit="rad")(_turning)
@@ -127,14 +128,14 @@ TURN = action_kind("turn", _turn, unit="rad")(_turning)
 
 def targets(state: State, focus: Focus) -> list[tuple[int, Group]]:
     """Everything that a clause may drive to, with the goal that it is."""
-    found = [(i, g) for i, g in enumerate(focus.goals)]
-    found += [(-1, g) for g in focus.landmarks]
-    found += [(-1, (state.thing(i),)) for i in focus.themes]
-    own = {state.context.agent_id, state.held}
+    ranked = [(i, g) for i, g in enumerate(focus.goals)]
+    ranked += [(-1, g) for g in focus.landmarks]
+    ranked += [(-1, (state.thing(i),)) for i in focus.themes]
+    robot_ids = {state.context.agent_id, state.held}
     return [
         (i, group)
-        for i, group in found
-        if not any(isinstance(g, PhysicalObject) and g.id in own for g in group)
+        for i, group in ranked
+        if not any(isinstance(g, PhysicalObject) and g.id in robot_ids for g in group)
     ]
 
 
@@ -172,8 +173,8 @@ def poses_before(state: State, actions: Sequence[Action]) -> FloatArray:
 
 def _standing(state: State, point: FloatArray) -> FloatArray | None:
     """Return the footprint of the thing that stands at a point; None for none."""
-    own = (state.context.agent_id, state.held)
-    things = (o for o in state.context.objects if o.id not in own and covers(o.prism, point))
+    robot_ids = (state.context.agent_id, state.held)
+    things = (o for o in state.context.objects if o.id not in robot_ids and covers(o.prism, point))
     thing = next(things, None)
     return footprint_of((thing,)) if thing else None
 
@@ -213,8 +214,8 @@ def _drive_past(state: State, actions: Sequence[Action]) -> Course:
     middle = np.array([footprint.mean(axis=0) for footprint in footprints])
     ahead = middle - state.pose[:2]
     yaw = np.arctan2(ahead[:, 1], ahead[:, 0])
-    own = rotate(padded(footprints) - middle[:, None], -yaw[:, None])
-    depth, width = np.abs(own).max(axis=1).T
+    turned = rotate(padded(footprints) - middle[:, None], -yaw[:, None])
+    depth, width = np.abs(turned).max(axis=1).T
     aside = np.where(np.sin(state.pose[2] - yaw) >= 0, width + PAST_M, -(width + PAST_M))
     around = np.array([action.kind is DRIVE_AROUND for action in actions])
     beyond = np.column_stack(
@@ -235,8 +236,8 @@ DRIVE_AROUND = action_kind("drive around", _drive_past, aims=True)(_going_around
 
 def _driving_between(state: State, focus: Focus) -> list[Action]:
     """Drive through between two things."""
-    found = targets(state, focus)
-    return [Action(DRIVE_BETWEEN, target=g, goal=i) for i, g in found if len(g) == 2]
+    proposed = targets(state, focus)
+    return [Action(DRIVE_BETWEEN, target=g, goal=i) for i, g in proposed if len(g) == 2]
 
 
 def _drive_between(state: State, actions: Sequence[Action]) -> Course:
@@ -381,15 +382,15 @@ def _put(kind: ActionKind, state: State, focus: Focus, loads: Sequence[str]) -> 
     if not focus.goals:
         spots = [(-1, (), s) for s in spots_of_robot(state)]
     taken = standing([spot for *_, spot in spots], state)
-    found: list[Action] = []
+    proposed: list[Action] = []
     for load in loads:
         free = free_of(taken, state, load)
-        found += [
+        proposed += [
             Action(kind, object_id=load, place=spot, goal=goal)
             for (goal, group, spot), is_free in zip(spots, free, strict=True)
             if is_free and not any(isinstance(g, PhysicalObject) and g.id == load for g in group)
         ]
-    return found
+    return proposed
 
 
 CARRY = action_kind("carry", _carry, takes=True, leaves=True)(_carrying)
@@ -407,7 +408,7 @@ def _put_down(state: State, actions: Sequence[Action]) -> Course:
     ids = [a.object_id for a in actions]
     middle, headings, down = _spots(state, actions)
     load = state.thing(ids[0])
-    reach = rotate(centre(load.prism) - state.pose[:2], -state.pose[2])
+    reach = in_frame(centre(load.prism), state.pose)
     put_at = entries(middle, headings, np.tile(reach, (len(ids), 1)), middles(state, load.id))
     spot = stops(*put_at, run_in=RUN_IN_M, out=BACK_OFF_M)
     return course(starts(state, actions), ids, spot, drop=0, down=down)
@@ -520,9 +521,9 @@ def _park(state: State, actions: Sequence[Action]) -> Course:
     middle = np.array([footprint.mean(axis=0) for footprint in footprints])
     edge = np.array([footprint[1] - footprint[0] for footprint in footprints])
     headings = quarters(np.arctan2(edge[:, 1], edge[:, 0]))
-    own = padded(footprints) - middle[:, None]
+    corners = padded(footprints) - middle[:, None]
     left = headings + np.pi / 2
-    width = np.abs(own[:, None] @ direction(left)[..., None]).max(axis=(2, 3))
+    width = np.abs(corners[:, None] @ direction(left)[..., None]).max(axis=(2, 3))
     aside = (width + BESIDE_M)[..., None] * direction(left)
     xy = np.concatenate((middle[:, None] + aside, middle[:, None] - aside), axis=1)
     finals = np.concatenate((xy, np.tile(headings, 2)[..., None]), axis=2)

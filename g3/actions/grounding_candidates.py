@@ -11,8 +11,9 @@ import numpy as np
 
 from g3.actions.arrangements import along_spread, arrangements_of, is_straight
 from g3.actions.robot_state import State, centres
-from g3.geometry.footprints import centre, covers
-from g3.geometry.plane import BoolArray, area, convex_hull, point_gap, rotate
+from g3.geometry.footprints import centre
+from g3.geometry.plane import BoolArray, convex_hull, point_gap, rotate
+from g3.geometry.relations import CARRIER_M, LEVEL_M, is_carrier, rests_on
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place, Prism
 
 Group = tuple[Grounding, ...]
@@ -23,10 +24,6 @@ MOST_GAPS = 8
 HALF_M = 1.0
 """Half the side of the places that are made, and their height."""
 _CORNERS = HALF_M * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-SURFACE_M2 = 4.0
-"""Things at least this large can have a load put on top."""
-HIGH_M = 1.5
-"""Nothing is put on top of what is higher."""
 FREE_M = 1.2
 """Gap between the middle of a place and any thing at its height."""
 LOAD_M = 0.6
@@ -41,8 +38,6 @@ GAP_M = 0.6
 """Between a thing and a place beside it."""
 AHEAD_M = (3.0, 6.0)
 BESIDE_ROBOT_M = 4.0
-GROUND_M = 0.35
-"""Places with their bottom no higher than this over the ground are on it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,10 +84,10 @@ def object_groups(
     groups: dict[tuple[str, ...], tuple[PhysicalObject, ...]] = {}
     for label in sorted({label for o in things for label in o.labels}):
         alike = tuple(o for o in things if label in o.labels)
-        for own in (alike, tuple(o for o in alike if o.id != held)):
-            groups.setdefault(tuple(o.id for o in own), own)
-    found = arrangements_of([o for o in things if o.id != held])
-    for together in (*found.rows, *found.clusters):
+        for members in (alike, tuple(o for o in alike if o.id != held)):
+            groups.setdefault(tuple(o.id for o in members), members)
+    arranged = arrangements_of([o for o in things if o.id != held])
+    for together in (*arranged.rows, *arranged.clusters):
         groups.setdefault(tuple(o.id for o in together), together)
     for count in counts:
         for whole in [group for group in groups.values() if len(group) > count]:
@@ -120,14 +115,14 @@ def _pairs(things: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, ...]]
     middles = centres([o.prism for o in things])
     first, second = np.triu_indices(len(things), 1)
     distance = np.linalg.norm(middles[first] - middles[second], axis=1)
-    found: list[tuple[PhysicalObject, ...]] = []
+    pairs: list[tuple[PhysicalObject, ...]] = []
     for i in np.argsort(distance, kind="stable"):
-        if len(found) == MOST_PAIRS:
+        if len(pairs) == MOST_PAIRS:
             break
         a, b = things[first[i]], things[second[i]]
         if set(a.labels) & set(b.labels):
-            found.append((a, b))
-    return found
+            pairs.append((a, b))
+    return pairs
 
 
 def spots_about(group: Group, state: State, asked: SpotsAsked = ANY_SPOTS) -> list[Place]:
@@ -183,7 +178,7 @@ def ground(state: State) -> float:
 def grounded(place: Place, state: State) -> Place:
     """Move a place that is near the ground to the ground."""
     floor, prism = ground(state), place.prism
-    if not 0 < prism.z_min - floor < GROUND_M:
+    if not 0 < prism.z_min - floor < LEVEL_M:
         return place
     return Place(Prism(prism.xy, floor, floor + (prism.z_max - prism.z_min)), place.name)
 
@@ -203,8 +198,7 @@ def is_surface(thing: PhysicalObject) -> bool:
     """Check that a thing can carry a load: a low one with room, but no heap of earth."""
     if _names_heap(thing.labels):
         return False
-    low = thing.prism.z_max - thing.prism.z_min
-    return bool(area(convex_hull(thing.prism.xy)[None])[0] >= SURFACE_M2) and low < HIGH_M
+    return is_carrier(thing.prism)
 
 
 @lru_cache(maxsize=4096)
@@ -217,20 +211,22 @@ def _names_heap(labels: tuple[str, ...]) -> bool:
 def _frame(prism: Prism, yaw: float) -> tuple[FloatArray, FloatArray]:
     """Middle of a footprint, and half its length along and across a heading, both (2,)."""
     middle = centre(prism)
-    own = rotate(prism.xy - middle, np.full(len(prism.xy), -yaw))
-    return middle, np.abs(own).max(axis=0)
+    turned = rotate(prism.xy - middle, np.full(len(prism.xy), -yaw))
+    return middle, np.abs(turned).max(axis=0)
 
 
 def _heading(thing: PhysicalObject) -> float:
     return float(thing.trajectory.yaw[0])
 
 
-def _on(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Place]:
+def _on(thing: PhysicalObject, state: State, choice: SpotsAsked) -> list[Place]:
     """Places on a deck: in its middle, at its ends and sides, and beside what stands on it."""
     yaw, top = _heading(thing), thing.prism.z_max
     middle, half = _frame(thing.prism, yaw)
     if not is_surface(thing):
-        holds = asked.top and half.min() >= LOAD_M - OVERHANG_M and top - thing.prism.z_min < HIGH_M
+        holds = (
+            choice.top and half.min() >= LOAD_M - OVERHANG_M and top - thing.prism.z_min < CARRIER_M
+        )
         return [square(middle, yaw, top)] if holds else []
     longer = int(half[1] > half[0])
     shift = max(half[longer] - HALF_M - 0.2, 0.0)
@@ -239,12 +235,12 @@ def _on(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Place]:
     lanes = (0.0, aside, -aside) if aside else (0.0,)
     offsets = np.array([(x, y) for y in lanes for x in (0.0, shift, -shift)])
     edge = half[1 - longer] - LOAD_M
-    if asked.side and not aside and edge > 0:
+    if choice.side and not aside and edge > 0:
         offsets = np.concatenate((offsets, [(0.0, edge), (0.0, -edge)]))
     offsets = offsets[:, ::-1] if longer else offsets
     spots = squares(middle + rotate(offsets, np.full(len(offsets), yaw)), yaw, top)
     for load in state.context.objects:
-        if abs(load.prism.z_min - top) < GROUND_M and covers(thing.prism, centre(load.prism)):
+        if rests_on(load.prism, thing.prism):
             spots += [s for s in _around(load, state, ANY_SPOTS) if s.prism.z_min == top]
     return spots
 
@@ -266,23 +262,23 @@ def deck_row(deck: PhysicalObject, state: State) -> list[Place]:
     return [place for place, is_free in zip(places, free, strict=True) if is_free]
 
 
-def _around(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Place]:
+def _around(thing: PhysicalObject, state: State, choice: SpotsAsked) -> list[Place]:
     """Places on four sides of a thing, along its own axes or those of the deck under it."""
     at = thing.prism.z_min
-    deck = carrier(state, thing.id) if at > ground(state) + GROUND_M else None
+    deck = carrier(state, thing.id) if at > ground(state) + LEVEL_M else None
     yaw = _heading(deck or thing)
     middle, half = _frame(thing.prism, yaw)
     turns = yaw + np.pi / 2 * np.arange(4)
     ways = np.column_stack((np.cos(turns), np.sin(turns)))
     beside = GAP_M + HALF_M
-    gap = np.full(4, beside if asked.apart is None else max(asked.apart + LOAD_M, beside))
-    if deck and asked.apart is None:
+    gap = np.full(4, beside if choice.apart is None else max(choice.apart + LOAD_M, beside))
+    if deck and choice.apart is None:
         # Nearer where the deck ends, if there is still room for a load.
         edges = ((deck.prism.xy - middle) @ ways.T).max(axis=0) - np.tile(half, 2)
         fits = edges >= DECK_FREE_M + LOAD_M - OVERHANG_M
         gap = np.where(fits, np.clip(edges - LOAD_M, DECK_FREE_M, gap), gap)
     points = middle + (np.tile(half, 2) + gap)[:, None] * ways
-    if asked.corner:
+    if choice.corner:
         # At both ends of each side.
         ends = np.roll(np.tile(half, 2), 1)[:, None] * np.roll(ways, 1, axis=0)
         points = np.concatenate((points, points + ends, points - ends))
@@ -292,12 +288,12 @@ def _around(thing: PhysicalObject, state: State, asked: SpotsAsked) -> list[Plac
 def _squares_at(points: FloatArray, way: FloatArray, at: float, state: State) -> list[Place]:
     """Places around points (n, 2), on the decks that are there, but none higher than ``at``."""
     floor, yaw = ground(state), float(np.arctan2(way[1], way[0]))
-    if at <= floor + GROUND_M:
+    if at <= floor + LEVEL_M:
         return squares(points, yaw, floor)
     bottom = np.full(len(points), floor)
     for thing in state.context.objects:
         top = thing.prism.z_max
-        if thing.id != state.context.agent_id and top < at + GROUND_M and is_surface(thing):
+        if thing.id != state.context.agent_id and top < at + LEVEL_M and is_surface(thing):
             inside = point_gap(points[None], convex_hull(thing.prism.xy)[None])[0] <= 0
             bottom = np.where(inside, np.maximum(bottom, top), bottom)
     return [square(p, yaw, float(b)) for p, b in zip(points, bottom, strict=True)]
@@ -342,7 +338,7 @@ def standing(places: Sequence[Place], state: State) -> BoolArray:
     """
     middles = centres([place.prism for place in places])
     bottoms = np.array([place.prism.z_min for place in places])
-    room = np.where(bottoms > ground(state) + GROUND_M, DECK_FREE_M, FREE_M)
+    room = np.where(bottoms > ground(state) + LEVEL_M, DECK_FREE_M, FREE_M)
     taken = np.zeros((len(places), len(state.context.objects)), dtype=bool)
     for column, thing in enumerate(state.context.objects):
         xy = thing.prism.xy
@@ -375,14 +371,11 @@ def footprint_of(group: Sequence[Grounding]) -> FloatArray:
 
 def beneath(place: Place, state: State, load: str | None) -> PhysicalObject | None:
     """Return the thing under a place; None for the ground."""
-    middle = centre(place.prism)
     return next(
         (
             o
             for o in state.context.objects
-            if o.id not in (load, state.context.agent_id)
-            and abs(o.prism.z_max - place.prism.z_min) < GROUND_M
-            and covers(o.prism, middle)
+            if o.id not in (load, state.context.agent_id) and rests_on(place.prism, o.prism)
         ),
         None,
     )

@@ -106,9 +106,9 @@ def ways(start: FloatArray, finals: FloatArray, penalty: FloatArray) -> FloatArr
     """
     way = np.repeat(start[:, None], len(_COARSE) + len(_FINE), axis=1)
     rows = np.flatnonzero(np.isfinite(penalty).any(axis=1))
-    asked = np.concatenate((start, finals.reshape(len(start), -1), penalty), axis=1)[rows]
+    poses = np.concatenate((start, finals.reshape(len(start), -1), penalty), axis=1)[rows]
     number: dict[bytes, int] = {}
-    which = [number.setdefault(row.tobytes(), len(number)) for row in asked]
+    which = [number.setdefault(row.tobytes(), len(number)) for row in poses]
     _, first = np.unique(which, return_index=True)
     different = rows[first]
     way[rows] = _ways(start[different], finals[different], penalty[different])[which]

@@ -18,6 +18,7 @@ from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, wrap
+from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.search.action_search import Hypothesis
 
@@ -31,8 +32,6 @@ LEAST_FIT = 0.047
 """A plan that fits its tree less well than this is no answer."""
 SLOPES_L2 = 1.0
 """Penalty that keeps slopes small where a curve is fitted to few plans."""
-SAME_PLACE_M = 2.5
-"""Largest distance between two ends in the same place."""
 
 SAME_HEADING_RAD, SAME_HEIGHT_M = np.deg2rad(20), 0.2
 """Largest differences of equal headings and of equal heights of the forks, if a command specifies
@@ -111,14 +110,14 @@ def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
             return False
     apart = float(np.linalg.norm(here.pose[:2] - there.pose[:2]))
     steps = [abs(a.amount) for a in last if a.kind.unit == "m" and not a.kind.moves_forks]
-    return apart < min([SAME_PLACE_M, *(step / 2 for step in steps)])
+    return apart < min([OTHER_PLACE_M, *(step / 2 for step in steps)])
 
 
 def _same_place(a: PhysicalObject, b: PhysicalObject, here: State, there: State) -> bool:
     under = [beneath(Place(x.prism), s, x.id) for x, s in ((a, here), (b, there))]
     on = {thing.id if thing else None for thing in under}
     apart = float(np.linalg.norm(centre(a.prism) - centre(b.prism)))
-    return len(on) == 1 and (None not in on or apart < SAME_PLACE_M)
+    return len(on) == 1 and (None not in on or apart < OTHER_PLACE_M)
 
 
 def plan_probability(seen: FloatArray) -> float:

@@ -12,7 +12,7 @@ from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
 from g3.errors import AnswerError
 from g3.geometry.footprints import centre
-from g3.geometry.plane import rotate
+from g3.geometry.relations import in_frame
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Candidate
@@ -273,4 +273,4 @@ def _where(state: State, object_id: str) -> str:
 def _from_robot(state: State, object_id: str) -> FloatArray:
     """Return an object's middle in the robot's frame, shape (2,)."""
     middle = centre(state.thing(object_id).prism)
-    return rotate(middle - state.pose[:2], -state.pose[2])
+    return in_frame(middle, state.pose)

@@ -41,6 +41,7 @@ from g3.annotation import Annotation
 from g3.features.feature_registry import FeatureSet, select
 from g3.geometry.footprints import centre
 from g3.geometry.plane import point_gap
+from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import Grounding, Path, PhysicalObject, Place
 from g3.inference.problem.clause_roles import goal_paths
 from g3.inference.problem.command_tree import Tree
@@ -60,7 +61,6 @@ from g3.learning.factor_matrix import (
 )
 from g3.negatives.hard_negatives import (
     AWAY_M,
-    SAME_PLACE_M,
     Clause,
     far_places,
     other_actions,
@@ -189,7 +189,7 @@ def _wrong_places(
     mark = _landmark(tree, node, annotation)
     spots = [grounded(p, state) for p in state.context.places]
     spots += [*spots_about(mark, state), *spots_of_robot(state)]
-    far = far_places(spots, annotation.groundings[node], SAME_PLACE_M)
+    far = far_places(spots, annotation.groundings[node], OTHER_PLACE_M)
     return _draw([(p,) for p in far], PLACES, rng)
 
 

@@ -53,6 +53,7 @@ from g3.annotation import Annotation
 from g3.features.sets.order import is_ordinal
 from g3.geometry.footprints import apart, centre
 from g3.geometry.plane import convex_hull, point_gap, rotate, wrap
+from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place, Prism
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words, normalise
@@ -68,8 +69,6 @@ AT_M = 3.0
 LOAD_AT_M = 2.0
 """Distance from a border within which the middle of a load may count as being there."""
 PASSING_M = 2.0
-SAME_PLACE_M = 2.5
-"""Places of the search nearer than this to each other may both be right."""
 OTHER_WAY_RAD = np.pi / 4
 
 Thing = PhysicalObject | Place
@@ -129,10 +128,10 @@ class Clause:
 
 def below(children: Sequence[Mapping[Field, tuple[int, ...]]], nodes: Iterable[int]) -> list[int]:
     """Return some clauses and all clauses below them."""
-    found = list(nodes)
-    for n in found:
-        found.extend(c for group in children[n].values() for c in group)
-    return found
+    reached = list(nodes)
+    for n in reached:
+        reached.extend(c for group in children[n].values() for c in group)
+    return reached
 
 
 def _things(annotation: Annotation, nodes: Iterable[int]) -> tuple[Thing, ...]:
@@ -187,7 +186,7 @@ def _handles_otherwise(action: Action, right: Action) -> bool:
         return True
     if action.place is None or right.place is None:
         return False
-    return apart(action.place.prism, right.place.prism) > SAME_PLACE_M
+    return apart(action.place.prism, right.place.prism) > OTHER_PLACE_M
 
 
 def _put_elsewhere(clause: Clause, theme: str, log: Outcome, action: Outcome) -> bool:
@@ -272,19 +271,19 @@ def other_things(clause: Clause, words: Usage, rng: np.random.Generator) -> tupl
         some = alike if alike and rng.random() < SAME_LABELS else [*alike, *unlike]
         return _draw(some, len(objects), rng)
     if places and not objects:
-        found = _other_places(clause, places)
-        level = [p for p in found if abs(p.prism.z_min - places[0].prism.z_min) < 0.3]
-        uneven = [p for p in found if abs(p.prism.z_min - places[0].prism.z_min) >= 0.3]
+        candidates = _other_places(clause, places)
+        level = [p for p in candidates if abs(p.prism.z_min - places[0].prism.z_min) < 0.3]
+        uneven = [p for p in candidates if abs(p.prism.z_min - places[0].prism.z_min) >= 0.3]
         first, second = (level, uneven) if rng.random() < SAME_HEIGHT else (uneven, level)
         return _draw(first or second, len(places), rng)
     return ()
 
 
 def _draw(
-    found: Sequence[Grounding], count: int, rng: np.random.Generator
+    candidates: Sequence[Grounding], count: int, rng: np.random.Generator
 ) -> tuple[Grounding, ...]:
-    chosen = rng.permutation(len(found))[:count]
-    return tuple(found[i] for i in chosen)
+    chosen = rng.permutation(len(candidates))[:count]
+    return tuple(candidates[i] for i in chosen)
 
 
 def _wording(sdc: SDC) -> tuple[str, ...]:
@@ -296,9 +295,9 @@ def tells_apart(clause: Clause) -> bool:
 
     "The pallet of boxes" names a kind, for its landmark is what it is made of.
     """
-    own = {g.id for g in clause.groundings if isinstance(g, PhysicalObject)}
+    right_ids = {g.id for g in clause.groundings if isinstance(g, PhysicalObject)}
     landmarks = [g.id if isinstance(g, PhysicalObject) else None for g in clause.landmarks]
-    if not clause.sdc.is_leaf and not (landmarks and own.issuperset(landmarks)):
+    if not clause.sdc.is_leaf and not (landmarks and right_ids.issuperset(landmarks)):
         return True
     words = field_words(all_words(clause.sdc))
     return bool(concepts(words)) or any(is_ordinal(word) for word in words)
@@ -340,19 +339,19 @@ def _other_places(clause: Clause, right: Sequence[Place]) -> list[Place]:
     Elsewhere than on what it is on, and not beside what the clause names.
     """
     state, model = start_state(clause.context), right[0]
-    own = beneath(model, state, None)
-    height = model.prism.z_min - _top(own, state)
+    support = beneath(model, state, None)
+    height = model.prism.z_min - _top(support, state)
     named = {g.id for g in clause.things if isinstance(g, PhysicalObject)}
     spots = [(place, beneath(place, state, None)) for place in state.context.places]
     for thing in recorded(state.context).objects:
         about = ((spot, beneath(spot, state, None)) for spot in spots_about((thing,), state))
         spots += [(spot, on) for spot, on in about if on is not None or thing.id not in named]
-    found = [
+    places_left = [
         Place(_shifted(model.prism, centre(spot.prism), _top(on, state) + height))
         for spot, on in spots
-        if on is None or on is not own
+        if on is None or on is not support
     ]
-    far = far_places(found, right, ANOTHER_PLACE_M)
+    far = far_places(places_left, right, ANOTHER_PLACE_M)
     return [p for p, free in zip(far, are_free(far, state, None), strict=True) if free]
 
 
@@ -415,9 +414,9 @@ def hard_negatives(annotations: Sequence[Annotation], rng: np.random.Generator) 
     words = usage(positives)
     made: list[Annotation] = []
     for annotation in positives:
-        own = np.random.default_rng([seed, _number(annotation.id)])
-        made.extend(_hard_actions(annotation, scenes[id(annotation.context)], seen, own))
-        made.extend(_hard_things(annotation, words, depth, own) for depth in range(DEPTHS))
+        generator = np.random.default_rng([seed, _number(annotation.id)])
+        made.extend(_hard_actions(annotation, scenes[id(annotation.context)], seen, generator))
+        made.extend(_hard_things(annotation, words, depth, generator) for depth in range(DEPTHS))
     return [a for a in made if any(label is not None for label in a.correct)]
 
 

@@ -19,7 +19,7 @@ from corpus_tools.world.state.recording import heading
 from corpus_tools.world.state.robot_script import ACTIONS, Script, ScriptAction, ScriptStep
 from corpus_tools.world.state.shapes import Shape
 from g3.errors import CorpusError
-from g3.geometry.plane import rotate
+from g3.geometry.relations import in_frame
 from g3.groundings import Context, FloatArray, Place
 from g3.registry import Registry
 from g3.short_repr import short_repr
@@ -111,8 +111,7 @@ def load_of(robot: Robot, thing: str) -> Load:
     """Return the load of an object that is on the forks, at its present pose."""
     xyz, orientation = robot.body_pose(thing)
     pose = robot.pose
-    offset = rotate(xyz[:2] - pose[:2], -pose[2])
-    return Load(thing, offset, float(heading(orientation) - pose[2]))
+    return Load(thing, in_frame(xyz[:2], pose), float(heading(orientation) - pose[2]))
 
 
 Behaviour: TypeAlias = Callable[[Robot, Any], "Goal | None"]
@@ -162,12 +161,12 @@ def _argument(
     where = f"step {number + 1} of the script"
     if step.action not in ACTIONS or step.action not in BEHAVIOURS:
         raise CorpusError.unknown("action", step.action, BEHAVIOURS, where=where)
-    wanted, given = ACTIONS[step.action].argument, step.argument
-    if wanted == "number":
+    kind, given = ACTIONS[step.action].argument, step.argument
+    if kind == "number":
         if isinstance(given, str) or not np.isfinite(given):
             raise CorpusError(f"{step.action} needs a number, not {given!r}", where=where)
         return float(given)
-    if wanted == "object":
+    if kind == "object":
         things = [item.id for item in context.objects if item.id != context.agent_id]
         if given not in things:
             raise CorpusError.unknown("object", given, things, where=where)

@@ -34,7 +34,8 @@ from corpus_tools.world.state.shapes import Shape, shape_of
 from corpus_tools.world.state.start import moved, starting
 from g3.actions.logged_actions import loaded
 from g3.errors import CorpusError
-from g3.geometry.plane import rotate, wrap
+from g3.geometry.plane import wrap
+from g3.geometry.relations import in_frame
 from g3.groundings import Context, FloatArray, Place, Trajectory
 from g3.short_repr import short_repr
 
@@ -200,8 +201,7 @@ class Simulation:
         if self.load is not None:
             at = int(self.world.free_qpos[self.world.free == self.index(self.load.id)][0])
             xy, (_, x, y, _) = self.data.qpos[at : at + 2], self.data.qpos[at + 3 : at + 7]
-            pose = self.pose
-            offset = rotate(xy - pose[:2], -pose[2]) - self.load.xy
+            offset = in_frame(xy, self.pose) - self.load.xy
             if np.hypot(*offset) > SLIP_M or 2 * np.hypot(x, y) > TILT:
                 raise ActionError(f"{self.load.id} slipped on the forks")
 
@@ -410,8 +410,8 @@ def execute(
             outcomes.append(_outcome(sim, step, behave(sim, step, argument)))
         except ActionError as error:
             failure = error
-        said = ((ACTIONS[step.action].argument, argument_text(step)),)
-        steps.append(Step(step.action, said, began, sim.time_s))
+        arguments_shown = ((ACTIONS[step.action].argument, argument_text(step)),)
+        steps.append(Step(step.action, arguments_shown, began, sim.time_s))
         if failure is not None:
             break
     if failure is None:

@@ -10,6 +10,7 @@ import numpy as np
 from corpus_tools.world.scenarios.scenario import ROBOT, Point, Region, Robot, Thing
 from corpus_tools.world.state.thing_kinds import FORKLIFT, KINDS, Kind
 from g3.geometry.plane import intersection_area, rotate
+from g3.geometry.relations import in_frame
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
@@ -61,8 +62,7 @@ class Box:
 
     def offset(self, point: FloatArray) -> FloatArray:
         """Return points (..., 2) seen from the pose, along and across its heading."""
-        away = np.asarray(point - self.pose[:2])
-        return rotate(away, np.full(away.shape[:-1], -self.pose[2]))
+        return in_frame(point, self.pose)
 
 
 def robot_box(robot: Robot) -> Box:

@@ -11,6 +11,7 @@ from g3.features.bodies import IntArray
 from g3.features.factor_batch import Boxes, FactorBatch
 from g3.features.feature_registry import Column, Columns, feature_set
 from g3.geometry.plane import contains_point, gap, intersection_area, length
+from g3.geometry.relations import LEVEL_M
 from g3.groundings import FloatArray
 
 relation_set = partial(
@@ -22,8 +23,6 @@ relation_set = partial(
 )
 """Registers how figures and landmarks lie to each other."""
 
-RESTING_TOLERANCE_M = 0.35
-"""Largest gap between the bottom of a thing and the top of its support; logs are noisy."""
 
 PRISM_COLUMNS: Columns = (
     Column("supports", "bool"),
@@ -70,12 +69,10 @@ def prism_pair(
     shared[meeting] = intersection_area(figures.corners[first], landmarks.corners[second])
     inside[meeting] = contains_point(landmarks.corners[second], figures.centre[first])
     overlap = shared / figure["area"]
-    meet_in_height = (above <= RESTING_TOLERANCE_M) & (
-        landmark["bottom"] <= figure["top"] + RESTING_TOLERANCE_M
-    )
+    meet_in_height = (above <= LEVEL_M) & (landmark["bottom"] <= figure["top"] + LEVEL_M)
     return np.column_stack(
         (
-            (overlap > 0.3) & (np.abs(above) < RESTING_TOLERANCE_M),
+            (overlap > 0.3) & (np.abs(above) < LEVEL_M),
             (between < 0.1 * scale) & meet_in_height,
             inside,
             between / scale,
@@ -165,7 +162,7 @@ def _between(centre: FloatArray, members: FloatArray) -> FloatArray:
     straight = np.where(np.isnan(cosine), -np.inf, -cosine)
     best = straight.argmax(axis=1)
     rows = np.arange(len(best))
-    known = np.isfinite(straight[rows, best])
+    is_defined = np.isfinite(straight[rows, best])
     return np.where(
-        known[:, None], np.column_stack((straight[rows, best], ratio[rows, best])), np.nan
+        is_defined[:, None], np.column_stack((straight[rows, best], ratio[rows, best])), np.nan
     )

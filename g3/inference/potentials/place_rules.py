@@ -8,7 +8,7 @@ from math import log
 import numpy as np
 
 from g3.actions.arrangements import facing, turned
-from g3.actions.grounding_candidates import GROUND_M, are_free, carrier
+from g3.actions.grounding_candidates import are_free, carrier
 from g3.actions.robot_state import centres
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
@@ -16,6 +16,7 @@ from g3.features.sets.named import named
 from g3.features.sets.ranks import local_centres
 from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, convex_hull, point_gap, rotate
+from g3.geometry.relations import LEVEL_M
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.inference.potentials.cases import FactorCase, SpotCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
@@ -84,7 +85,7 @@ def on_top(case: FactorCase) -> Measured:
 
 def _is_high(case: FactorCase) -> BoolArray:
     """Which rows' places aren't on the ground."""
-    high: BoolArray = case.batch.bodies.z_min[case.batch.figure] > case.floor + GROUND_M
+    high: BoolArray = case.batch.bodies.z_min[case.batch.figure] > case.floor + LEVEL_M
     return high
 
 
@@ -229,5 +230,5 @@ def stands_at(
         near: BoolArray = np.linalg.norm(middles - centre(thing.prism), axis=1) < SAME_SPOT_M
         return near
     bottoms = np.array([place.prism.z_min for place in places])
-    level = np.abs(under.prism.z_max - bottoms) < GROUND_M
+    level = np.abs(under.prism.z_max - bottoms) < LEVEL_M
     return level & (_gaps(middles, under.prism) <= 0)

@@ -24,6 +24,7 @@ from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
 from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray
+from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
@@ -53,8 +54,6 @@ from g3.short_repr import short_repr
 Reasons = tuple[Action, tuple[Reason, ...]]
 Choices = tuple[tuple[Group, float], ...]
 
-OTHER_PLACE_M = 2.5
-"""Smallest distance of two places that count as different, in metres."""
 UNTAUGHT = log(0.5)
 """Score of an EVENT whose kind of action is only done on request: no log teaches it."""
 WIDTH = 5

@@ -9,9 +9,10 @@ from math import log
 
 from g3.actions.action_kinds import Action, move, result
 from g3.actions.forklift_actions import CARRY
-from g3.actions.grounding_candidates import GROUND_M, are_free, ground, spots_about, square
+from g3.actions.grounding_candidates import are_free, ground, spots_about, square
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
+from g3.geometry.relations import LEVEL_M
 from g3.groundings import PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import frame
@@ -93,7 +94,7 @@ def _aside(thing: PhysicalObject, state: State) -> Place | None:
     spots += [
         s for o in state.context.objects if o.id != thing.id for s in spots_about((o,), state)
     ]
-    low = [spot for spot in spots if spot.prism.z_min < ground(state) + GROUND_M]
+    low = [spot for spot in spots if spot.prism.z_min < ground(state) + LEVEL_M]
     free = are_free(low, state, None)
     middle = centre(thing.prism)
     allowed = [spot for spot, is_free in zip(low, free, strict=True) if is_free]

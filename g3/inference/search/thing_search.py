@@ -17,7 +17,6 @@ import numpy as np
 
 from g3.actions.grounding_candidates import (
     ANY_SPOTS,
-    GROUND_M,
     SpotsAsked,
     ground,
     grounded,
@@ -31,6 +30,7 @@ from g3.actions.robot_state import State
 from g3.features.factor_batch import FactorBatch, Role
 from g3.features.sets.ranks import is_member
 from g3.geometry.footprints import centre
+from g3.geometry.relations import LEVEL_M
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.potentials.cases import CandidateCase, FactorCase, ReferentCase, SpotCase
 from g3.inference.potentials.potential_registry import added, allowed
@@ -312,7 +312,7 @@ def reached(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]
     found = []
     for group, score in zip(groups, map(float, scores), strict=True):
         spots = spots_about(group, problem.state)
-        top = [s for s in spots if s.prism.z_min > ground(problem.state) + GROUND_M]
+        top = [s for s in spots if s.prism.z_min > ground(problem.state) + LEVEL_M]
         wanted = [s for s in spots if s not in top] if down else top or spots
         found += [Candidate((s,), score, {}) for s in wanted]
     return found[: problem.width]
@@ -323,7 +323,7 @@ def _room(problem: GroundingProblem, spots: list[Place]) -> list[Place]:
     if problem.load is None:
         return spots
     if problem.raised is not None:
-        floor = ground(problem.state) + GROUND_M
+        floor = ground(problem.state) + LEVEL_M
         spots = [s for s in spots if (s.prism.z_min > floor) == problem.raised] or spots
     free = allowed(SpotCase(problem, spots))
     return [spot for spot, is_free in zip(spots, free, strict=True) if is_free] or spots

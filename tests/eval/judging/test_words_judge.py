@@ -10,12 +10,12 @@ import pytest
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.judging.execution import logged, planned
 from eval.judging.grounded_command import grounded_command, meanings
-from eval.judging.layout import is_between, looking_at, seen
 from eval.judging.words_judge import allowed, judge_by_words, judge_clauses
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, DRIVE_TO, PICK_UP
 from g3.actions.grounding_candidates import spots_about
 from g3.actions.robot_state import start_state
+from g3.geometry.relations import in_frame, is_between, looking_at
 from g3.groundings import Prism
 from g3.sdc.clauses import Span
 from g3.sdc.sdc_notation import parse_brackets
@@ -190,7 +190,7 @@ def test_between_by_hand():
 
 def test_what_is_seen_is_ahead_and_to_the_left():
     pose = np.array([1.0, 2.0, np.pi / 2])
-    assert seen(pose, np.array([[1.0, 5.0], [0.0, 2.0]])) == pytest.approx(
+    assert in_frame(np.array([[1.0, 5.0], [0.0, 2.0]]), pose) == pytest.approx(
         np.array([[3.0, 0.0], [0.0, 1.0]])
     )
     assert looking_at(pose, np.array([[3.0, 2.0]]))[2] == pytest.approx(0.0)
