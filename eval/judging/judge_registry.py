@@ -8,6 +8,7 @@ A judge that needs more than a function implements :class:`PlanJudge`.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -29,7 +30,7 @@ class JudgedPlan:
     """A plan for a command, carried out."""
 
     text: str
-    deeds: Execution
+    execution: Execution
     """The plan's execution: the worlds before and after, the robot's path, the loads moved."""
     actions: tuple[Action, ...]
     """The executed actions; empty where the execution is known only by its log."""
@@ -39,6 +40,13 @@ class JudgedPlan:
     """The command's clauses and groundings by people; None without annotations."""
     done: Expected | None = None
     """Known outcome of the command; None where a log shows it."""
+
+    @property
+    def deeds(self) -> Execution:
+        """Deprecated name of `execution`."""
+        message = "JudgedPlan.deeds goes with the next version; use JudgedPlan.execution"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return self.execution
 
 
 class PlanJudge(Protocol):
@@ -125,7 +133,7 @@ def judge_named(name: str) -> RegisteredJudge:
 @plan_judge(AUTOMATIC)
 def automatic(plan: JudgedPlan) -> Verdict:
     """Compare the execution with the command's own log, or with its outcome."""
-    start, end = plan.deeds.start, plan.deeds.end
+    start, end = plan.execution.start, plan.execution.end
     if plan.done is None:
         return judge(plan.context, end)
     return judge_outcome(plan.done, picked_up(start, plan.actions, end), start, end)

@@ -224,7 +224,7 @@ def plan_messages(task: PlanTask) -> list[Message]:
 
 def judge_messages(plan: JudgedPlan) -> list[Message]:
     """Return the messages that request a verdict."""
-    start = plan.deeds.start
+    start = plan.execution.start
     world = _compact(scene_shown(start))
     done = "\n".join(f"- {line}" for line in _done(plan, start))
     asked = f"World: {world}\nCommand: {plan.text}\nWhat the robot did:\n{done}"
@@ -257,7 +257,7 @@ def _takes(kind: ActionKind) -> str:
 
 def _done(plan: JudgedPlan, start: State) -> Sequence[str]:
     """Describe an execution by its traces, for a log has no actions."""
-    execution = plan.deeds
+    execution = plan.execution
     lines = [f"action: {described(action)}" for action in plan.actions]
     for load in execution.carried:
         after = execution.end.thing(load.id)

@@ -8,5 +8,5 @@ from eval.judging.judge_registry import JudgedPlan, plan_judge
 def same_load(plan: JudgedPlan) -> Verdict:
     """Accept a plan that picks up what was picked up for the command, and nothing else."""
     wanted = plan.done.picked if plan.done else picked_in_log(plan.context)
-    found = picked_up(plan.deeds.start, plan.actions, plan.deeds.end)
+    found = picked_up(plan.execution.start, plan.actions, plan.execution.end)
     return Verdict(found == wanted, "" if found == wanted else "these are other loads")

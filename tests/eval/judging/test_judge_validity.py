@@ -56,7 +56,9 @@ def of_layout(whole):
 @plan_judge("still-held")
 def still_held(plan):
     """Right if something is on the forks at the end."""
-    return Verdict(plan.deeds.end.held is not None, "" if plan.deeds.end.held else "they're empty")
+    return Verdict(
+        plan.execution.end.held is not None, "" if plan.execution.end.held else "they're empty"
+    )
 
 
 def with_judgments(whole, videos, rating):
