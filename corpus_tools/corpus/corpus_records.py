@@ -173,7 +173,7 @@ class OutcomeRecord(_Record, frozen=True):
 
 
 class Counts(_Record, frozen=True):
-    """How many records each file holds."""
+    """Number of records each file holds."""
 
     contexts: int
     commands: int

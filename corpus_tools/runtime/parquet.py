@@ -5,20 +5,14 @@ from __future__ import annotations
 import io
 from typing import Any
 
-from g3.errors import FormatError
+from corpus_tools.runtime.extras import import_extra
 
 
 def import_pyarrow() -> tuple[Any, Any]:
     """Import ``pyarrow`` and ``pyarrow.parquet``; FormatError if pyarrow isn't installed."""
-    try:
-        import pyarrow as pa  # noqa: PLC0415 - as the module says
-        import pyarrow.parquet as pq  # noqa: PLC0415 - as above
-    except ImportError as error:
-        raise FormatError(
-            "Parquet files are read and written with pyarrow, which isn't installed",
-            fix="pip install 'corpus-tools-g3[parquet]'",
-        ) from error
-    return pa, pq
+    purpose = "Parquet files are read and written"
+    pyarrow = import_extra("pyarrow", "parquet", purpose)
+    return pyarrow, import_extra("pyarrow.parquet", "parquet", purpose)
 
 
 def parquet_bytes(table: Any, **options: Any) -> bytes:

@@ -35,12 +35,12 @@ def visible(text: str, *, styled: bool = False) -> str:
     'one\\u001b[2Jtwo\\u0000\n'
     """
     if styled:
-        return _UNSTYLED.sub(lambda found: found[1] or _escaped(found), text)
+        return _UNSTYLED.sub(lambda match: match[1] or _escaped(match), text)
     return _ALL.sub(_escaped, text)
 
 
-def _escaped(found: re.Match[str]) -> str:
-    return f"\\u{ord(found[0]):04x}"
+def _escaped(match: re.Match[str]) -> str:
+    return f"\\u{ord(match[0]):04x}"
 
 
 def say(*lines: str, styled: bool = False) -> None:
@@ -56,11 +56,11 @@ def note(*lines: str) -> None:
         click.echo(visible(line), err=True)
 
 
-def note_all(notes: Sequence[str], most: int = MOST_NOTES) -> None:
-    """Print notes on the standard error, a line each, and how many more there are than `most`."""
-    note(*(f"note: {one}" for one in notes[:most]))
-    if len(notes) > most:
-        note(f"note: and {len(notes) - most} more such notes")
+def note_all(notes: Sequence[str]) -> None:
+    """Print notes on the standard error, a line each, up to :data:`MOST_NOTES`."""
+    note(*(f"note: {one}" for one in notes[:MOST_NOTES]))
+    if len(notes) > MOST_NOTES:
+        note(f"note: and {len(notes) - MOST_NOTES} more such notes")
 
 
 class VisibleFormatter(logging.Formatter):

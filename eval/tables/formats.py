@@ -167,9 +167,9 @@ def figure_table(
     return table
 
 
-def cell(text: object, style: str = "") -> Text:
+def cell(text: object) -> Text:
     """Text for a cell of a table: no markup is read in it and nothing in it is unprintable."""
-    return Text(_one_line(text), style=style)
+    return Text(_one_line(text))
 
 
 def figure(value: float | None) -> str:
@@ -187,12 +187,12 @@ def value(one: Estimate, form: str = "{:.2f}") -> str:
     return form.format(one.value) if one.is_known else one.reason or "-"
 
 
-def stated(one: Estimate, form: str = "{:.2f}", between: str = " to ") -> str:
+def stated(one: Estimate, form: str = "{:.2f}") -> str:
     """Format a figure with its interval, or the reason for its absence, for a sentence."""
     if not one.is_known:
         return f"none ({one.reason})"
     shown = form.format(one.value)
-    around = interval(one, f"{form}{between}{form}")
+    around = interval(one, f"{form} to {form}")
     return f"{shown} ({around})" if one.has_interval or one.reason else shown
 
 

@@ -1,4 +1,4 @@
-"""When the robot is where on its way: speeds and accelerations within limits."""
+"""Timing of the robot's ways: speeds and accelerations within limits."""
 
 from __future__ import annotations
 

@@ -112,11 +112,15 @@ def fits(
     return free
 
 
+FARTHEST_BEHIND_M = 4.0
+"""Largest distance behind a pose at which the robot gets ready, in metres."""
+
+
 def ready_behind(
-    final: FloatArray, around: FloatArray, boxes: Boxes, least_m: float, most_m: float = 4.0
+    final: FloatArray, around: FloatArray, boxes: Boxes, least_m: float
 ) -> float | None:
     """Return the distance behind a pose at which the robot is clear; None if it nowhere is."""
-    backs = np.arange(least_m, most_m, 0.1)
+    backs = np.arange(least_m, FARTHEST_BEHIND_M, 0.1)
     free = room(all_behind(final, backs), around, boxes) >= READY_MARGIN_M
     return float(backs[np.argmax(free)]) if free.any() else None
 
@@ -132,6 +136,8 @@ FIRM_M = 0.3
 """Least distance of the middle of a load from the edge of a deck, in metres."""
 IN_THE_AIR_M = 0.4
 """Height of a place above its support, in metres, from which it is in the air."""
+REACH_M = 3.0
+"""Largest distance along each axis at which a spot is looked for, in metres."""
 _GRID_M = 0.1
 _TOUCH_M = 0.03
 
@@ -171,7 +177,7 @@ class Support:
 def support_at(robot: Robot, place: Place) -> Support:
     """Return the support of a load in a place's middle; ActionError if that is in the air."""
     low = place.prism.z_min - robot.ground_m
-    found = Support(0.0, axis_of(place))
+    support = Support(0.0, axis_of(place))
     for item in robot.start.objects:
         kind = kind_of(item.labels)
         if kind.deck is None:
@@ -187,13 +193,13 @@ def support_at(robot: Robot, place: Place) -> Support:
         x, y = rotate(centre(place.prism) - xyz[:2], np.array(-yaw))
         # Over the cab, too: what is wanted up there goes onto the deck.
         over = shape.low[0] <= x <= shape.high[0] and right <= y <= left
-        if over and abs(height - low) < abs(found.height - low):
-            found = Support(height, yaw, item.id, deck)
-    if low - found.height > IN_THE_AIR_M:
+        if over and abs(height - low) < abs(support.height - low):
+            support = Support(height, yaw, item.id, deck)
+    if low - support.height > IN_THE_AIR_M:
         raise ActionError(
             f"nothing that can be loaded is under {place.name or 'the place'}, {low:.1f} m up"
         )
-    return found
+    return support
 
 
 def carrier_under(robot: Robot, thing: str) -> str | None:
@@ -211,7 +217,7 @@ def carrier_under(robot: Robot, thing: str) -> str | None:
     return None
 
 
-def spots(place: Place, footprint: FloatArray, reach_m: float = 3.0) -> Iterator[FloatArray]:
+def spots(place: Place, footprint: FloatArray) -> Iterator[FloatArray]:
     """Yield offsets (2,) from a place's middle with a footprint in the place, nearest first.
 
     The middle comes first whether it is or not, then what is a nudge away. `footprint` has the
@@ -219,7 +225,8 @@ def spots(place: Place, footprint: FloatArray, reach_m: float = 3.0) -> Iterator
     """
     corners = convex_hull(place.prism.xy) - centre(place.prism)
     edges = np.roll(corners, -1, axis=0) - corners
-    steps = np.arange(-round(reach_m / _GRID_M), round(reach_m / _GRID_M) + 1) * _GRID_M
+    reach = round(REACH_M / _GRID_M)
+    steps = np.arange(-reach, reach + 1) * _GRID_M
     grid = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
     axis = axis_of(place)
     grid = rotate(grid, np.full(len(grid), axis))

@@ -44,8 +44,8 @@ class ScriptStep:
     @property
     def kind(self) -> ActionKind | None:
         """Kind of action; None for a name that isn't known."""
-        known = ACTIONS.get(self.action)
-        return known.kind if known else None
+        action = ACTIONS.get(self.action)
+        return action.kind if action else None
 
 
 Script: TypeAlias = tuple[ScriptStep, ...]
@@ -67,74 +67,80 @@ def register_action(action: ScriptAction) -> ScriptAction:
 
 def in_script(kind: ActionKind, argument: Argument) -> ScriptAction | None:
     """Return the scripts' action of a kind with a sort of argument; None if there is none."""
-    found = (a for a in ACTIONS.values() if a.kind is kind and a.argument == argument)
-    return next(found, None)
+    matching = (a for a in ACTIONS.values() if a.kind is kind and a.argument == argument)
+    return next(matching, None)
 
 
-def _known(name: str, kind: ActionKind, argument: Argument, summary: str) -> ScriptAction:
+def _forklift_action(name: str, kind: ActionKind, argument: Argument, summary: str) -> ScriptAction:
     return register_action(ScriptAction(name, kind, argument, f"{summary}."))
 
 
-DRIVE_TO = _known(
+DRIVE_TO = _forklift_action(
     "drive_to",
     forklift.DRIVE_TO,
     "place",
     "Drive into a place and stop with the robot in its middle",
 )
-DRIVE_PAST = _known(
+DRIVE_PAST = _forklift_action(
     "drive_past",
     forklift.DRIVE_PAST,
     "object",
     "Drive past an object and stop some metres beyond it",
 )
-APPROACH = _known(
+APPROACH = _forklift_action(
     "approach",
     forklift.DRIVE_TO,
     "object",
     "Drive up to an object and stop in front of it, facing it",
 )
-TURN = _known(
+TURN = _forklift_action(
     "turn_deg", forklift.TURN, "number", "Turn on the spot by an angle in degrees, left if positive"
 )
-FORWARD = _known("forward_m", forklift.GO_STRAIGHT, "number", "Drive straight ahead by a distance")
-BACK_UP = _known("back_up_m", forklift.BACK_UP, "number", "Drive straight back by a distance")
-PICK_UP = _known(
+FORWARD = _forklift_action(
+    "forward_m", forklift.GO_STRAIGHT, "number", "Drive straight ahead by a distance"
+)
+BACK_UP = _forklift_action(
+    "back_up_m", forklift.BACK_UP, "number", "Drive straight back by a distance"
+)
+PICK_UP = _forklift_action(
     "pick_up",
     forklift.PICK_UP,
     "object",
     "Drive up to a load, lift it with the forks and back out with it",
 )
-PUT_DOWN = _known(
+PUT_DOWN = _forklift_action(
     "put_down",
     forklift.PUT_DOWN,
     "place",
     "Put the load on the forks down in the middle of a place",
 )
-WAIT = _known("wait_s", forklift.WAIT, "number", "Stand still for some seconds")
-FACE = _known("face", forklift.FACE, "object", "Turn on the spot until the robot faces an object")
-TURN_AWAY = _known(
+WAIT = _forklift_action("wait_s", forklift.WAIT, "number", "Stand still for some seconds")
+FACE = _forklift_action(
+    "face", forklift.FACE, "object", "Turn on the spot until the robot faces an object"
+)
+TURN_AWAY = _forklift_action(
     "turn_away",
     forklift.TURN_AWAY,
     "object",
     "Turn on the spot until an object is behind the robot",
 )
-DRIVE_AWAY = _known(
+DRIVE_AWAY = _forklift_action(
     "drive_away",
     forklift.DRIVE_AWAY,
     "object",
     "Drive some metres away from an object, with it behind the robot",
 )
-LINE_UP = _known(
+LINE_UP = _forklift_action(
     "line_up", forklift.LINE_UP, "object", "Stop in front of a side of an object, square to it"
 )
-PARK = _known("park", forklift.PARK, "object", "Stop beside an object, parallel to it")
-RAISE_FORKS = _known(
+PARK = _forklift_action("park", forklift.PARK, "object", "Stop beside an object, parallel to it")
+RAISE_FORKS = _forklift_action(
     "raise_forks_m",
     forklift.RAISE_FORKS,
     "number",
     "Raise the forks, with what is on them, by a distance",
 )
-LOWER_FORKS = _known(
+LOWER_FORKS = _forklift_action(
     "lower_forks_m",
     forklift.LOWER_FORKS,
     "number",
