@@ -127,8 +127,8 @@ def as_json(record: object) -> str:
     return json.dumps(content, indent=2, ensure_ascii=not is_unicode)
 
 
-def _noted(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
-    ctx.meta[_SHORT] = wanted
+def _noted(ctx: click.Context, _: click.Parameter, is_short: bool) -> None:
+    ctx.meta[_SHORT] = is_short
 
 
 def _chosen(ctx: click.Context, parameter: click.Parameter, form: str) -> str:

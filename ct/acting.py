@@ -80,8 +80,8 @@ def parse(
     for one in commands:
         a_kind_of("command", one, (str, Entry), "give its text, or an entry of a corpus")
     texts = [one if isinstance(one, str) else one.text for one in commands]
-    found = list(parse_many(texts, n_best=n_best, extractor=used))
-    return found if several else found[0]
+    parses = list(parse_many(texts, n_best=n_best, extractor=used))
+    return parses if several else parses[0]
 
 
 @overload
@@ -156,15 +156,15 @@ def follow(
     from g3.inference.grounder import Grounder
 
     several = _several(command)
-    asked: list[tuple[str | Sequence[SDC] | Parse, Where]] = []
+    requests: list[tuple[str | Sequence[SDC] | Parse, Where]] = []
     for one in several or [command]:
-        said, own = _of_entry(one)
-        place = own if where is None else where
+        words, context = _of_entry(one)
+        place = context if where is None else where
         if place is None:
             raise CorpusError(
                 "there is no world to follow the command in", fix="give a context or a scenario"
             )
-        asked.append((said, place))
+        requests.append((words, place))
     options: dict[str, Any] = {
         "top": top,
         "parses": parses,
@@ -172,11 +172,11 @@ def follow(
         "answers": answers,
         "insist": insist,
     }
-    starts = [_state(place) for _, place in asked]
+    starts = [_state(place) for _, place in requests]
     grounder = model if isinstance(model, Grounder) else _grounder(model)
     results = [
-        checked(grounder.follow(said, start, **options))
-        for (said, _), start in zip(asked, starts, strict=True)
+        checked(grounder.follow(words, start, **options))
+        for (words, _), start in zip(requests, starts, strict=True)
     ]
     return results[0] if several is None else results
 
@@ -202,11 +202,11 @@ def _of_entry(command: Any) -> tuple[str | Sequence[SDC] | Parse, Context | None
     from g3.language.parsing.trees import Parse
     from g3.sdc.clauses import SDC
 
-    said = "give its text, an entry of a corpus, clauses, or what ct.parse gave"
-    a_kind_of("command", command, (str, Entry, Parse, Sequence), said)
+    expected = "give its text, an entry of a corpus, clauses, or what ct.parse gave"
+    a_kind_of("command", command, (str, Entry, Parse, Sequence), expected)
     if not isinstance(command, (str, Entry, Parse)):
         for clause in command:
-            a_kind_of("a clause", clause, (SDC,), said)
+            a_kind_of("a clause", clause, (SDC,), expected)
     return (command.text, command.context) if isinstance(command, Entry) else (command, None)
 
 

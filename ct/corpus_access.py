@@ -89,9 +89,9 @@ def import_corpus(
     from corpus_tools.importers.importer_registry import importers
     from corpus_tools.importers.report import REPORT
 
-    known = {importer.name: importer for importer in importers()}
-    one_of("format", format, known)
-    importer = known[format]
+    by_name = {importer.name: importer for importer in importers()}
+    one_of("format", format, by_name)
+    importer = by_name[format]
     choices = {option.name: option.choices for option in importer.options}
     known_options(options, choices, f"import_corpus({format!r})")
     for name, value in options.items():

@@ -167,8 +167,8 @@ def _table_3(
 
     names = (corpus, *(train or corpus).split(","))
     named = (one for one in options.pop("grounder", ()) if one not in BASELINES)  # these are there
-    own = [grounder_named(one) if isinstance(one, str) else one for one in named]
-    options |= {"grounders": own, "parsers": options.pop("parser", ())}
+    grounders = [grounder_named(one) if isinstance(one, str) else one for one in named]
+    options |= {"grounders": grounders, "parsers": options.pop("parser", ())}
     if isinstance(options.get("judge"), str):
         options["judge"] = judge_named(options["judge"])
     result = run(train or corpus, corpus, seed=seed, workers=workers, **options)

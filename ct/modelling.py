@@ -61,20 +61,20 @@ def train(
     one_of("to", to, ("match", "follow", "parse"))
     one_of("negatives", negatives, ("random", "hard"))
     positive("l2", l2)
-    known = load(corpus)
+    loaded = load(corpus)
     if to == "parse":
         from corpus_tools.learning.trained import parser_from
 
-        return parser_from([known], l2)
+        return parser_from([loaded], l2)
     from g3.learning.grounding_model import DEFAULT_L2
 
     strength = DEFAULT_L2 if l2 is None else l2
     if to == "follow":
         from corpus_tools.following.bundled_grounder import following_model
 
-        return following_model(known, l2=strength)
+        return following_model(loaded, l2=strength)
     from corpus_tools.corpus.labelled_corpus import Options
     from corpus_tools.learning.trained import from_corpus
 
     options = Options(negatives, seed, several(ablate), several(plus))
-    return from_corpus(known, strength, options).model
+    return from_corpus(loaded, strength, options).model

@@ -56,10 +56,10 @@ class Estimator:
         ModelError
             If there is no such hyperparameter.
         """
-        known = self.get_params()
+        parameters = self.get_params()
         for name, value in params.items():
-            if name not in known:
-                raise NoSuchParameterError.unknown("hyperparameter", name, known)
+            if name not in parameters:
+                raise NoSuchParameterError.unknown("hyperparameter", name, parameters)
             setattr(self, name, value)
         return self
 

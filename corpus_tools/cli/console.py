@@ -249,8 +249,8 @@ def _remedy(error: click.ClickException) -> list[str]:
             return []
         names = _names(cli, "ct") if ctx.command is cli else ()
         elsewhere = [name for name in names if name.split()[-1] == error.command_name]
-        known = ", ".join(ctx.command.list_commands(ctx))
-        return [f"Write: {name}" for name in elsewhere] or [f"{ctx.command_path} has {known}."]
+        commands = ", ".join(ctx.command.list_commands(ctx))
+        return [f"Write: {name}" for name in elsewhere] or [f"{ctx.command_path} has {commands}."]
     is_usage = type(error) is click.UsageError or isinstance(error, click.MissingParameter)
     examples = _examples(ctx.command) if is_usage else []
     parameter = getattr(error, "param", None)

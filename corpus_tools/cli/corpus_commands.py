@@ -126,7 +126,7 @@ def formats(form: str) -> None:
     """
     from corpus_tools.exporters.export_registry import exporters
 
-    rows = [{"format": known.name, "summary": known.summary} for known in exporters()]
+    rows = [{"format": exporter.name, "summary": exporter.summary} for exporter in exporters()]
     lines = [f"{row['format']:13} {row['summary']}" for row in rows]
     tell(form, {"formats": rows}, *lines)
 

@@ -21,11 +21,11 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     from corpus_tools.doctor.diagnosis import checks, diagnose
     from g3.errors import CorpusError
 
-    known = checks()
+    registered = checks()
     for name in names:
-        if name not in known:
-            raise CorpusError.unknown("check", name, known)
-    chosen = {name: known[name] for name in names} if names else known
+        if name not in registered:
+            raise CorpusError.unknown("check", name, registered)
+    chosen = {name: registered[name] for name in names} if names else registered
     findings = []
     for finding in diagnose(chosen, extras_needed=bool(names)):
         findings.append(finding)

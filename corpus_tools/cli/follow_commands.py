@@ -162,8 +162,8 @@ def follow(
     if shown.asks and not yes:
         result = _asked(grounder, result, shown)
     result = checked(result)
-    wanted = _show(result, shown) and (plan_only or _confirmed(result, shown))
-    if not wanted:
+    confirmed = _show(result, shown) and (plan_only or _confirmed(result, shown))
+    if not confirmed:
         sys.exit(NOTHING)
     done = None
     if not plan_only and result.plan is not None:
@@ -214,11 +214,11 @@ def _grounder(model: Path | None, ablate: tuple[str, ...]) -> Grounder:
     from g3.learning.grounding_model import GroundingModel
 
     without = check_potentials(ablate)
-    found = kept_model() if model is None else GroundingModel.load(model)
-    if found is None:
+    bundled = kept_model() if model is None else GroundingModel.load(model)
+    if bundled is None:
         with progress_bar("training on the bundled corpus") as on_progress:
-            found = default_model(on_progress)
-    return Grounder.load(found, without=without)
+            bundled = default_model(on_progress)
+    return Grounder.load(bundled, without=without)
 
 
 def _show(result: Result, shown: Shown) -> bool:
@@ -267,11 +267,11 @@ def _confirmed(result: Result, shown: Shown) -> bool:
         return True
     from corpus_tools.following.plan_words import as_record, sentence
 
-    asked = f"{sentence(plan)}: do this?"
+    question = f"{sentence(plan)}: do this?"
     if shown.form != PLAIN:
-        tell(shown.form, {**as_record(result, asked), "execution": None})
+        tell(shown.form, {**as_record(result, question), "execution": None})
     note(
-        f"ct: {visible(asked)} Its probability is {plan.probability:.2f}, less than "
+        f"ct: {visible(question)} Its probability is {plan.probability:.2f}, less than "
         f"{shown.confirm_below:g}. To do it: --yes"
     )
     return False

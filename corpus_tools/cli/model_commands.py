@@ -126,8 +126,8 @@ def list_features(form: str) -> None:
     parts = ["FEATURE SETS, which models are trained with", *map(_feature_text, records)]
     parts.append("POTENTIALS, hand-written rules that the search for plans weighs")
     for kind, about in KINDS.items():
-        own = [_potential_text(record) for record in rules if record["scores"] == kind]
-        parts += [f"{kind}: {about}", *own]
+        texts = [_potential_text(record) for record in rules if record["scores"] == kind]
+        parts += [f"{kind}: {about}", *texts]
     tell(form, content, "\n\n".join(parts))
 
 

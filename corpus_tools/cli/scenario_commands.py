@@ -50,8 +50,8 @@ def list_(dataset: str, form: str) -> None:
         scenario_files,
     )
 
-    found = [read_scenario(path) for path in scenario_files(dataset_folder(dataset)).values()]
-    rows = [{"id": s.id, "layout": s.layout.name, "title": s.title} for s in found]
+    listed = [read_scenario(path) for path in scenario_files(dataset_folder(dataset)).values()]
+    rows = [{"id": s.id, "layout": s.layout.name, "title": s.title} for s in listed]
     tell(form, {"scenarios": rows}, *_table(rows))
 
 
@@ -113,17 +113,17 @@ def naming_sheet(kinds: tuple[str, ...], out: Path, *, force: bool, form: str) -
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.video.naming_sheet import SHEET, crops, write_sheet
 
-    found = []
+    drawn = []
     with progress_bar("drawing") as progress:
         for crop in crops(kinds):
-            found.append(crop)
-            progress(crop.kind, len(found), 3 * (len(kinds) or len(KINDS)))
-    write_sheet(found, out, force=force)
+            drawn.append(crop)
+            progress(crop.kind, len(drawn), 3 * (len(kinds) or len(KINDS)))
+    write_sheet(drawn, out, force=force)
     rows = [
         {"kind": c.kind, "camera": c.camera, "width_px": c.pixels[0], "height_px": c.pixels[1]}
-        for c in found
+        for c in drawn
     ]
-    tell(form, {"folder": out, "things": rows}, f"{len(found)} clips, and {out / SHEET}")
+    tell(form, {"folder": out, "things": rows}, f"{len(drawn)} clips, and {out / SHEET}")
 
 
 @scenarios.command()
@@ -178,10 +178,10 @@ def show(scenario: str, dataset: str, out: Path | None, form: str) -> None:
     )
     from g3.storage.atomic_file import write_bytes
 
-    found = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
+    content = read_scenario(scenario_file(scenario, dataset_folder(dataset)))
     if out is not None:
-        write_bytes(out, draw_map(found).encode())
-    tell(form, found, *_lines(found))
+        write_bytes(out, draw_map(content).encode())
+    tell(form, content, *_lines(content))
 
 
 @scenarios.command()
@@ -218,12 +218,12 @@ def generate(
     from corpus_tools.world.scenarios.scenario_reading import dataset_folder, read_layouts
     from g3.storage.atomic_file import write_bytes
 
-    known = read_layouts(dataset_folder(dataset), layouts)
+    chosen_layouts = read_layouts(dataset_folder(dataset), layouts)
     out.mkdir(exist_ok=True)
     rows = []
     with progress_bar("generating") as on_progress:
         for number in range(first, first + count):
-            made = make(seed, number, known)
+            made = make(seed, number, chosen_layouts)
             write_bytes(out / f"{made.id}.yaml", format_scenario(made).encode())
             rows.append({"id": made.id, "layout": made.layout.name, "title": made.title})
             on_progress("generating", len(rows), count)
@@ -259,22 +259,22 @@ def log(names: tuple[str, ...], dataset: str, form: str) -> None:
 
     folder = dataset_folder(dataset)
     files = [scenario_file(n, folder) for n in names] or list(scenario_files(folder).values())
-    found = [read_scenario(file) for file in files]
-    wanted = [s for s in found if names or not is_logged(s, folder)]
+    listed = [read_scenario(file) for file in files]
+    to_execute = [s for s in listed if names or not is_logged(s, folder)]
     failures: dict[str, CorpusError] = {}
     with progress_bar("executing") as on_progress:
-        for number, scenario in enumerate(wanted):
-            on_progress(f"executing {scenario.id}", number, len(wanted))
+        for number, scenario in enumerate(to_execute):
+            on_progress(f"executing {scenario.id}", number, len(to_execute))
             try:
                 log_scenario(scenario, folder)
             except CorpusError as error:
                 failures[scenario.id] = error
     record = {
         "folder": folder / "logs",
-        "logged": [s.id for s in wanted if s.id not in failures],
+        "logged": [s.id for s in to_execute if s.id not in failures],
         "failed": {name: str(error) for name, error in failures.items()},
     }
-    count = _count(len(wanted) - len(failures), "log")
+    count = _count(len(to_execute) - len(failures), "log")
     tell(form, record, f"{count} written to {folder / 'logs'}")
     for failure in failures.values():
         note(f"ct: {failure}")

@@ -166,8 +166,8 @@ def _show_learned(words: tuple[str, ...], labels: tuple[str, ...], file: Path, f
     records, lines = [], []
     for word in words:
         term = term_of(word)
-        found = {name: lexicon.log_odds(term, name) for name in labels or lexicon.names}
-        ranked = sorted(found.items(), key=lambda item: (-item[1], item[0]))
+        log_odds = {name: lexicon.log_odds(term, name) for name in labels or lexicon.names}
+        ranked = sorted(log_odds.items(), key=lambda item: (-item[1], item[0]))
         count = lexicon.count(term)
         lines.append(f"{word}: in {count:g} commands")
         for name, odds in ranked:

@@ -31,26 +31,26 @@ def annotated_trees(corpus: Corpus) -> list[Annotated]:
     CorpusError
         If there are no trees.
     """
-    found: dict[str, Annotated] = {}
+    by_command: dict[str, Annotated] = {}
     for annotation in corpus.annotations:
         command = annotation.command
-        found.setdefault(command.id, Annotated(command, annotation.sdcs))
-    if not any(annotated.sdcs for annotated in found.values()):
+        by_command.setdefault(command.id, Annotated(command, annotation.sdcs))
+    if not any(annotated.sdcs for annotated in by_command.values()):
         raise CorpusError(
             "no command has SDC trees",
             where=f"corpus {corpus.name}",
             fix="take a corpus with annotations ('ct corpus stats' counts them)",
         )
-    return list(found.values())
+    return list(by_command.values())
 
 
 def annotated_commands(annotations: Iterable[Annotation]) -> dict[str, Annotation]:
     """Return the first positive annotation of each command, by the command's id."""
-    found: dict[str, Annotation] = {}
+    by_command: dict[str, Annotation] = {}
     for annotation in annotations:
         if annotation.source == "positive":
-            found.setdefault(annotation.command.id, annotation)
-    return found
+            by_command.setdefault(annotation.command.id, annotation)
+    return by_command
 
 
 def with_perturbed_commands(corpus: Corpus, kind: str, *, seed: int = 0) -> Corpus:

@@ -68,17 +68,17 @@ def entries(
 ) -> Iterator[Entry]:
     """Yield an entry for each command, in their order."""
     places = contexts_by_command(commands, annotations := list(annotations), contexts, outcomes)
-    own: dict[str, list[Annotation]] = defaultdict(list)
+    by_command: dict[str, list[Annotation]] = defaultdict(list)
     for annotation in annotations:
-        own[annotation.command.id].append(annotation)
+        by_command[annotation.command.id].append(annotation)
     done: dict[str, list[TaskOutcome]] = defaultdict(list)
     for outcome in outcomes:
         done[outcome.scenario].append(outcome)
     for command in commands.values():
         place = places.get(command.id)
-        found = outcomes_among(done[command.scenario], command)
+        own_outcomes = outcomes_among(done[command.scenario], command)
         context = None if place is None else contexts[place]
-        yield Entry(command, tuple(own[command.id]), context, found)
+        yield Entry(command, tuple(by_command[command.id]), context, own_outcomes)
 
 
 def entries_table(found: Iterable[Entry]) -> pd.DataFrame:
@@ -109,9 +109,9 @@ def belongs_to(outcome: TaskOutcome, command: Command) -> bool:
 
 def outcomes_among(outcomes: Iterable[TaskOutcome], command: Command) -> tuple[TaskOutcome, ...]:
     """Return a command's outcomes in order: those that name it, else those of its video."""
-    found = [o for o in outcomes if belongs_to(o, command)]
-    own = [o for o in found if o.command]
-    return tuple(own or found)
+    matching = [o for o in outcomes if belongs_to(o, command)]
+    direct = [o for o in matching if o.command]
+    return tuple(direct or matching)
 
 
 def contexts_by_command(
@@ -134,16 +134,18 @@ def contexts_by_command(
     for annotation in annotations:
         annotated.setdefault(annotation.command.id, annotation.context.id)
         by_scenario.setdefault(annotation.command.scenario, annotation.context.id)
-    told: dict[str, list[TaskOutcome]] = defaultdict(list)
+    by_scenario_outcomes: dict[str, list[TaskOutcome]] = defaultdict(list)
     for outcome in outcomes:
-        told[outcome.scenario].append(outcome)
-    found = {}
+        by_scenario_outcomes[outcome.scenario].append(outcome)
+    result = {}
     for command in commands.values():
-        own = [o.context for o in told[command.scenario] if belongs_to(o, command)]
+        outcome_contexts = [
+            o.context for o in by_scenario_outcomes[command.scenario] if belongs_to(o, command)
+        ]
         named = command.scenario if command.scenario in contexts else None
         context = annotated.get(command.id) or next(
-            iter(own), by_scenario.get(command.scenario, named)
+            iter(outcome_contexts), by_scenario.get(command.scenario, named)
         )
         if context is not None:
-            found[command.id] = context
-    return found
+            result[command.id] = context
+    return result

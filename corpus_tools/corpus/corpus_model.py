@@ -294,14 +294,14 @@ class Corpus:
             If a name is unknown, or a command's person or world is.
         """
         parts = self.parts(by)
-        known = sorted(set(parts.values()))
+        names = sorted(set(parts.values()))
         if held_out is None:
-            held_out = draw_parts(known, seed=seed)
+            held_out = draw_parts(names, seed=seed)
         elif isinstance(held_out, str):
             held_out = (held_out,)
         for name in held_out:
-            if name not in known:
-                raise CorpusError.unknown(by, name, known, where=f"corpus {self.name}")
+            if name not in names:
+                raise CorpusError.unknown(by, name, names, where=f"corpus {self.name}")
         tested = set(held_out)
         return (
             self.select(id_ for id_, part in parts.items() if part not in tested),
@@ -402,6 +402,6 @@ class Corpus:
 
 def draw_parts(names: Iterable[str], *, seed: int) -> tuple[str, ...]:
     """Draw about a third of some names, in their alphabetical order."""
-    known, rng = sorted(set(names)), np.random.default_rng([seed, _STREAM])
-    count = max(1, round(len(known) * HELD_OUT))
-    return tuple(sorted(rng.choice(known, size=count, replace=False).tolist())) if known else ()
+    ordered, rng = sorted(set(names)), np.random.default_rng([seed, _STREAM])
+    count = max(1, round(len(ordered) * HELD_OUT))
+    return tuple(sorted(rng.choice(ordered, size=count, replace=False).tolist())) if ordered else ()

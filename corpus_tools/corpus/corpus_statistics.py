@@ -160,17 +160,17 @@ def is_implicit(sdc: SDC | SDCRecord) -> bool:
 
 
 def _outcomes(corpus: Corpus) -> dict[str, int]:
-    found = corpus.outcomes
-    if not found:
+    outcomes = corpus.outcomes
+    if not outcomes:
         return {}
-    unknown = Counter(what for outcome in found for what in {*outcome.unknown})
+    unknown = Counter(what for outcome in outcomes for what in {*outcome.unknown})
     return {
-        "tasks": len(found),
+        "tasks": len(outcomes),
         "commands": sum(bool(outcomes_of(corpus, c)) for c in corpus.commands.values()),
-        "driven only": sum(is_drive(o) for o in found),
-        "held": sum(o.put == "held" for o in found),
-        "put on something": sum(o.put == "on" for o in found),
-        "put on the ground": sum(o.put == "ground" for o in found),
+        "driven only": sum(is_drive(o) for o in outcomes),
+        "held": sum(o.put == "held" for o in outcomes),
+        "put on something": sum(o.put == "on" for o in outcomes),
+        "put on the ground": sum(o.put == "ground" for o in outcomes),
         **{f"unknown: {what}": unknown[what] for what in UNKNOWNS if unknown[what]},
     }
 
@@ -218,8 +218,8 @@ def _counted(folder: Path, manifest: records.Manifest) -> Statistics | None:
         records.ANNOTATIONS: count_annotation,
         records.JUDGMENTS: count_judgment,
     }
-    found = {name: _each_line(folder / name, count) for name, count in counting.items()}
-    if not is_as_written(manifest, found, read_arrays(folder / records.TRAJECTORIES)):
+    by_file = {name: _each_line(folder / name, count) for name, count in counting.items()}
+    if not is_as_written(manifest, by_file, read_arrays(folder / records.TRAJECTORIES)):
         return None
     return Statistics(
         name=manifest.name,

@@ -180,10 +180,10 @@ def _grounding(
         return records.PlaceGrounding(_prism(grounding.prism), grounding.name)
     if not isinstance(grounding, PhysicalObject):
         return records.PathGrounding(trajectories.number(grounding.trajectory))
-    known = homes[grounding.id]
-    if here in known and (known[here] is grounding or known[here] == grounding):
+    contexts = homes[grounding.id]
+    if here in contexts and (contexts[here] is grounding or contexts[here] == grounding):
         return records.ObjectReference(grounding.id)
-    for context, item in known.items():
+    for context, item in contexts.items():
         if item == grounding:
             return records.ObjectReference(grounding.id, context)
     return _object(records.ObjectGrounding, grounding, trajectories)

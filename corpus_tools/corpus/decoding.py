@@ -80,9 +80,9 @@ def read_manifest(folder: Path) -> Manifest:
     content = regular_file.read_bytes(path)
     version = _decode(content, dict[str, msgspec.Raw], str(path)).get("schema_version")
     if version is None or bytes(version) not in (b"1", b"2"):
-        found = "none" if version is None else bytes(version).decode(errors="replace")
+        found_version = "none" if version is None else bytes(version).decode(errors="replace")
         raise FormatError(
-            f"the format's version is {found}, this program reads 1 and 2",
+            f"the format's version is {found_version}, this program reads 1 and 2",
             where=f"{path}: schema_version",
             fix="import the corpus again, or use the program's version that wrote it",
         )
@@ -112,13 +112,13 @@ def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tup
         lines = _read_lines(folder / name, record_type, on_problem)
         return [line.record for line in lines], list(_convert(lines, convert, on_problem))
 
-    context_records, found = read(
+    context_records, decoded_contexts = read(
         CONTEXTS, ContextRecord, lambda record: context(record, trajectory)
     )
-    contexts = {context.id: context for context in found}
+    contexts = {context.id: context for context in decoded_contexts}
     command_records, typed = read(COMMANDS, CommandRecord, command)
     commands = {command.id: command for command in typed}
-    objects = {(c.id, item.id): item for c in found for item in c.objects}
+    objects = {(c.id, item.id): item for c in decoded_contexts for item in c.objects}
     world = World(commands, contexts, objects)
     annotation_records, annotations = read(
         ANNOTATIONS,
@@ -144,7 +144,7 @@ def read_content(folder: Path, manifest: Manifest, on_problem: OnProblem) -> tup
 
 
 def _trajectory_reader(arrays: Arrays) -> GetTrajectory:
-    known: dict[int, Trajectory] = {}
+    cache: dict[int, Trajectory] = {}
     count = len(arrays["offsets"]) - 1
 
     def trajectory(index: int, field: str) -> Trajectory:
@@ -154,9 +154,9 @@ def _trajectory_reader(arrays: Arrays) -> GetTrajectory:
                 where=field,
                 fix="correct the number, or restore the file",
             )
-        if index not in known:
-            known[index] = unpack_one(arrays, index)
-        return known[index]
+        if index not in cache:
+            cache[index] = unpack_one(arrays, index)
+        return cache[index]
 
     return trajectory
 
@@ -400,14 +400,14 @@ def _grounding(
 ) -> Grounding:
     if isinstance(record, records.ObjectReference):
         home = record.context or here
-        found = world.objects.get((home, record.object))
-        if found is None:
+        item = world.objects.get((home, record.object))
+        if item is None:
             raise FormatError(
                 f"no object {record.object!r} in the context {home!r}",
                 where=field,
                 fix="correct the id, or write the object out with kind 'object'",
             )
-        return found
+        return item
     if isinstance(record, records.ObjectGrounding):
         return _object(record, field, trajectory)
     if isinstance(record, records.PlaceGrounding):

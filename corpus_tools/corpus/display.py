@@ -26,19 +26,19 @@ LABELS = {True: "right", False: "wrong", None: "-"}
 
 def show(corpus: Corpus, name: str) -> str:
     """Describe the command, annotation, context or outcome with an id; CorpusError for none."""
-    found = [
+    matches = [
         *(_command(corpus, command) for key, command in corpus.commands.items() if key == name),
         *(_annotation(a) for a in corpus.annotations if a.id == name),
         *(_context(corpus, context) for key, context in corpus.contexts.items() if key == name),
         *(f"outcome {o.id}\n  {_outcome(corpus, o)}" for o in corpus.outcomes if o.id == name),
     ]
-    if not found:
+    if not matches:
         raise CorpusError(
             f"no command, annotation, context or outcome has the id {name!r}",
             where=corpus.name,
             fix="`ct corpus show` without an id lists the scenarios and shows what ids look like",
         )
-    return "\n\n".join(found)
+    return "\n\n".join(matches)
 
 
 def overview(corpus: Corpus) -> str:
@@ -198,8 +198,8 @@ def _outcome(corpus: Corpus, outcome: TaskOutcome) -> str:
         ),
         "" if outcome.checkpoint is None else f"at checkpoint {outcome.checkpoint}",
     ]
-    said = ", ".join(filter(None, parts))
-    return f"{said} (unknown: {', '.join(outcome.unknown)})" if outcome.unknown else said
+    summary = ", ".join(filter(None, parts))
+    return f"{summary} (unknown: {', '.join(outcome.unknown)})" if outcome.unknown else summary
 
 
 def _context(corpus: Corpus, context: Context) -> str:

@@ -23,24 +23,24 @@ def load_choices(corpus: Corpus) -> list[LoadChoice]:
     Commands without a known load, and those that began with a load on the forks, are left out.
     """
     contexts = contexts_of_commands(corpus)
-    found = []
+    choices = []
     annotated = annotated_commands(corpus.annotations)
     for command in corpus.commands.values():
         outcomes = outcomes_of(corpus, command)
-        known = {thing for o in outcomes for thing in o.picked}
+        picked = {thing for o in outcomes for thing in o.picked}
         if any({"picked", "rest"} & set(o.unknown) for o in outcomes):
             continue
         if command.id in annotated and not outcomes:
             context = annotated[command.id].context
-            known = set(_handled(annotated[command.id]))
+            picked = set(_handled(annotated[command.id]))
         elif command.id in contexts:
             context = corpus.contexts[contexts[command.id]]
         else:
             continue
-        choice = _choice(command, context, known, corpus)
+        choice = _choice(command, context, picked, corpus)
         if any(choice.right):
-            found.append(choice)
-    return found
+            choices.append(choice)
+    return choices
 
 
 def load_choices_of(corpora: Sequence[Corpus]) -> list[LoadChoice]:
@@ -53,10 +53,10 @@ def load_choices_of(corpora: Sequence[Corpus]) -> list[LoadChoice]:
     return [choice for corpus in corpora for choice in load_choices(corpus)]
 
 
-def _choice(command: Command, context: Context, known: set[str], corpus: Corpus) -> LoadChoice:
+def _choice(command: Command, context: Context, right_ids: set[str], corpus: Corpus) -> LoadChoice:
     state = start_state(context)
     loads = loads_of(state) if state.held is None else {}
-    right = tuple(own in known for own in loads)
+    right = tuple(load in right_ids for load in loads)
     return LoadChoice(
         text_words(command.text),
         tuple(loads.values()),
@@ -70,10 +70,10 @@ def _choice(command: Command, context: Context, known: set[str], corpus: Corpus)
 def _handled(annotation: Annotation) -> Iterator[str]:
     """Yield the id of the thing that the first handling clause is about, if it is only one."""
     tree = Tree(annotation.sdcs)
-    for own in (frame(tree, node) for node in asked(tree)):
-        if not own.handles:
+    for clause in (frame(tree, node) for node in asked(tree)):
+        if not clause.handles:
             continue
-        for node in own.objects[:1]:
+        for node in clause.objects[:1]:
             things = [g for g in annotation.groundings[node] if isinstance(g, PhysicalObject)]
             if len(things) == 1 and annotation.correct[node] is not False:
                 yield things[0].id

@@ -58,11 +58,11 @@ def diagnose(named: dict[str, Check], *, extras_needed: bool = True) -> Iterator
     """
     for name, check in named.items():
         try:
-            found = check()
-            if isinstance(found, Remark):
-                yield Finding(name, True, found.found, found.fix)
+            outcome = check()
+            if isinstance(outcome, Remark):
+                yield Finding(name, True, outcome.found, outcome.fix)
             else:
-                yield Finding(name, True, found)
+                yield Finding(name, True, outcome)
         except CorpusError as error:
             wrong = f"{error.where}: {error.what}" if error.where else error.what
             remark = not extras_needed and asked_extra(error.fix) is not None
@@ -77,7 +77,7 @@ def diagnose(named: dict[str, Check], *, extras_needed: bool = True) -> Iterator
 
 def _loaded(point: importlib.metadata.EntryPoint) -> Check:
     def check() -> str | Remark:
-        found: str | Remark = point.load()()
-        return found
+        outcome: str | Remark = point.load()()
+        return outcome
 
     return check

@@ -169,11 +169,11 @@ def _check_fields(step: PlanStep, kind: ActionKind, where: str) -> None:
 
 
 def _thing(name: str, state: State, where: str) -> PhysicalObject:
-    found = next((o for o in state.context.objects if o.id == name), None)
-    if found is None:
-        known = [o.id for o in state.context.objects]
-        raise FormatError.unknown("thing", name, known, where=where)
-    return found
+    thing = next((o for o in state.context.objects if o.id == name), None)
+    if thing is None:
+        ids = [o.id for o in state.context.objects]
+        raise FormatError.unknown("thing", name, ids, where=where)
+    return thing
 
 
 def _load(step: PlanStep, kind: ActionKind, state: State, where: str) -> PhysicalObject:
@@ -228,13 +228,13 @@ def _target(step: PlanStep, state: State, where: str) -> tuple[PhysicalObject | 
         return (
             candidates.square(np.array(step.to), float(state.pose[2]), candidates.ground(state)),
         )
-    found = tuple(_named(name, state, where) for name in step.target)
-    own = {state.context.agent_id, state.held}
-    if any(isinstance(g, PhysicalObject) and g.id in own for g in found):
+    targets = tuple(_named(name, state, where) for name in step.target)
+    robot_ids = {state.context.agent_id, state.held}
+    if any(isinstance(g, PhysicalObject) and g.id in robot_ids for g in targets):
         raise FormatError(
             "the robot and what is on its forks are no targets", where=where, fix="name others"
         )
-    return found
+    return targets
 
 
 def _named(name: str, state: State, where: str) -> PhysicalObject | Place:

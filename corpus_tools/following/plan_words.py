@@ -21,18 +21,18 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
     doing = (n for n in asked(tree) if tree.nodes[n].type in ("EVENT", "PATH"))
     actions = dict(zip(doing, plan.actions, strict=True))
     lines = []
-    for found in plan.groundings:
-        action = actions.get(found.node)
+    for grounding in plan.groundings:
+        action = actions.get(grounding.node)
         frame = plan.state.frame
-        what = described(action, frame) if action else grounded(found.group, frame)
-        rival, other = "", found.rival
+        what = described(action, frame) if action else grounded(grounding.group, frame)
+        rival, other = "", grounding.rival
         if other is not None:
             called = (
                 described(other, frame) if isinstance(other, Action) else grounded(other, frame)
             )
             rival = f", rather than {called}"
-        lines.append(f"{found.text!r}: {what} (fits {found.probability:.2f}){rival}")
-        why = [aspect.text for aspect in aspects(found.reasons, found.sdc)]
+        lines.append(f"{grounding.text!r}: {what} (fits {grounding.probability:.2f}){rival}")
+        why = [aspect.text for aspect in aspects(grounding.reasons, grounding.sdc)]
         if rival and not why:
             why = ["nothing in these words tells them apart"]
         lines += [f"    {reason}" for reason in why]
@@ -77,10 +77,10 @@ def as_record(result: Result, asked: str = "") -> dict[str, object]:
     }
 
 
-def _status(result: Result, asked: str) -> str:
+def _status(result: Result, question: str) -> str:
     """Return the result of a command: absent, refused, impossible, unsure or found."""
     if result.plan is None:
         return "absent" if result.missing else "refused"
     if result.plan.why_not:
         return "impossible"
-    return "unsure" if asked else "found"
+    return "unsure" if question else "found"

@@ -159,10 +159,10 @@ def _poses(
 
 
 def _only(file: _File, topic: str, message: type[T], path: Path) -> T:
-    found = _decoded(file, topic, message, path)
-    if len(found) != 1:
-        raise ValueError(f"{topic} has {len(found)} messages, not one")
-    return found[0][1]
+    content = _decoded(file, topic, message, path)
+    if len(content) != 1:
+        raise ValueError(f"{topic} has {len(content)} messages, not one")
+    return content[0][1]
 
 
 def _decoded(file: _File, topic: str, message: type[T], path: Path) -> list[tuple[int, T]]:
@@ -173,8 +173,8 @@ def _decoded(file: _File, topic: str, message: type[T], path: Path) -> list[tupl
         for t, data in file.messages[topic]:
             messages.append((t, decode(data)))
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        found = re.fullmatch(r"(?s)(.*?)(?: - at `\$\.?(.*)`)?", str(error))
-        what, field = (found[1], found[2]) if found else (str(error), None)
+        match = re.fullmatch(r"(?s)(.*?)(?: - at `\$\.?(.*)`)?", str(error))
+        what, field = (match[1], match[2]) if match else (str(error), None)
         where = f"{path}: {topic} at {t / NS_PER_S:g} s"
         raise FormatError(
             what[:1].lower() + what[1:], where=f"{where}: {field}" if field else where, fix=_FIX

@@ -131,9 +131,9 @@ def context_record(context: Context, timestamp: Time) -> ContextRecord:
 
 
 def _known_liftable(text: str) -> bool | None:
-    for known, written in _LIFTABLE.items():
+    for liftable, written in _LIFTABLE.items():
         if text == written:
-            return known
+            return liftable
     raise ValueError(f"liftable must be yes, no or empty, not {text!r}")
 
 

@@ -111,13 +111,12 @@ def _register(writer: Writer, topic: str) -> int:
 
 
 def _messages(recording: Recording) -> Iterator[_Message]:
-    """Yield all messages, in order."""
     begin_ns = int(recording.t_ns[0])
     begin = time_of(begin_ns)
     yield begin_ns, channels.CONTEXT, context_record(recording.start, begin)
     yield begin_ns, channels.STEPS, steps_record(recording.steps, begin)
-    said = _said(recording.steps, begin_ns)
-    next_said = next(said, None)
+    step_messages = _said(recording.steps, begin_ns)
+    next_said = next(step_messages, None)
     carries = [
         "" if i == NOTHING else recording.start.objects[i].id for i in carried(recording).tolist()
     ]
@@ -127,7 +126,7 @@ def _messages(recording: Recording) -> Iterator[_Message]:
     for t_ns, on_forks in zip(recording.t_ns.tolist(), carries, strict=True):
         while next_said is not None and next_said[0] <= t_ns:
             yield next_said
-            next_said = next(said, None)
+            next_said = next(step_messages, None)
         moved, robot = next(transforms), next(robots)
         if moved:
             yield t_ns, channels.TF, FrameTransforms(moved)
@@ -138,7 +137,7 @@ def _messages(recording: Recording) -> Iterator[_Message]:
         yield t_ns, channels.ROBOT, robot
     if next_said is not None:
         yield next_said
-        yield from said
+        yield from step_messages
 
 
 def _transforms(recording: Recording) -> Iterator[tuple[FrameTransform, ...]]:
@@ -212,9 +211,9 @@ def _said(steps: tuple[Step, ...], begin_ns: int) -> Iterator[_Message]:
     """Yield lines on the robot's actions, in the order of their times."""
     lines: list[tuple[int, str]] = []
     for step in steps:
-        told = " ".join((step.action, *(f"{name}={value}" for name, value in step.arguments)))
+        text = " ".join((step.action, *(f"{name}={value}" for name, value in step.arguments)))
         for seconds, what in ((step.start_s, "begins"), (step.end_s, "is done")):
-            lines.append((max(round(seconds * NS_PER_S), begin_ns), f"{told}: {what}"))
+            lines.append((max(round(seconds * NS_PER_S), begin_ns), f"{text}: {what}"))
     for t_ns, line in sorted(lines, key=lambda item: item[0]):
         yield t_ns, channels.ACTIONS, Log(time_of(t_ns), INFO, line, "robot", "", 0)
 
@@ -267,8 +266,8 @@ def entities(context: Context, carries: str, timestamp: Time) -> tuple[SceneEnti
 
 
 def _object(item: PhysicalObject, carried: bool, timestamp: Time) -> SceneEntity:
-    own = [PAINTS[colour] for colour in item.colours]
-    red, green, blue = own[0] if own else COLOURS.get(kind_of(item.labels).name, GREY)
+    paints = [PAINTS[colour] for colour in item.colours]
+    red, green, blue = paints[0] if paints else COLOURS.get(kind_of(item.labels).name, GREY)
     shape, pose = shape_of(item), item.trajectory
     xy = rotate(item.prism.xy - pose.xyz[0, :2], np.full(len(item.prism.xy), -pose.yaw[0]))
     outline = CARRIED_COLOUR if carried else Color(red / 2, green / 2, blue / 2, 1.0)

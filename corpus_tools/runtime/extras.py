@@ -49,12 +49,12 @@ def import_extra(module: str, extra: str, purpose: str) -> Any:
 
 def extras() -> dict[str, list[str]]:
     """Return the distributions of each extra, except for extras of extras or of tools."""
-    found: dict[str, list[str]] = {}
+    by_extra: dict[str, list[str]] = {}
     for requirement in importlib.metadata.requires(DISTRIBUTION) or ():
         match = _REQUIREMENT.fullmatch(requirement)
         if match and match[2] not in _COLLECTIONS:
-            found.setdefault(match[2], []).append(match[1])
-    return dict(sorted(found.items()))
+            by_extra.setdefault(match[2], []).append(match[1])
+    return dict(sorted(by_extra.items()))
 
 
 def missing_of(extra: str) -> list[str]:
@@ -64,8 +64,8 @@ def missing_of(extra: str) -> list[str]:
 
 def asked_extra(remedy: str) -> str | None:
     """Return the extra that a remedy asks to install; None if it names none, or it is there."""
-    asked = _REMEDY.search(remedy)
-    return asked[1] if asked and missing_of(asked[1]) else None
+    match = _REMEDY.search(remedy)
+    return match[1] if match and missing_of(match[1]) else None
 
 
 def _is_installed(name: str) -> bool:
@@ -79,8 +79,8 @@ def _is_installed(name: str) -> bool:
 def extra_of(module: str) -> str | None:
     """Return the extra that brings an imported module (``flask.views``); None if none does."""
     top = module.partition(".")[0]
-    wanted = _MODULES.get(top, top)
-    brings = (e for e, names in extras().items() if _normal(wanted) in map(_normal, names))
+    distribution = _MODULES.get(top, top)
+    brings = (e for e, names in extras().items() if _normal(distribution) in map(_normal, names))
     return next(brings, None)
 
 

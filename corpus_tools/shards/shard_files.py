@@ -146,10 +146,10 @@ def _digest(shard: Shard, origin: Origin) -> str:
 def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
     """Return rows and digest of an origin's shard; None if it is missing or damaged."""
     try:
-        shard, found, digest = _read(path)
+        shard, stored, digest = _read(path)
     except FormatError:
         return None
-    return (len(shard.right), digest) if found == origin else None
+    return (len(shard.right), digest) if stored == origin else None
 
 
 def read_shard(path: Path, digest: str = "") -> Shard:
@@ -157,8 +157,8 @@ def read_shard(path: Path, digest: str = "") -> Shard:
 
     FormatError if it isn't there, isn't one, is damaged or is another one.
     """
-    shard, _, found = _read(path)
-    if digest and found != digest:
+    shard, _, stored = _read(path)
+    if digest and stored != digest:
         raise FormatError(
             f"this is not the shard that {MANIFEST} names: its digest differs",
             where=str(path),

@@ -74,8 +74,8 @@ def write_shards(
         _names_of_sets(options)  # an unknown name is an error before anything is read
         if not all(SHARD_FILE.fullmatch(path.name) for path in out.iterdir()):
             raise FormatError("this folder isn't empty", where=str(out), fix="name a new folder")
-        wanted = PORTIONS if workers.scheduler else workers.jobs
-        of = -(-wanted // len(corpora))
+        portion_count = PORTIONS if workers.scheduler else workers.jobs
+        of = -(-portion_count // len(corpora))
         portions = [Portion(name, i, k, of) for i, name in enumerate(corpora) for k in range(of)]
         make = partial(_write_portion, out=out.absolute(), options=options, size=size)
         made: dict[Portion, _Made] = {}
@@ -151,11 +151,11 @@ def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) 
         file = f"{portion.order:05}-{first // size:05}.parquet"
         features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
         origin = shard_files.Origin(digest, first, len(part), *features)
-        known = shard_files.known_shard(out / file, origin)
-        if known is None:
+        count = shard_files.known_shard(out / file, origin)
+        if count is None:
             shard = to_shard(part, options)
-            known = len(shard.right), shard_files.write_shard(out / file, shard, origin)
-        made.shards.append(shard_files.ShardRecord(file, len(part), *known))
+            count = len(shard.right), shard_files.write_shard(out / file, shard, origin)
+        made.shards.append(shard_files.ShardRecord(file, len(part), *count))
     return made
 
 

@@ -111,12 +111,12 @@ def fit_on_shards(
             looking = partial(_look, weights=unit * weights, least=least)
             return _scaled(_sum(work_in_order(looking, parts, executor)), unit)
 
-        found = minimise(
+        fit = minimise(
             Problem(look, unit, manifest.examples / 4),
             tolerance=tolerance,
             optimizer=model.optimizer,
         )
-    return model.with_weights(space, (found / size)[copy_of])
+    return model.with_weights(space, (fit / size)[copy_of])
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,8 +152,8 @@ def _joined(surveys: Sequence[_Survey], sets: tuple[str, ...]) -> tuple[FeatureS
     translated = [renumbered(survey.space, bases, words) for survey in surveys]
     keys = np.unique(np.concatenate(translated))
     total = np.zeros((len(keys), 2), dtype=np.uint64)
-    for own, survey in zip(translated, surveys, strict=True):
-        total[np.searchsorted(keys, own)] += survey.signatures
+    for columns, survey in zip(translated, surveys, strict=True):
+        total[np.searchsorted(keys, columns)] += survey.signatures
     return FeatureSpace(sets, bases, words, keys), total
 
 
@@ -183,16 +183,18 @@ def _write_columns(path: Path, space: FeatureSpace, first: npt.NDArray[np.intp])
 def _read_columns(
     path: Path,
 ) -> tuple[list[str], list[str], npt.NDArray[np.int64], npt.NDArray[np.int32]]:
-    found = read_arrays(path, _COLUMN_FIELDS, where=str(path), fix="train again", error=FormatError)
-    return found["bases"].tolist(), found["words"].tolist(), found["keys"], found["column"]
+    arrays = read_arrays(
+        path, _COLUMN_FIELDS, where=str(path), fix="train again", error=FormatError
+    )
+    return arrays["bases"].tolist(), arrays["words"].tolist(), arrays["keys"], arrays["column"]
 
 
 def _pack(file: File, *, scratch: Path, read: Read) -> Path:
     """Write the distinct columns of a shard as training wants them."""
     bases, words, keys, column = _read_columns(scratch / _COLUMNS)
     shard = read(*file)
-    own = column[np.searchsorted(keys, renumbered(shard.space, bases, words))]
-    column_of = own[shard.features]
+    columns = column[np.searchsorted(keys, renumbered(shard.space, bases, words))]
+    column_of = columns[shard.features]
     kept = column_of >= 0
     before = np.concatenate(([0], np.cumsum(kept)))
     packed = scratch / f"{file[0].stem}.npy"
@@ -265,6 +267,6 @@ def write_scratch_shards(
 
 def read_scratch_shard(path: Path, digest: str = "") -> Shard:
     """Read one of these shards, which have no digest; FormatError if it is missing or damaged."""
-    found = read_arrays(path, _FIELDS, where=str(path), fix="train again", error=FormatError)
-    bases, words = (tuple(found.pop(name).tolist()) for name in ("bases", "words"))
-    return Shard(bases, words, **found)
+    arrays = read_arrays(path, _FIELDS, where=str(path), fix="train again", error=FormatError)
+    bases, words = (tuple(arrays.pop(name).tolist()) for name in ("bases", "words"))
+    return Shard(bases, words, **arrays)

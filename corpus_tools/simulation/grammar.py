@@ -212,8 +212,8 @@ class Wording:
 
     def grounding(self, clause: SDC) -> tuple[str, ...] | None:
         """Return ids of groundings of a clause; None if none were noted."""
-        found = self.groundings.get(id(clause))
-        return None if found is None else found[1]
+        noted = self.groundings.get(id(clause))
+        return None if noted is None else noted[1]
 
     def leaf(self, words: str, *ids: str) -> SDC:
         """Type a leaf OBJECT."""
@@ -449,11 +449,11 @@ class Noun:
 
 
 def _nouns(labels: Sequence[str], *names: str) -> tuple[Noun, ...]:
-    found = []
+    nouns = []
     for name in names:
         head, _, of = name.partition(" of ")
-        found.append(Noun(frozenset(labels), head, of))
-    return tuple(found)
+        nouns.append(Noun(frozenset(labels), head, of))
+    return tuple(nouns)
 
 
 _PALLET = _nouns(("pallet",), "pallet", "skid")
@@ -489,10 +489,10 @@ def refer(
     nouns = NOUNS[thing.kind]
     noun = nouns[int(rng.integers(len(nouns)))]
     rivals = [t for t in scene.things.values() if t.id != thing.id and noun.labels <= t.labels]
-    known = _distinctions(scene, thing, rivals) if rivals and not vague else []
-    if not known:
+    distinctions = _distinctions(scene, thing, rivals) if rivals and not vague else []
+    if not distinctions:
         return _phrase(wording, noun, thing)
-    return known[int(rng.integers(len(known)))].say(wording, noun, thing, rng)
+    return distinctions[int(rng.integers(len(distinctions)))].say(wording, noun, thing, rng)
 
 
 def name_place(wording: Wording, place: Seen, rng: np.random.Generator) -> SDC:
@@ -544,17 +544,17 @@ def _distinctions(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Di
 
 def _likenesses(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
     """Return distinctions by a look that it alone has: its colour, or its height."""
-    found: list[str] = [
+    adjectives: list[str] = [
         colour
         for colour in thing.colours[:1]
         if not any(colour in rival.colours for rival in rivals)
     ]
     heights = [rival.height for rival in rivals]
     if thing.height > CLEARLY_TALLER * max(heights):
-        found += ["tall", "tallest"]
+        adjectives += ["tall", "tallest"]
     if CLEARLY_TALLER * thing.height < min(heights):
-        found += ["short", "shortest"]
-    return [_Distinction(adjective) for adjective in found]
+        adjectives += ["short", "shortest"]
+    return [_Distinction(adjective) for adjective in adjectives]
 
 
 def _sides(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
@@ -564,26 +564,26 @@ def _sides(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
     if min(t.at[0] for t in row) <= 0 or min(-np.diff(across)) < CLEARLY_M:
         return []
     place = row.index(thing)
-    found = []
+    distinctions = []
     for side, rank in (("left", place), ("right", len(row) - 1 - place)):
         if rank == 0:
-            found += [
+            distinctions += [
                 _Distinction(adjective=f"{side}most"),
                 _Distinction(relation=f"on the {side}"),
                 _Distinction(adjective=side),
             ]
         if len(row) > 2 and rank < len(_ORDINALS):
-            found.append(_Distinction(_ORDINALS[rank], f"from the {side}"))
-    return found
+            distinctions.append(_Distinction(_ORDINALS[rank], f"from the {side}"))
+    return distinctions
 
 
 def _ranges(thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
     """Return distinctions by distance from the robot."""
-    own = np.hypot(*thing.at)
+    distance_m = np.hypot(*thing.at)
     others = [np.hypot(*rival.at) for rival in rivals]
-    if own + CLEARLY_M < min(others):
+    if distance_m + CLEARLY_M < min(others):
         return [_Distinction(a) for a in ("nearest", "closest")]
-    if own > max(others) + CLEARLY_M:
+    if distance_m > max(others) + CLEARLY_M:
         return [_Distinction("farthest")]
     return []
 
@@ -598,12 +598,14 @@ def _decks(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Distincti
 def _neighbours(scene: Scene, thing: Seen, rivals: Sequence[Seen]) -> list[_Distinction]:
     """Return distinctions by a thing of another kind, unique in kind, that it alone is next to."""
     kinds = [t.kind for t in scene.things.values()]
-    found = []
+    distinctions = []
     for other in scene.things.values():
         if other.deck or thing.deck or other.kind == thing.kind or kinds.count(other.kind) > 1:
             continue
         if other not in rivals and distance(thing, other) < BY_M:
             apart = min(distance(rival, other) for rival in rivals)
             if apart > distance(thing, other) + 2 * CLEARLY_M:
-                found += [_Distinction(relation=r, landmark=other) for r in ("next to", "near")]
-    return found
+                distinctions += [
+                    _Distinction(relation=r, landmark=other) for r in ("next to", "near")
+                ]
+    return distinctions

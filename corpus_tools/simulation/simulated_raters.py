@@ -111,16 +111,16 @@ def _points(
     """Return for each pair its raters, and each one's choice of the five points."""
     bias = rng.normal(0, model.bias, raters)
     careless = rng.random(raters) < model.careless
-    own = np.array([_video(command) == shown for command, shown in pairs])
-    mean = np.where(own, model.own, model.other) + rng.normal(0, model.spread, len(pairs))
-    found = []
+    is_own_video = np.array([_video(command) == shown for command, shown in pairs])
+    mean = np.where(is_own_video, model.own, model.other) + rng.normal(0, model.spread, len(pairs))
+    ratings = []
     for quality in mean:
         chosen = rng.choice(raters, size=judgments, replace=False)
         seen = quality + bias[chosen] + rng.normal(0, model.noise, judgments)
         by_chance = rng.integers(len(RATINGS), size=judgments)
         points = np.where(careless[chosen], by_chance, np.searchsorted(THRESHOLDS, seen))
-        found.append([(int(r), int(p)) for r, p in zip(chosen, points, strict=True)])
-    return found
+        ratings.append([(int(r), int(p)) for r, p in zip(chosen, points, strict=True)])
+    return ratings
 
 
 class Raters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -136,8 +136,8 @@ def read_header(file: Path) -> CurveFile:
             arrays = msgspec.json.decode(content.read(length), type=dict[str, Any])
         metadata = msgspec.convert(arrays.pop("__metadata__", None), _Metadata)
         curves = msgspec.json.decode(metadata.curves, type=tuple[Curve, ...])
-        found = msgspec.convert(arrays, dict[str, _Array])
-        samples, rate = found["0"].shape[0], float(metadata.rate)
+        arrays_read = msgspec.convert(arrays, dict[str, _Array])
+        samples, rate = arrays_read["0"].shape[0], float(metadata.rate)
         if metadata.kind != KIND or not 0 < len(curves) <= MOST_CURVES or not 0 < rate < 1e6:
             raise ValueError("it has no curves")
         if not 0 < samples <= size:
@@ -148,7 +148,7 @@ def read_header(file: Path) -> CurveFile:
             str(k): _Array("F32", shape, (offset, offset + 4 * int(np.prod(shape))))
             for k, (offset, shape) in enumerate(zip(offsets, shapes, strict=True))
         }
-        if found != expected or size != 8 + length + found["0"].data_offsets[1]:
+        if arrays_read != expected or size != 8 + length + arrays_read["0"].data_offsets[1]:
             raise ValueError("its header doesn't fit its size")
     except (OSError, ValueError, LookupError, struct.error, msgspec.MsgspecError) as error:
         what = f"this is no whole file of curves: {error}"

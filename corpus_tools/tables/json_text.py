@@ -139,8 +139,8 @@ def explained(error: Exception, text: str) -> tuple[str, str, int]:
     """
     if isinstance(error, msgspec.ValidationError):
         # msgspec ends its message with the field: "... - at `$.objects[0].id`"
-        found = re.fullmatch(r"(?s)(.*?)(?: - at `(?:key in )?\$\.?(.*)`)?", str(error))
-        what, field = (found[1], found[2] or "") if found else (str(error), "")
+        match = re.fullmatch(r"(?s)(.*?)(?: - at `(?:key in )?\$\.?(.*)`)?", str(error))
+        what, field = (match[1], match[2] or "") if match else (str(error), "")
         return what[:1].lower() + what[1:], field, _offset_of(text, field)
     if isinstance(error, _RepeatedNameError):
         field, offset = _repeated_name(text)
@@ -218,5 +218,5 @@ def _fields(text: str) -> Iterator[tuple[str, int, bool]]:
 
 
 def _skip(text: str, at: int) -> int:
-    found = _SPACE.match(text, at)
-    return at if found is None else found.end()
+    match = _SPACE.match(text, at)
+    return at if match is None else match.end()

@@ -297,8 +297,8 @@ class _Scan:
 
     def plain(self) -> str:
         start = self.at
-        found = _UP_TO_MARK[self.end].match(self.text, start)
-        self.at = start if found is None else found.end()
+        match = _UP_TO_MARK[self.end].match(self.text, start)
+        self.at = start if match is None else match.end()
         if self.text.startswith('"', self.at):
             raise self.error(
                 self.place(self.at), "a quotation mark is in a cell that does not begin with one"

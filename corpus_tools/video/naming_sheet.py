@@ -71,15 +71,15 @@ def crops(kinds: tuple[str, ...] = ()) -> Iterator[Crop]:
                 yield _crop(kind, camera)
 
 
-def write_sheet(found: list[Crop], out: Path, *, force: bool = False) -> None:
+def write_sheet(crops: list[Crop], out: Path, *, force: bool = False) -> None:
     """Write the sheet, a clip of each crop, a table of what they show, and a study.
 
     The folder `out` appears when all is in it; with `force` it replaces one that was written
     before.
     """
     # Their order tells nothing of what they show.
-    mixed = sorted(found, key=lambda crop: zlib.crc32(f"{crop.kind} {crop.camera}".encode()))
-    files = {SHEET: _jpeg(sheet(found)), STUDY: _STUDY.encode()}
+    mixed = sorted(crops, key=lambda crop: zlib.crc32(f"{crop.kind} {crop.camera}".encode()))
+    files = {SHEET: _jpeg(sheet(crops)), STUDY: _STUDY.encode()}
     table, rows = io.StringIO(), []
     for number, crop in enumerate(mixed, start=1):
         name = f"{number:03}"
@@ -91,15 +91,15 @@ def write_sheet(found: list[Crop], out: Path, *, force: bool = False) -> None:
     write_folder(out, files, force=force, marker=TABLE)
 
 
-def sheet(found: list[Crop]) -> Image:
+def sheet(crops: list[Crop]) -> Image:
     """Draw one picture of all crops: a row for each kind, a column for each camera."""
-    kinds = list(dict.fromkeys(crop.kind for crop in found))
+    kinds = list(dict.fromkeys(crop.kind for crop in crops))
     cameras = list(TURNS_DEG)
     width, height = CELL
     label, gap = 22, 6
     shape = (len(kinds) * (height + label), len(cameras) * (width + gap), 3)
     page = np.full(shape, 255, np.uint8)
-    for crop in found:
+    for crop in crops:
         y = kinds.index(crop.kind) * (height + label)
         x = cameras.index(crop.camera) * (width + gap)
         small = cv2.resize(crop.picture, CELL, interpolation=cv2.INTER_AREA)

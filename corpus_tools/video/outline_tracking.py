@@ -192,6 +192,6 @@ def _motion(before: MatLike, now: MatLike, mask: MatLike) -> NDArray[np.float64]
     good = (is_forth.ravel() == 1) & (is_back.ravel() == 1) & is_near
     if good.sum() < _FEWEST:
         return None
-    found, _ = cv2.estimateAffinePartial2D(start[good], forth[good], ransacReprojThreshold=2.0)
-    motion: NDArray[np.float64] | None = found
+    transform, _ = cv2.estimateAffinePartial2D(start[good], forth[good], ransacReprojThreshold=2.0)
+    motion: NDArray[np.float64] | None = transform
     return motion

@@ -167,14 +167,14 @@ def file_digest(file: Path) -> str:
         digest, _, seal = index.read_text("ascii").partition(" ")
         if seal == _seal(key, digest):
             return digest
-    found = hashlib.sha256()
+    hasher = hashlib.sha256()
     try:
         with file.open("rb") as content:
             while block := content.read(_BLOCK):
-                found.update(block)
+                hasher.update(block)
     except OSError as error:
         raise _no_file(file, error) from error
-    digest = found.hexdigest()
+    digest = hasher.hexdigest()
     if _stamp(file) == stamp and time.time_ns() - max(stamp.changed_ns) > _SETTLED_NS:
         _keep(index, f"{digest} {_seal(key, digest)}".encode())
     return digest

@@ -59,8 +59,8 @@ class Modes(click.Group):
         if name not in self.commands:
             if not ctx.resilient_parsing:
                 option = name.partition(" ")[0]
-                known = any_of(one for one in self.modes if one.startswith(f"{option} "))
-                raise click.UsageError(f"There is no {name}; give {known}.", ctx)
+                options = any_of(one for one in self.modes if one.startswith(f"{option} "))
+                raise click.UsageError(f"There is no {name}; give {options}.", ctx)
         else:
             self._check_options(ctx, name, used)
         # What comes after two dashes isn't read as the group's own options.
@@ -68,7 +68,7 @@ class Modes(click.Group):
 
     def _sorted(self, args: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
         """Split arguments into the chosen commands, all words that matter, and a command's own."""
-        known = {n: option for mode in self.commands.values() for n, option in _options(mode)}
+        options = {n: option for mode in self.commands.values() for n, option in _options(mode)}
         with_value = {mode.partition(" ")[0] for mode in self.modes if " " in mode}
         chosen: list[str] = []
         used: list[str] = []
@@ -88,16 +88,16 @@ class Modes(click.Group):
             else:
                 used.append(name)
                 rest.append(word)
-                option = known.get(name)
+                option = options.get(name)
                 if option and not option.is_flag and not equals:
                     rest += islice(words, 1)
         return list(dict.fromkeys(chosen)), used, rest
 
     def _suggest(self, ctx: click.Context, used: Sequence[str]) -> None:
         """Refuse a word that nearly chooses a command, and say which it may stand for."""
-        known = {option for mode in self.commands.values() for option, _ in _options(mode)}
+        options = {option for mode in self.commands.values() for option, _ in _options(mode)}
         choosing = {mode.partition(" ")[0] for mode in self.modes}
-        for word in (word for word in used if word not in known):
+        for word in (word for word in used if word not in options):
             if word.startswith("-"):
                 error = click.NoSuchOption(word, possibilities=nearest(word, choosing), ctx=ctx)
                 if error.possibilities:
@@ -107,10 +107,10 @@ class Modes(click.Group):
 
     def _check_options(self, ctx: click.Context, name: str, used: Iterable[str]) -> None:
         """Refuse options that only other commands have, and say which do."""
-        own = dict(_options(self.commands[name]))
+        mode_options = dict(_options(self.commands[name]))
         for option in used:
             having = [n for n, mode in self.commands.items() if option in dict(_options(mode))]
-            if having and option not in own:
+            if having and option not in mode_options:
                 where = click.Context(self.commands[name], parent=ctx, info_name=name)
                 raise click.UsageError(
                     f"{option} doesn't go with {name}; it is for {all_of(having)}.", where
@@ -172,13 +172,17 @@ def check(ctx: click.Context, sets: tuple[OptionSet, ...]) -> None:
     """Refuse options that are none of some sets; the error lists the allowed ones."""
     given = [p.opts[0] for p in ctx.command.params if _is_given(ctx, p)]
     deciding = {option for one in sets for option in one.needs}
-    own = next((one for one in sets if {*one.needs} == deciding & {*given}), None)
-    if own is None:
+    matching = next((one for one in sets if {*one.needs} == deciding & {*given}), None)
+    if matching is None:
         raise click.UsageError(f"Give {any_of(str(one) for one in sets if one.needs)}.", ctx)
     for option in given:
         having = [one for one in sets if option in one.may]
-        if having and own not in having:
-            why = f"doesn't go with {own}" if own.needs else f"goes with {any_of(map(str, having))}"
+        if having and matching not in having:
+            why = (
+                f"doesn't go with {matching}"
+                if matching.needs
+                else f"goes with {any_of(map(str, having))}"
+            )
             raise click.UsageError(f"{option} {why}.", ctx)
 
 
@@ -398,15 +402,15 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
         **options: Any,
     ) -> Any:
         purposes = [option for name, option in _PURPOSES.items() if name in options]
-        asked = any(
+        is_needed = any(
             value == NAME or (isinstance(value, tuple) and NAME in value)
             for value in map(options.get, _PURPOSES)
         )
         if bool(llm) != bool(endpoint):
             raise click.UsageError("Give --llm and --endpoint together.")
-        if asked and not endpoint:
+        if is_needed and not endpoint:
             raise click.UsageError("A language model needs --llm and --endpoint.")
-        if endpoint and not asked:
+        if endpoint and not is_needed:
             raise click.UsageError(f"Say what to ask the language model for: {any_of(purposes)}.")
         made = None
         if endpoint:
@@ -464,5 +468,5 @@ def used_of(
     from eval.language_model.chat_endpoint import usage  # noqa: PLC0415 - `ct --help` does without
     from eval.language_model.model_answers import JUDGE, PARSE, PLAN  # noqa: PLC0415 - `ct --help` does without
 
-    asked = {PLAN: plans, PARSE: parses, JUDGE: judge}
-    return {purpose: usage(endpoint, purpose) for purpose, is_asked in asked.items() if is_asked}
+    purposes = {PLAN: plans, PARSE: parses, JUDGE: judge}
+    return {purpose: usage(endpoint, purpose) for purpose, is_asked in purposes.items() if is_asked}

@@ -189,12 +189,15 @@ def table_1(
     with Executor(workers) as executor:
         with progress_bar("extracting features") as on_progress:
             result = held_out_predictions.run(choices, on_progress)
-        said = {OURS: result.predictions, **held_out_predictions.given(predictions, result)}
+        by_model = {OURS: result.predictions, **held_out_predictions.given(predictions, result)}
         how: dict[str, Any] = {"threshold": choices.threshold, "draws": draws, "seed": choices.seed}
-        rows, *others = (table_rows(own, **how, executor=executor) for own in said.values())
-    compared = compare_predictions(said, **how) if others else []
+        rows, *others = (
+            table_rows(probabilities, **how, executor=executor)
+            for probabilities in by_model.values()
+        )
+    compared = compare_predictions(by_model, **how) if others else []
     metadata = {"table": 1, **result.metadata, "draws": draws}
-    named = dict(zip(list(said)[1:], others, strict=True))
+    named = dict(zip(list(by_model)[1:], others, strict=True))
     if named:
         metadata["predictions"] = list(named)
     terminal = is_terminal(out)

@@ -173,9 +173,9 @@ def table_3(
         "most": most,
         "missing": sorted(missing()),
         "judge": {judge: dict(asked_judge.about)},
-        "grounders": {own.name: dict(own.about) for own in others},
-        "parsers": [own.name for own in parsed_by],
-        "parsed_by": {own.name: dict(own.about) for own in parsed_by if own.about},
+        "grounders": {grounder.name: dict(grounder.about) for grounder in others},
+        "parsers": [parser.name for parser in parsed_by],
+        "parsed_by": {parser.name: dict(parser.about) for parser in parsed_by if parser.about},
     }
     kept = _kept(out, settings)
     with progress_bar("reading corpora") as on_progress:
@@ -201,7 +201,7 @@ def table_3(
     if used:
         result = result.with_metadata({"language_model": used})
     corpora = (open_corpus(name) for name in (test, *train.split(",")))
-    notes = [in_words(purpose, told) for purpose, told in used.items()]
+    notes = [in_words(purpose, used_model) for purpose, used_model in used.items()]
     write(
         with_judge(result, corpora, draws=draws, seed=seed, notes=notes, verbose=verbose)(form), out
     )
@@ -218,10 +218,10 @@ def _others(
     from eval.table_3.given_plans import read_plans
     from eval.table_3.grounder_registry import grounder_named
 
-    wanted = [name for name in dict.fromkeys(names) if name not in BASELINES]  # these are there
+    others = [name for name in dict.fromkeys(names) if name not in BASELINES]  # these are there
     result: list[PlanGrounder] = [
         LanguageModelGrounder(endpoint) if name == NAME and endpoint else grounder_named(name)
-        for name in wanted
+        for name in others
     ]
     return [*result, *(read_plans(file) for file in plans)]
 

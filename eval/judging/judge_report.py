@@ -58,7 +58,7 @@ def render(
         listed = [asdict(pair) for pair in validity.disagreements]
         return document({**summary(validity), "disagreements": listed}, about)
     near = [p for p in validity.disagreements if not p.original]
-    own = [p for p in validity.disagreements if p.original]
+    own_videos = [p for p in validity.disagreements if p.original]
     tables = {
         "Near misses: commands with another video than their own": _near_misses(validity),
         "Commands with their own video": _own_videos(validity),
@@ -66,7 +66,7 @@ def render(
             near, validity
         ),
         "Own videos of which a verdict says another thing than most people": _disagreements(
-            own, validity
+            own_videos, validity
         ),
     }
     return table_text(tables, notes(validity), about, terminal=terminal)
@@ -229,5 +229,5 @@ def _reasons(pair: JudgedPair) -> list[str]:
     ]
 
 
-def _yes(said: bool) -> str:
-    return "yes" if said else "no"
+def _yes(fits: bool) -> str:
+    return "yes" if fits else "no"

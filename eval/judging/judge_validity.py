@@ -156,13 +156,13 @@ def judge_validity(
         "chosen_on": [p for p in others if p.scenario in CHOSEN_ON],
         "others": [p for p in others if p.scenario not in CHOSEN_ON],
     }
-    own = [p for p in pairs if p.original]
+    own_videos = [p for p in pairs if p.original]
     return Validity(
         tuple(pairs),
         left_out,
         mine[0].study,
         {v: {name: _agree(some, v, resampled) for name, some in halves.items()} for v in titles},
-        {v: _agree(own, v, resampled) for v in titles},
+        {v: _agree(own_videos, v, resampled) for v in titles},
         _agree(pairs, ENDS, resampled),
         _auc_of(pairs, resampled),
         titles,
@@ -211,27 +211,34 @@ def _judged(
     for j in judgments:
         ratings.setdefault(shown_pair(j), []).append(RATINGS.index(j.rating) + 1)
     with_logs = {key: given for key, given in ratings.items() if {*key[1:]} <= contexts.keys()}
-    ends = {(own, shown): _ends(contexts[own], contexts[shown]) for _, own, shown in with_logs}
+    ends = {
+        (own_context, shown): _ends(contexts[own_context], contexts[shown])
+        for _, own_context, shown in with_logs
+    }
     executions = {video: logged(contexts[video]) for video in {shown for _, _, shown in with_logs}}
     cases = {
-        (text, own, shown): JudgedPlan(
-            text, executions[shown], (), contexts[own], annotations.get((own, _plain(text)))
+        (text, own_context, shown): JudgedPlan(
+            text,
+            executions[shown],
+            (),
+            contexts[own_context],
+            annotations.get((own_context, _plain(text))),
         )
-        for text, own, shown in with_logs
+        for text, own_context, shown in with_logs
     }
     others = _verdicts(cases, other) if other else {}
     pairs = []
-    for (text, own, shown), given in with_logs.items():
-        verdicts = {ENDS: ends[own, shown]}
-        by_words = judge_by_words(annotations.get((own, _plain(text))), executions[shown])
+    for (text, own_context, shown), given in with_logs.items():
+        verdicts = {ENDS: ends[own_context, shown]}
+        by_words = judge_by_words(annotations.get((own_context, _plain(text))), executions[shown])
         if by_words is not None:
             verdicts[WORDS] = by_words
         if other:
-            verdicts[other.name] = others[text, own, shown]
+            verdicts[other.name] = others[text, own_context, shown]
         agree = 2 * sum(r >= AGREES for r in given) > len(given)
-        scenario = scenarios.get(own, "")
+        scenario = scenarios.get(own_context, "")
         rated = tuple(sorted(given))
-        pairs.append(JudgedPair(text, own, shown, scenario, rated, agree, verdicts))
+        pairs.append(JudgedPair(text, own_context, shown, scenario, rated, agree, verdicts))
     return pairs, len(ratings) - len(with_logs)
 
 
@@ -243,9 +250,9 @@ def _verdicts(
         return dict(zip(cases, threads.map(other.verdict, cases.values()), strict=True))
 
 
-def _ends(own: Context, shown: Context) -> Verdict:
-    state = replayed(own, shown)
-    return Verdict(False, ABSENT) if state is None else judge(own, state)
+def _ends(own_context: Context, shown: Context) -> Verdict:
+    state = replayed(own_context, shown)
+    return Verdict(False, ABSENT) if state is None else judge(own_context, state)
 
 
 def _agree(pairs: Sequence[JudgedPair], verdict: str, resampled: Resampled) -> Agreement:
@@ -266,11 +273,11 @@ def _auc_of(pairs: Sequence[JudgedPair], resampled: Resampled) -> Estimate:
     return percentiles(float(_auc(counts.sum(axis=0))), _auc(resampled(counts)), len(counts))
 
 
-def _levels(said: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:
+def _levels(verdicts: BoolArray, mean: FloatArray, video: IntArray) -> FloatArray:
     """Count pairs by video, verdict and mean rating, shape (videos, 2, levels)."""
     values, level = np.unique(mean, return_inverse=True)
     counts = np.zeros((video.max() + 1, 2, len(values)))
-    np.add.at(counts, (video, said.astype(int), level), 1.0)
+    np.add.at(counts, (video, verdicts.astype(int), level), 1.0)
     return counts
 
 
@@ -371,8 +378,8 @@ def _accuracy(table: FloatArray) -> FloatArray:
     return ratio(np.trace(table, axis1=-2, axis2=-1), table.sum(axis=(-2, -1)))
 
 
-def _tables(people: BoolArray, said: BoolArray, video: IntArray) -> FloatArray:
+def _tables(people: BoolArray, verdicts: BoolArray, video: IntArray) -> FloatArray:
     """Count pairs by video, people's answer and the judge's, shape (videos, 2, 2)."""
     tables = np.zeros((len(np.unique(video)), 2, 2))
-    np.add.at(tables, (video, people.astype(int), said.astype(int)), 1.0)
+    np.add.at(tables, (video, people.astype(int), verdicts.astype(int)), 1.0)
     return tables

@@ -108,17 +108,17 @@ def draw(plans: Sequence[DistinctPlan], kinds: Sequence[str], most: int, seed: i
     rng = np.random.default_rng(seed)
     of_kind = {kind: [p for p in plans if p.kind == kind] for kind in kinds}
     chance: dict[str, float] = {}
-    counts = quotas({kind: len(own) for kind, own in of_kind.items()}, most)
+    counts = quotas({kind: len(drawable) for kind, drawable in of_kind.items()}, most)
     for kind, count in counts.items():
-        own = of_kind[kind]
-        cells = sorted({_cell(p) for p in own})
+        drawable = of_kind[kind]
+        cells = sorted({_cell(p) for p in drawable})
         shuffled = rng.random(len(cells))
         # What is left over is spread over configurations, at random over their scenarios.
         order = sorted(range(len(cells)), key=lambda i: (cells[i][0], shuffled[i]))
         number = {cells[i]: place for place, i in enumerate(order)}
-        codes = np.array([number[_cell(p)] for p in own], dtype=np.int64)
+        codes = np.array([number[_cell(p)] for p in drawable], dtype=np.int64)
         drawn, chances = balanced_sample(codes, count, rng)
-        chance |= {own[i].run: float(chances[i]) for i in drawn}
+        chance |= {drawable[i].run: float(chances[i]) for i in drawn}
     return Sample(seed, LOG, dict(sorted(chance.items())))
 
 
@@ -237,14 +237,14 @@ def agreements(
     """
     rows = []
     for name in (ALL, *CONFIGURATIONS):
-        own = [p for p in plans if name in (ALL, *p.configurations)]
-        if not own:
+        configured = [p for p in plans if name in (ALL, *p.configurations)]
+        if not configured:
             continue
-        scenario = codes([p.record.scenario for p in own])
+        scenario = codes([p.record.scenario for p in configured])
         counts = np.zeros((scenario.max() + 1, 3, 2))
-        verdicts = [int(kind_of(p, verdict) == RIGHT) for p in own]
+        verdicts = [int(kind_of(p, verdict) == RIGHT) for p in configured]
         rated = []
-        for plan, place, judge in zip(own, scenario, verdicts, strict=True):
+        for plan, place, judge in zip(configured, scenario, verdicts, strict=True):
             counts[place, 2, judge] += 1
             if plan.run in people:
                 yes = people[plan.run]
@@ -259,12 +259,11 @@ def agreements(
             figure: percentiles(float(values[i]), drawn[:, i], len(counts), _missing(figure, raw))
             for i, figure in enumerate(FIGURES)
         }
-        rows.append(PlanAgreement(name, len(own), len(rated), raw, bounded))
+        rows.append(PlanAgreement(name, len(configured), len(rated), raw, bounded))
     return rows
 
 
 def _missing(figure: str, rated: Mapping[str, int]) -> Reason:
-    """Return the reason for an undefined figure."""
     if not sum(rated.values()):
         return "no data"
     return "all alike" if figure == "kappa" else "empty class"

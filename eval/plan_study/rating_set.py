@@ -106,15 +106,15 @@ def prepare(
     records = plan_all(folder, settings, on_progress)
     plans = distinct_plans(records)
     drawn = sampled(folder, plans, settings)
-    own = {a.command.id: a.context for a in chosen_commands(settings)}
-    runs = _carried_out(folder, [p for p in plans if p.run in drawn.chance], own, on_progress)
+    contexts = {a.command.id: a.context for a in chosen_commands(settings)}
+    runs = _carried_out(folder, [p for p in plans if p.run in drawn.chance], contexts, on_progress)
     whole = {run: chance for run, chance in drawn.chance.items() if not runs[run].failure}
     sample = msgspec.structs.replace(drawn, chance=whole)
     pairs = [
         Pair(
             p.record.text,
             p.run,
-            own[p.record.command].id,
+            contexts[p.record.command].id,
             "+".join(p.configurations),
             p.record.command,
         )

@@ -206,8 +206,8 @@ def plan_all(
 
 def top(records: list[PlanRecord], configuration: str) -> list[PlanRecord]:
     """Return a configuration's most probable plans, as many as the paper's top rows have."""
-    own = [r for r in records if r.configuration == configuration]
-    return sorted(own, key=lambda r: (-r.probability, r.command))[:TOP]
+    configured = [r for r in records if r.configuration == configuration]
+    return sorted(configured, key=lambda r: (-r.probability, r.command))[:TOP]
 
 
 def run_corpus(folder: Path, run: str) -> Path:
@@ -317,10 +317,10 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
     each scenario is shown with its own video, and with a random other one of the test corpus. This
     shows whether people distinguish right from wrong.
     """
-    own = {a.command.id: a.context.id for a in commands}
+    contexts = {a.command.id: a.context.id for a in commands}
     best = {r.command for r in top(records, "auto")}
     result = [
-        Pair(r.text, r.run, own[r.command], r.configuration, r.command)
+        Pair(r.text, r.run, contexts[r.command], r.configuration, r.command)
         for r in records
         if r.run and (r.configuration != "auto" or r.command in best)
     ]
@@ -332,7 +332,7 @@ def pairs(records: list[PlanRecord], commands: list[Annotation], seed: int) -> l
         chosen = several[int(rng.integers(len(several)))]
         text, mine = chosen.command.text, chosen.context.id
         result.append(Pair(text, mine, mine, "right", chosen.command.id))
-        others = sorted({video for video in own.values() if video != mine})
+        others = sorted({video for video in contexts.values() if video != mine})
         if others:
             other = others[int(rng.integers(len(others)))]
             result.append(Pair(text, other, mine, "wrong", chosen.command.id))
@@ -370,19 +370,19 @@ def film_all(
     folder: Path, test: str, pairs: list[Pair], on_progress: OnProgress = no_progress
 ) -> None:
     """Make the videos of all pairs that aren't there yet; a CorpusError if one can't be made."""
-    wanted = {pair.video: pair for pair in pairs}
+    by_video = {pair.video: pair for pair in pairs}
     items: list[Item] = [
         ContextItem(video, str(run_corpus(folder, video)) if pair.is_plan else test, video)
-        for video, pair in sorted(wanted.items())
+        for video, pair in sorted(by_video.items())
         if not (folder / VIDEOS / video / MANIFEST).exists()
     ]
     if not items:
         return
     (folder / VIDEOS).mkdir(exist_ok=True)
     workers = Workers(min(os.cpu_count() or 1, len(items)))
-    before = len(wanted) - len(items)
+    before = len(by_video) - len(items)
     outcomes = produce_all(items, folder / VIDEOS, HOW, workers=workers, force=False)
     for number, outcome in enumerate(outcomes, before + 1):
         if outcome.problem:
             raise CorpusError(outcome.problem, where=f"the video {outcome.name}")
-        on_progress(f"videos: {outcome.name}", number, len(wanted))
+        on_progress(f"videos: {outcome.name}", number, len(by_video))

@@ -103,8 +103,12 @@ def by_people(
     for name in (*ROWS, *KNOWN):
         which, only_top = ROWS.get(name, (name, False))
         best = {r.command for r in top(records, which)} if only_top else None
-        own = [p for p in pairs if p.configuration == which and (best is None or p.command in best)]
-        row = _rated(name, own, scenarios, judgments, rng=np.random.default_rng(seed), draws=draws)
+        configured = [
+            p for p in pairs if p.configuration == which and (best is None or p.command in best)
+        ]
+        row = _rated(
+            name, configured, scenarios, judgments, rng=np.random.default_rng(seed), draws=draws
+        )
         if row is not None:
             rows.append(row)
     return rows
@@ -137,9 +141,11 @@ def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Judged
     there = {r.configuration for r in records} | missing().keys()
     baselines = {name: (name, False) for name in BASELINES if name in there}
     for name, (which, only_top) in {**ROWS, **baselines}.items():
-        own = top(records, which) if only_top else [r for r in records if r.configuration == which]
-        correct, scenarios = [r.correct for r in own], [r.scenario for r in own]
-        by_words = [r.by_words for r in own]
+        configured = (
+            top(records, which) if only_top else [r for r in records if r.configuration == which]
+        )
+        correct, scenarios = [r.correct for r in configured], [r.scenario for r in configured]
+        by_words = [r.by_words for r in configured]
         rows.append(judged_row(name, correct, scenarios, by_words=by_words, draws=draws, seed=seed))
     return rows
 
@@ -160,8 +166,8 @@ def compare_people(
         if pair is not None:
             answers[pair.configuration].setdefault(pair.command, []).append(agrees(j))
     shares = {
-        name: {command: float(np.mean(agreeing)) for command, agreeing in own.items()}
-        for name, own in answers.items()
+        name: {command: float(np.mean(agreeing)) for command, agreeing in of_commands.items()}
+        for name, of_commands in answers.items()
     }
     return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
 
@@ -189,8 +195,8 @@ def _rated(
     rng: np.random.Generator,
     draws: int,
 ) -> RatedRow | None:
-    wanted = {p.key: p for p in pairs}
-    mine = [(wanted[key], j) for j in judgments if (key := shown_pair(j)) in wanted]
+    by_key = {p.key: p for p in pairs}
+    mine = [(by_key[key], j) for j in judgments if (key := shown_pair(j)) in by_key]
     if not mine:
         return None
     agreeing = np.array([agrees(j) for _, j in mine])
@@ -466,8 +472,8 @@ def offer(
         endpoint=endpoint,
     ) as session:
         if not provider.pays:
-            wanted = people if study.access == "invited" else 1  # an open link is for all
-            return [*publish_links(session, url=url, task="rate", items=items, people=wanted)]
+            places = people if study.access == "invited" else 1  # an open link is for all
+            return [*publish_links(session, url=url, task="rate", items=items, people=places)]
         posted = publish_posting(
             session,
             url=url,

@@ -183,8 +183,8 @@ def _mark(axes: Axes, y: float, figure: Estimate, shown: tuple[str, str]) -> Non
     if has_interval:
         axes.plot([figure.low, figure.high], [y, y], color=colour, linewidth=1.6, clip_on=False)
     face = colour if has_interval else GROUND
-    look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "markersize": 4.5}
-    axes.plot([figure.value], [y], marker, clip_on=False, **look)
+    style: dict[str, Any] = {"color": colour, "markerfacecolor": face, "markersize": 4.5}
+    axes.plot([figure.value], [y], marker, clip_on=False, **style)
 
 
 def _diamond(axes: Axes, y: float, value: float) -> None:

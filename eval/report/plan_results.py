@@ -47,11 +47,11 @@ def bins(predictions: Predictions, *, seed: int, draws: int) -> tuple[Bin, ...]:
     place = np.minimum((predictions.probability * BINS).astype(int), BINS - 1)
     result = []
     for i in np.unique(place):
-        own = place == i
-        commands = codes(predictions.command[own].tolist())
-        share = bootstrap(predictions.label[own], commands, rng=rng, draws=draws)
-        stated = float(predictions.probability[own].mean())
-        result.append(Bin(stated, *share[:3], int(own.sum()), share.reason))
+        in_bin = place == i
+        commands = codes(predictions.command[in_bin].tolist())
+        share = bootstrap(predictions.label[in_bin], commands, rng=rng, draws=draws)
+        stated = float(predictions.probability[in_bin].mean())
+        result.append(Bin(stated, *share[:3], int(in_bin.sum()), share.reason))
     return tuple(result)
 
 

@@ -230,7 +230,7 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
     corpus = open_corpus(choices.corpus)
     plans = read_all_plans(choices.plans, corpus.hash)
     shown = examples(corpus, choices.videos, EXAMPLES) if choices.videos else []
-    asked = Choices(
+    table_choices = Choices(
         corpus=choices.corpus,
         division="cv",
         negatives="hard" if choices.negatives == "hard" else "random",
@@ -238,10 +238,14 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
         threshold=choices.threshold,
         seed=choices.seed,
     )
-    result = held_out_predictions.run(asked, on_progress)
+    result = held_out_predictions.run(table_choices, on_progress)
     draws = {"seed": choices.seed, "draws": choices.draws}
     repeats = choices.repeats
-    curve = held_out_predictions.learning_curve(asked, repeats, on_progress)[0] if repeats else ()
+    curve = (
+        held_out_predictions.learning_curve(table_choices, repeats, on_progress)[0]
+        if repeats
+        else ()
+    )
     ratings: dict[str, Any] = {"seed": choices.seed, "draws": STUDY_DRAWS, "study": choices.study}
     # Of a handful of judgments nothing is shown.
     has_ratings = len(of_study(corpus.judgments, choices.study)) >= FEWEST_BESIDE
@@ -262,7 +266,7 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
         known_validity([corpus], **draws) if has_ratings else None,
         plans,
         shown,
-        [one for own in plans for one in failures(own, EXAMPLES)][:EXAMPLES],
+        [one for table in plans for one in failures(table, EXAMPLES)][:EXAMPLES],
         {
             "corpus": corpus.name,
             "corpus_hash": corpus.hash,
@@ -275,7 +279,7 @@ def gather(choices: ReportChoices, on_progress: OnProgress = no_progress) -> Con
             "libraries": {name: version(name) for name in LIBRARIES},
             "seed": choices.seed,
             "draws": choices.draws,
-            **{f"table_3, {own.name}": own.provenance for own in plans},
+            **{f"table_3, {table.name}": table.provenance for table in plans},
         },
         _commands(choices, has_ratings=has_ratings),
     )

@@ -231,8 +231,11 @@ def _agreements(validity: Validity | None) -> list[tuple[str, str, Agreement]]:
         for verdict, groups in validity.near_misses.items()
         for name, agreement in groups.items()
     ]
-    own = validity.own_videos.items()
-    return [*near, *((VERDICTS[verdict], "its own video", agreement) for verdict, agreement in own)]
+    own_videos = validity.own_videos.items()
+    return [
+        *near,
+        *((VERDICTS[verdict], "its own video", agreement) for verdict, agreement in own_videos),
+    ]
 
 
 def _said(value: object) -> str:

@@ -51,8 +51,8 @@ def resampled_sums(
     flat = values.reshape(len(values), -1)
     starts = range(0, draws, BLOCK)
     blocks = [
-        _Block(flat, min(BLOCK, draws - start), own)
-        for start, own in zip(starts, rng.spawn(len(starts)), strict=True)
+        _Block(flat, min(BLOCK, draws - start), generator)
+        for start, generator in zip(starts, rng.spawn(len(starts)), strict=True)
     ]
     sums = work_in_order(_sums, blocks, executor or Executor(Workers()))
     return np.concatenate(sums).reshape(draws, *values.shape[1:])

@@ -103,8 +103,8 @@ def simulated_half_width(
     """
     if not 0 < share < 1:
         return undefined("all alike")
-    own = own_shares(share, correlation, (studies, plan.pairs), rng)
-    shares = rng.binomial(plan.judges, own).mean(axis=1) / plan.judges
+    drawn = own_shares(share, correlation, (studies, plan.pairs), rng)
+    shares = rng.binomial(plan.judges, drawn).mean(axis=1) / plan.judges
     low, high = np.quantile(shares, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     return Estimate(float(high - low) / 2)
 

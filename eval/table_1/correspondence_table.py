@@ -80,11 +80,17 @@ def render(
     if format == "json":
         return document(_content(rows, others, compared), metadata)
     if format == "csv":
-        named = [{"model": name, **_flat(row)} for name, own in models.items() for row in own]
+        named = [
+            {"model": name, **_flat(row)}
+            for name, rows_of_model in models.items()
+            for row in rows_of_model
+        ]
         columns = ("model", *COLUMNS) if others else COLUMNS
         return delimited(named, metadata, columns=columns)
     if format == "latex":
-        return "\n\n".join(_latex(own, metadata, name) for name, own in models.items())
+        return "\n\n".join(
+            _latex(rows_of_model, metadata, name) for name, rows_of_model in models.items()
+        )
     raise ValueError(f"{format!r} is no format, expected one of {', '.join(FORMATS)}")
 
 
@@ -117,7 +123,9 @@ def _content(
 ) -> dict[str, object]:
     content: dict[str, object] = {"rows": [_nested(row) for row in rows]}
     if others:
-        content["others"] = {name: [_nested(row) for row in own] for name, own in others.items()}
+        content["others"] = {
+            name: [_nested(row) for row in rows_of_model] for name, rows_of_model in others.items()
+        }
         content["comparisons"] = [
             {"type": c.type, **record} for c in compared for record in records(c.comparisons)
         ]

@@ -115,8 +115,8 @@ def ablated(choices: Choices) -> tuple[frozenset[str], frozenset[str]]:
     # Only plans need potentials.
     from g3.inference.potentials.potential_registry import ablation  # noqa: PLC0415
 
-    found = ablation(names)
-    return found.sets, found.potentials
+    definition = ablation(names)
+    return definition.sets, definition.potentials
 
 
 def set_up(choices: Choices) -> DividedExamples:
@@ -164,19 +164,19 @@ def _one_corpus(choices: Choices) -> DividedExamples:
     tested = items
     if choices.tested_negatives != choices.negatives:
         tested = _examples(corpus, choices.tested_negatives, choices)
-    known = sorted(set(scenarios(items)))
+    scenario_names = sorted(set(scenarios(items)))
     metadata = {**_training(choices), "corpus": corpus.hash}
     if choices.division == "cv":
         metadata |= {
             "protocol": "leave one scenario out",
-            "test_scenarios": known,
+            "test_scenarios": scenario_names,
             "test_examples": by_source(tested),
         }
         return _divided(items, tested, leave_one_out, metadata)
     if choices.test_scenarios:
-        held_out = read_scenarios(choices.test_scenarios, known)
+        held_out = read_scenarios(choices.test_scenarios, scenario_names)
     else:
-        held_out = draw_parts(known, seed=choices.seed)
+        held_out = draw_parts(scenario_names, seed=choices.seed)
     metadata |= {"protocol": "held-out scenarios", "test_scenarios": list(held_out)}
     divided = _divided(items, tested, lambda names: [hold_out(names, held_out)], metadata)
     return replace(divided, metadata=metadata | _sides(divided.items, divided.splits[0]))
@@ -202,11 +202,11 @@ def _divided(
 
 def _two_corpora(choices: Choices) -> DividedExamples:
     train, test = open_corpus(choices.train), open_corpus(choices.test)
-    known = _examples(train, choices.negatives, choices)
+    training = _examples(train, choices.negatives, choices)
     unseen = _examples(test, choices.tested_negatives, choices)
-    _refuse_shared(scenario_ids(known), unseen, choices.test)
-    items = [*known, *unseen]
-    split = Split(test.name, np.arange(len(known)), np.arange(len(known), len(items)))
+    _refuse_shared(scenario_ids(training), unseen, choices.test)
+    items = [*training, *unseen]
+    split = Split(test.name, np.arange(len(training)), np.arange(len(training), len(items)))
     metadata = {
         **_training(choices),
         "protocol": "a training and a test corpus",

@@ -64,12 +64,12 @@ def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
 
     Each example has one line, which is filled in, and there are no others.
     """
-    wanted = {id_of(e): i for i, e in enumerate(examples)}
+    rows = {id_of(e): i for i, e in enumerate(examples)}
     result = np.full(len(examples), np.nan)
     first: dict[str, int] = {}
     for number, line in json_lines(path, PredictionLine, fix=FIX):
         key, where = line.example, f"{path}:{number}"
-        if key not in wanted:
+        if key not in rows:
             raise FormatError(
                 f"there is no example {key!r} among those that are tested", where=where, fix=FIX
             )
@@ -85,7 +85,7 @@ def read_predictions(path: Path, examples: Sequence[Example]) -> FloatArray:
                 where=where,
                 fix="give a probability",
             )
-        result[wanted[key]] = line.probability
+        result[rows[key]] = line.probability
     gone = np.flatnonzero(np.isnan(result))
     if len(gone):
         one = examples[gone[0]]
@@ -116,7 +116,9 @@ def compare_predictions(
         rows = np.flatnonzero((one.type == kind) | (kind == "overall"))
         if not len(rows):
             continue
-        shares = {name: {str(i): float(own[i]) for i in rows} for name, own in right.items()}
+        shares = {
+            name: {str(i): float(is_right[i]) for i in rows} for name, is_right in right.items()
+        }
         scenarios = {str(i): str(one.scenario[i]) for i in rows}
         compared = compare_commands(shares, scenarios, seed=seed, draws=draws)
         result.append(ComparedType(kind, compared))

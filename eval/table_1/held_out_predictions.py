@@ -164,8 +164,8 @@ def learning_curve(
                 if on_progress:
                     done = (repeat * len(sizes) + step) * len(splits) + place + 1
                     on_progress("training", done, errors.shape[0] * errors.shape[1] * len(splits))
-            said = predictions([items[i] for i in tested], np.concatenate(parts))
-            errors[repeat, step] = _errors(said, choices.threshold)
+            predicted = predictions([items[i] for i in tested], np.concatenate(parts))
+            errors[repeat, step] = _errors(predicted, choices.threshold)
     kinds: tuple[RowType, ...] = (*TYPES, "overall")
     points = tuple(
         CurvePoint(
@@ -213,8 +213,8 @@ def _first_commands(
     return np.sort(np.concatenate(commands[:count])), int(annotated[count - 1])
 
 
-def _errors(said: Predictions, threshold: float) -> FloatArray:
+def _errors(predicted: Predictions, threshold: float) -> FloatArray:
     """Return error rates of each type and overall, shape (5,); NaN where there are none."""
-    wrong = predicted_true(said, threshold) != said.label
-    of_types = [wrong[said.type == kind] for kind in TYPES]
+    wrong = predicted_true(predicted, threshold) != predicted.label
+    of_types = [wrong[predicted.type == kind] for kind in TYPES]
     return np.array([w.mean() if len(w) else np.nan for w in (*of_types, wrong)])

@@ -37,11 +37,11 @@ def compare_commands(
     `shares` are by configuration and command; the rest is as
     :func:`~eval.statistics.comparison.compare_all` takes it.
     """
-    commands = sorted({command for own in shares.values() for command in own})
+    commands = sorted({command for of_commands in shares.values() for command in of_commands})
     clusters: IntArray = codes([scenarios[command] for command in commands])
     arrays: dict[str, FloatArray] = {
-        name: np.array([own.get(command, np.nan) for command in commands])
-        for name, own in shares.items()
+        name: np.array([of_commands.get(command, np.nan) for command in commands])
+        for name, of_commands in shares.items()
     }
     rng = np.random.default_rng(seed)
     return compare_all(arrays, clusters, rng=rng, draws=draws, including=including)

@@ -73,7 +73,6 @@ def driven(state: State, lead: FloatArray, *stops: Stops, lift: FloatArray | flo
 
 
 def _stay(state: State, actions: Sequence[Action]) -> Course:
-    """Stay."""
     return driven(state, starts(state, actions))
 
 
@@ -106,7 +105,6 @@ BACK_UP = action_kind("back up", _straight, unit="m")(_backing_up)
 
 
 def _turn(state: State, actions: Sequence[Action]) -> Course:
-    """Turn on the spot."""
     return turned(state, np.array([a.amount for a in actions]))
 
 

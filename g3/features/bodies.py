@@ -245,8 +245,8 @@ def _heights(group: tuple[Grounding, ...]) -> tuple[float, float]:
 
 def _trajectory(group: tuple[Grounding, ...]) -> Trajectory:
     """Return the trajectory of the body: of the thing in it that moves most."""
-    own = [_own_trajectory(g) for g in group]
-    return own[0] if len(own) == 1 else max(own, key=_length)
+    trajectories = [_own_trajectory(g) for g in group]
+    return trajectories[0] if len(trajectories) == 1 else max(trajectories, key=_length)
 
 
 def _length(trajectory: Trajectory) -> float:

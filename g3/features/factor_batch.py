@@ -235,9 +235,9 @@ def distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
     place = np.full(size, -1)
     # Of several rows with a number the last that is written stays.
     place[numbers[::-1]] = np.arange(len(numbers) - 1, -1, -1)
-    found = np.flatnonzero(place >= 0)
-    first = place[found]
-    place[found] = np.arange(len(found))
+    used = np.flatnonzero(place >= 0)
+    first = place[used]
+    place[used] = np.arange(len(used))
     return first, place[numbers]
 
 

@@ -167,11 +167,11 @@ def select(*, without: Iterable[str] = (), plus: Iterable[str] = ()) -> tuple[Fe
     """
     without, plus = set(without), set(plus)
     FEATURES.check(without | plus)
-    wanted = [s for s in catalogue() if (s.default or s.name in plus) and s.name not in without]
-    for feature in wanted:
+    chosen = [s for s in catalogue() if (s.default or s.name in plus) and s.name not in without]
+    for feature in chosen:
         if feature.data is not None and feature.name in plus:
             feature.data()
-    used = (s for s in wanted if s.data is None or _has_data(s))
+    used = (s for s in chosen if s.data is None or _has_data(s))
     return tuple(s if s.name in plus else _by_default(s) for s in used)
 
 
@@ -212,12 +212,12 @@ def values(feature: FeatureSet, batch: FactorBatch) -> FloatArray:
     if not len(rows):
         return np.full((len(batch), len(feature.columns_for(batch))), np.nan)
     shared, compute = feature.wordless, feature.compute
-    found = part.shared(compute, *feature.roles) if shared else compute(part)
-    found = np.asarray(found, dtype=float)
+    table = part.shared(compute, *feature.roles) if shared else compute(part)
+    table = np.asarray(table, dtype=float)
     if part is batch:
-        return found
-    result = np.full((len(batch), found.shape[1]), np.nan)
-    result[rows] = found
+        return table
+    result = np.full((len(batch), table.shape[1]), np.nan)
+    result[rows] = table
     return result
 
 
@@ -225,8 +225,8 @@ def _applicable(
     batch: FactorBatch, types: tuple[SDCType, ...], roles: tuple[Role, ...]
 ) -> tuple[IntArray, FactorBatch]:
     """Rows of some types that have groundings in some roles, and the batch of them."""
-    wanted = np.array([t in types for t in SDC_TYPES])[batch.type]
+    applies = np.array([t in types for t in SDC_TYPES])[batch.type]
     for role in roles:
-        wanted &= batch.role(role) >= 0
-    rows = np.flatnonzero(wanted)
+        applies &= batch.role(role) >= 0
+    rows = np.flatnonzero(applies)
     return rows, batch.take(rows) if 0 < len(rows) < len(batch) else batch

@@ -110,8 +110,8 @@ def joint_space(
     narrow = max(ends[-1], len(keys)) <= np.iinfo(np.int32).max
     width = np.dtype(np.int32 if narrow else np.int64)
     columns = [
-        np.searchsorted(keys, known).astype(width)[matrix.indices]
-        for known, (_, matrix) in zip(own, fitted, strict=True)
+        np.searchsorted(keys, is_fitted).astype(width)[matrix.indices]
+        for is_fitted, (_, matrix) in zip(own, fitted, strict=True)
     ]
     indices = np.concatenate([np.empty(0, dtype=width), *columns])
     entries = (np.ones(len(indices)), indices, ends.astype(width))
@@ -160,9 +160,11 @@ def _matrix(
 ) -> sparse.csr_array:
     column = np.searchsorted(space.keys, keys)
     column[column == len(space.keys)] = 0
-    known = space.keys[column] == keys if len(space.keys) else np.zeros(len(keys), dtype=bool)
-    ones = np.ones(int(known.sum()))
-    matrix = sparse.csr_array((ones, (rows[known], column[known])), shape=(n, len(space.keys)))
+    in_space = space.keys[column] == keys if len(space.keys) else np.zeros(len(keys), dtype=bool)
+    ones = np.ones(int(in_space.sum()))
+    matrix = sparse.csr_array(
+        (ones, (rows[in_space], column[in_space])), shape=(n, len(space.keys))
+    )
     matrix.sum_duplicates()
     matrix.data[:] = 1.0
     return matrix
@@ -186,7 +188,7 @@ def _cells(
             tables[key] = _word_table(batch.words, *key, words, grow=grow)
         row, base = _active(batch, feature, bases, grow=grow)
         parts.append(_multiply(row, base, batch.factor, *tables[key]))
-    row, base, word = (np.concatenate(own) for own in zip(*parts, strict=True))
+    row, base, word = (np.concatenate(cells) for cells in zip(*parts, strict=True))
     return row, base.astype(np.int64) * len(words) + word
 
 
@@ -201,9 +203,9 @@ def _type_cells(
     """Return the bias of a type, alone and with each word: how often a phrase is right at all."""
     ids = np.array([_lookup(f"{t}/bias", bases, grow=grow and t in biased) for t in SDC_TYPES])
     base = ids[batch.type]
-    known = np.flatnonzero(base >= 0)
+    rows = np.flatnonzero(base >= 0)
     table = _word_table(batch.words, ("figure", "relation", "goal"), True, words, grow=grow)
-    return _multiply(known, base[known], batch.factor, *table)
+    return _multiply(rows, base[rows], batch.factor, *table)
 
 
 def _active(
@@ -232,8 +234,8 @@ def _active(
             name += f">={of_level}"
         ids[i] = _lookup(name, bases, grow=grow)
     base = ids[inverse.reshape(-1)]
-    known = base >= 0
-    return row[known], base[known]
+    in_space = base >= 0
+    return row[in_space], base[in_space]
 
 
 def discretise(table: FloatArray, columns: Columns) -> npt.NDArray[np.int64]:

@@ -129,8 +129,8 @@ def train(
         for of in (np.ones(len(correct)), correct)
     )
     problem = Problem(Likelihood(shrunk, right, times=times), unit, len(correct) / 4)
-    found = minimise(problem, tolerance=tolerance, optimizer=optimizer)
-    return (found / size)[copy_of]
+    minimum = minimise(problem, tolerance=tolerance, optimizer=optimizer)
+    return (minimum / size)[copy_of]
 
 
 def shrinking(copy_of: npt.NDArray[np.intp], penalty: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -33,12 +33,12 @@ def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]
     """Feature sets by themselves, or by name as models use them, as the catalogue orders them."""
     if features is None:
         return select()
-    asked = {one if isinstance(one, str) else one.name: one for one in features}
+    by_name = {one if isinstance(one, str) else one.name: one for one in features}
     usual = {one.name: one for one in select()}
     return tuple(
-        usual.get(one.name, one) if isinstance(chosen := asked[one.name], str) else chosen
-        for one in select(plus=asked)
-        if one.name in asked
+        usual.get(one.name, one) if isinstance(chosen := by_name[one.name], str) else chosen
+        for one in select(plus=by_name)
+        if one.name in by_name
     )
 
 
@@ -87,11 +87,15 @@ class GroundingModel(Estimator):
         """The feature sets that it has learned with, each for its optional types if it did so."""
         learned = {tuple(base.split("/")[:2]) for base in self.space_.bases}
         return tuple(
-            own.for_types(
-                {t for t in own.types if t not in own.optional or (t, own.name) in learned}
+            feature.for_types(
+                {
+                    t
+                    for t in feature.types
+                    if t not in feature.optional or (t, feature.name) in learned
+                }
             )
-            for own in select(plus=self.space_.sets)
-            if own.name in self.space_.sets
+            for feature in select(plus=self.space_.sets)
+            if feature.name in self.space_.sets
         )
 
     def fit(
@@ -118,25 +122,26 @@ class GroundingModel(Estimator):
         ModelError
             If there is nothing to learn from, or there aren't as many labels as examples.
         """
-        known = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
-        correct = known.correct if y is None else np.asarray(y, dtype=bool)
-        if not len(known.correct):
+        matrix = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
+        correct = matrix.correct if y is None else np.asarray(y, dtype=bool)
+        if not len(matrix.correct):
             raise ModelError("there is nothing to learn from", fix="give labelled examples")
-        if correct.shape != known.correct.shape:
+        if correct.shape != matrix.correct.shape:
             raise ModelError(
-                f"there are {len(known.correct)} examples, and labels of the shape {correct.shape}",
+                f"there are {len(matrix.correct)} examples, "
+                f"and labels of the shape {correct.shape}",
                 fix="give a label for each example",
             )
-        known = known.trimmed()
+        matrix = matrix.trimmed()
         weights = crf.train(
-            known.matrix,
+            matrix.matrix,
             correct,
-            l2=self.l2 / prior_scale(known.space) ** 2,
+            l2=self.l2 / prior_scale(matrix.space) ** 2,
             tolerance=self.tolerance,
             optimizer=self.optimizer,
         )
         chooser = LoadChooser.fit(load_choices) if load_choices else None
-        return self.with_weights(known.space, weights, chooser)
+        return self.with_weights(matrix.space, weights, chooser)
 
     def with_weights(
         self, space: FeatureSpace, weights: FloatArray, chooser: LoadChooser | None = None
@@ -164,10 +169,10 @@ class GroundingModel(Estimator):
         y
             Their labels φ, shape (n,); those that `X` has, if left out.
         """
-        known = y
-        if known is None:
-            known = X.correct if isinstance(X, FactorMatrix) else labels(X)
-        return float(np.mean(self.predict(X) == np.asarray(known, dtype=bool)))
+        correct = y
+        if correct is None:
+            correct = X.correct if isinstance(X, FactorMatrix) else labels(X)
+        return float(np.mean(self.predict(X) == np.asarray(correct, dtype=bool)))
 
     def _probability(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:
         space, weights = self.space_, self.weights_

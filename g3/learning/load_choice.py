@@ -159,15 +159,15 @@ class Seen:
 
         By expectation maximisation with a Beta prior.
         """
-        who, found = np.array(self.people), dict(shares)
+        who, result = np.array(self.people), dict(shares)
         for _ in range(STEPS):
-            related = self.related(found)
+            related = self.related(result)
             for person in dict.fromkeys(self.people):
-                own = related[who == person]
-                found[person] = float(
-                    (UNRELATED + (1 - own).sum()) / (UNRELATED + RELATED + len(own))
+                of_person = related[who == person]
+                result[person] = float(
+                    (UNRELATED + (1 - of_person).sum()) / (UNRELATED + RELATED + len(of_person))
                 )
-        return found
+        return result
 
     def related(self, shares: Mapping[str, float]) -> FloatArray:
         """Return the probability that each command is related to its outcome, shape (commands,)."""
@@ -283,14 +283,17 @@ class LoadChooser:
         counted: dict[LoadChoice, float] = {}
         shares: dict[str, float] = {}
         for once_more in reversed(range(ROUNDS)):
-            known = _evidence_elsewhere(telling, choices, counted)
+            evidence = _evidence_elsewhere(telling, choices, counted)
             count = np.array([counted.get(c, 1.0) for c in telling])
-            weights = fit(known, right, count, l2)
-            if once_more and known:
+            weights = fit(evidence, right, count, l2)
+            if once_more and evidence:
                 probable = np.array(
-                    [softmax(e.score(weights))[r].sum() for e, r in zip(known, right, strict=True)]
+                    [
+                        softmax(e.score(weights))[r].sum()
+                        for e, r in zip(evidence, right, strict=True)
+                    ]
                 )
-                seen = Seen(people, probable, np.array([own.mean() for own in right]))
+                seen = Seen(people, probable, np.array([flags.mean() for flags in right]))
                 shares = seen.unrelated(shares)
                 counted = dict(zip(telling, seen.related(shares).tolist(), strict=True))
         return cls(lexicon_of(choices, counted), weights, unknown_person(shares), shares)
@@ -354,11 +357,11 @@ def _is_placed(term: Term, words: Sequence[str]) -> bool:
 
 def _first_label(choice: LoadChoice) -> FloatArray:
     """1 for the loads that have the first word among their labels which some, not all, have."""
-    labels = [{normalise(label) for label in own} for own in choice.telling]
+    labels = [{normalise(label) for label in load_labels} for load_labels in choice.telling]
     for word in map(normalise, choice.words):
-        found = np.array([word in own for own in labels], dtype=float)
-        if 0 < found.sum() < len(found):
-            return found
+        matches = np.array([word in load_labels for load_labels in labels], dtype=float)
+        if 0 < matches.sum() < len(matches):
+            return matches
     return np.zeros(len(labels))
 
 
@@ -401,5 +404,5 @@ def lbfgs(
     how: Any = options  # SciPy's stubs want every name written out
     # The vectors are short: BLAS threads cost more than they bring, twentyfold on a busy machine.
     with threadpool_limits(limits=1, user_api="blas"):
-        found = optimize.minimize(objective, start, jac=True, method="L-BFGS-B", options=how)
-    return found.x
+        minimum = optimize.minimize(objective, start, jac=True, method="L-BFGS-B", options=how)
+    return minimum.x

@@ -179,8 +179,8 @@ def chooser_of(card: ModelCard) -> LoadChooser | None:
     """Return the load chooser in a model's file."""
     if isinstance(card.loads, msgspec.UnsetType):
         return None
-    known = card.loads
-    return LoadChooser(Lexicon(known.lexicon), np.array(known.weights), known.unrelated)
+    stored = card.loads
+    return LoadChooser(Lexicon(stored.lexicon), np.array(stored.weights), stored.unrelated)
 
 
 def _load_card(chooser: LoadChooser) -> LoadCard:
@@ -215,9 +215,9 @@ def read_card(path: Path | str) -> ModelCard:
     try:
         version = msgspec.json.decode(content, type=dict[str, msgspec.Raw]).get("schema_version")
         if version is None or bytes(version) != str(SCHEMA_VERSION).encode():
-            found = "none" if version is None else bytes(version).decode(errors="replace")
+            found_version = "none" if version is None else bytes(version).decode(errors="replace")
             raise ModelError(
-                f"the file's version is {found}, this program reads {SCHEMA_VERSION}",
+                f"the file's version is {found_version}, this program reads {SCHEMA_VERSION}",
                 where=f"{card_path}: schema_version",
                 fix=f"{RETRAIN}, or use the program's version that wrote it",
             )
@@ -259,14 +259,14 @@ def _check_data(card: ModelCard, path: Path) -> None:
             continue
         where = f"{path}: sets: {feature.name}"
         try:
-            found = feature.data()
+            data = feature.data()
         except ModelError as error:
             raise ModelError(
                 f"it needs data that are missing here: {error.what}",
                 where=where,
                 fix=f"{error.fix}; or {RETRAIN} with --ablate {feature.name}",
             ) from error
-        if found != card.data.get(feature.name, found):
+        if data != card.data.get(feature.name, data):
             raise ModelError(
                 "it was trained with other data than are there now",
                 where=where,

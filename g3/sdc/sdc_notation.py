@@ -146,10 +146,10 @@ class _Reader:
 
     def skip(self, kind: str, text: str = "") -> bool:
         """Take the next token if it is of a kind (and has a text); say whether it was."""
-        found = self._next.kind == kind and text in ("", self._next.text)
-        if found:
+        matches = self._next.kind == kind and text in ("", self._next.text)
+        if matches:
             self._take()
-        return found
+        return matches
 
     def _where(self, offset: int) -> str:
         line = bisect_right(self._line_starts, offset)
@@ -159,7 +159,7 @@ class _Reader:
     def unexpected(self, expected: str, fix: str = "") -> SDCError:
         """Return the error for a token that isn't ``expected``."""
         token = self._next
-        found = "the notation ends" if token.kind == "end" else f"found {token.text!r}"
+        shown = "the notation ends" if token.kind == "end" else f"found {token.text!r}"
         if token.text == '"':
             fix = "the quoted word has no end"
         elif token.text == "@":
@@ -167,7 +167,7 @@ class _Reader:
         elif token.text in ("(", "["):
             fix = "quote a word that holds a bracket"
         return SDCError(
-            f"expected {expected}, but {found}", where=self._where(token.offset), fix=fix
+            f"expected {expected}, but {shown}", where=self._where(token.offset), fix=fix
         )
 
     def clause(self, depth: int = 1) -> _Draft:

@@ -103,8 +103,8 @@ def _extend(
     it is the least or, because it leaves no gap, that which ends where the white space before
     the occurrence begins.
     """
-    found = re.finditer(f"(?={re.escape(word.text)})", command)
-    occurrences = [match.start() for match in found] if word.start is None else [word.start]
+    matches = re.finditer(f"(?={re.escape(word.text)})", command)
+    occurrences = [match.start() for match in matches] if word.start is None else [word.start]
     ends = [before.starts[-1] + length if before.starts else 0 for before in placements]
     at_end = dict(zip(ends, placements, strict=True))
     extended = []

@@ -115,10 +115,10 @@ def read_arrays(
                 arrays[name] = _read(archive, members, name, field, stored)
             if DIGEST in members:
                 name = DIGEST
-                found = _read(archive, members, name, Field("|u1"), stored)
-                if found.tobytes() != _digest(arrays).tobytes():
+                content = _read(archive, members, name, Field("|u1"), stored)
+                if content.tobytes() != _digest(arrays).tobytes():
                     raise _DamagedError("the arrays are not those that were written")
-                arrays[DIGEST] = found
+                arrays[DIGEST] = content
     except Exception as problem:  # a damaged file can raise anything
         what = " ".join(str(problem).split()) or type(problem).__name__
         if not isinstance(problem, _DamagedError):

@@ -173,8 +173,8 @@ def operator(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     eye = recording.position[:, robot] + np.concatenate(
         (SEAT[0] * ahead, np.full((len(yaw), 1), SEAT[2])), axis=1
     )
-    look = np.concatenate((ahead, np.full((len(yaw), 1), -0.22)), axis=1)
-    return [Camera(e, e + d, math.radians(62)) for e, d in zip(eye, look, strict=True)]
+    sight = np.concatenate((ahead, np.full((len(yaw), 1), -0.22)), axis=1)
+    return [Camera(e, e + d, math.radians(62)) for e, d in zip(eye, sight, strict=True)]
 
 
 CAMERAS = MappingProxyType(
@@ -202,8 +202,8 @@ def _looking(recording: Recording) -> FloatArray:
 def _lifts(recording: Recording) -> npt.NDArray[np.intp]:
     """Return the indices of moments in which a thing goes up or down; of all if none does."""
     height = recording.position[..., 2]
-    found = np.flatnonzero((np.abs(np.diff(height, axis=0)) > LIFT_M).any(axis=1))
-    return found if len(found) else np.arange(len(height))
+    moments = np.flatnonzero((np.abs(np.diff(height, axis=0)) > LIFT_M).any(axis=1))
+    return moments if len(moments) else np.arange(len(height))
 
 
 def _framing(

@@ -208,8 +208,8 @@ class Canvas:
         for geom in self._scene.geoms[: self._scene.ngeom]:
             if geom.objtype == geom_type and 0 <= geom.segid < self._scene.ngeom:
                 drawn[geom.segid + 1] = self.object_of_geom[geom.objid]
-        found: npt.NDArray[np.int64] = drawn[np.minimum(number, self._scene.ngeom)]
-        return found
+        objects: npt.NDArray[np.int64] = drawn[np.minimum(number, self._scene.ngeom)]
+        return objects
 
     def geoms_of(self, group: int) -> npt.NDArray[np.int64]:
         """Return the indices of a group's geoms."""
@@ -276,8 +276,8 @@ class Canvas:
 def sun_of(model: mujoco.MjModel) -> int | None:
     """Return the directional light that throws shadows; None if there is none."""
     directional = model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    found = np.flatnonzero(directional & model.light_castshadow.astype(bool))
-    return int(found[0]) if len(found) else None
+    lights = np.flatnonzero(directional & model.light_castshadow.astype(bool))
+    return int(lights[0]) if len(lights) else None
 
 
 def _objects(world: World) -> npt.NDArray[np.int64]:

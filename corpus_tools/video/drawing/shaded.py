@@ -130,8 +130,8 @@ class Shaded:
 def _nearness(depth: Depth, clip: tuple[float, float]) -> Float32Array:
     """Return one over the distance ahead of the camera, of drawn depths."""
     near, far = clip
-    found: Float32Array = np.float32(1 / near) - depth * np.float32(1 / near - 1 / far)
-    return found
+    result: Float32Array = np.float32(1 / near) - depth * np.float32(1 / near - 1 / far)
+    return result
 
 
 def _sunshine(canvas: Canvas) -> Image:

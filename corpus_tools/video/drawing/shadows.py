@@ -61,21 +61,21 @@ class Shadows:
     as :func:`sunlight` gives them; `still` is the map of what never moves, None if nothing does.
     """
 
-    def __init__(self, canvas: Canvas, wanted: float) -> None:
+    def __init__(self, canvas: Canvas, texel_m: float) -> None:
         self._canvas = canvas
         self.axes = sunlight(canvas.data.light_xdir[canvas.sun])
         still = canvas.corners(canvas.geoms_of(STILL))
         along = np.concatenate((still, canvas.corners(canvas.geoms_of(MOVING)))) @ self.axes.T
-        self.texel = max(wanted, _extent(along) / (LARGEST_MAP - 4))
+        self.texel = max(texel_m, _extent(along) / (LARGEST_MAP - 4))
         self.still = self._map(still, STILL, self.texel) if len(still) else None
 
     def moving(self, corners: FloatArray) -> ShadowMap:
         """Return the map of the moving things at their present poses, within corners (n, 3)."""
         return self._map(corners, MOVING, self.texel)
 
-    def moving_alone(self, corners: FloatArray, wanted: float) -> ShadowMap:
+    def moving_alone(self, corners: FloatArray, texel_m: float) -> ShadowMap:
         """Return such a map, not to be merged with that of still things, as fine as needed."""
-        texel = max(wanted, _extent(corners @ self.axes.T) / (LARGEST_MAP - 4))
+        texel = max(texel_m, _extent(corners @ self.axes.T) / (LARGEST_MAP - 4))
         return self._map(corners, MOVING, texel)
 
     def _map(self, points: FloatArray, group: int, texel: float) -> ShadowMap:
@@ -183,7 +183,7 @@ def moving_parts(
     Something was drawn on the canvas already. `geoms` are those of all that moves; `light` is where
     the sunlight goes, shape (3,).
     """
-    found: list[tuple[Rectangle, FloatArray]] = []
+    parts: list[tuple[Rectangle, FloatArray]] = []
     of = canvas.object_of_geom[geoms]
     for item in np.unique(of):
         corners = canvas.corners(geoms[of == item])
@@ -193,12 +193,12 @@ def moving_parts(
         if rectangle is None:
             continue
         # Parts that overlap become one, which may overlap others.
-        while other := next((o for o in found if o[0].overlaps(rectangle)), None):
-            found = [o for o in found if o is not other]
+        while other := next((o for o in parts if o[0].overlaps(rectangle)), None):
+            parts = [o for o in parts if o is not other]
             rectangle = other[0].union(rectangle)
             corners = np.concatenate((other[1], corners))
-        found.append((rectangle, corners))
-    return found
+        parts.append((rectangle, corners))
+    return parts
 
 
 def with_shadow(corners: FloatArray, light: FloatArray, ground_m: float) -> FloatArray:

@@ -34,8 +34,10 @@ def _painted(spec: mujoco.MjSpec, material: str, colour: Colour) -> str:
     if spec.material(name) is None:
         if spec.texture(_GREY) is None:
             _add_grey(spec)
-        own = spec.material(material)
-        made = add_material(spec, name, _GREY, specular=own.specular, shininess=own.shininess)
+        unpainted = spec.material(material)
+        made = add_material(
+            spec, name, _GREY, specular=unpainted.specular, shininess=unpainted.shininess
+        )
         made.rgba = [*PAINTS[colour], 1.0]
     return name
 

@@ -337,7 +337,7 @@ def _to_pick(robot: Robot, thing: str, bottom: float) -> list[_Docking]:
     middle = xyz[:2] + rotate(shape.middle[:2], np.array(yaw))
     others, everything = boxes_of(robot, thing), boxes_of(robot)
     band = (bottom + EPSILON_M, bottom + CLEAR_M + float(shape.size[2]))
-    found = []
+    ways = []
     for side, entry in enumerate(quarters(yaw)):
         long, wide = shape.size[:2] if side % 2 == 0 else shape.size[1::-1]
         if wide < NARROWEST_M:
@@ -359,8 +359,8 @@ def _to_pick(robot: Robot, thing: str, bottom: float) -> list[_Docking]:
             z = robot.ground_m + CARRY_M - float(shape.low[2])
             goal = Goal(thing, np.array([*xy, z]), yaw)
             cost = run_in + run_out + (LONG_COST_M if long > wide + EPSILON_M else 0.0)
-            found.append(_Docking(final, run_in, run_out, goal, cost))
-    return found
+            ways.append(_Docking(final, run_in, run_out, goal, cost))
+    return ways
 
 
 def _to_put(robot: Robot, load: Load, place: Place, support: Support) -> list[_Docking]:
@@ -371,7 +371,7 @@ def _to_put(robot: Robot, load: Load, place: Place, support: Support) -> list[_D
     around = robot_outline(robot, load)
     carried = np.concatenate((FORKS_OUTLINE, outline((rect,))))
     band = (height + EPSILON_M, height + CLEAR_M + float(shape.size[2]))
-    found = []
+    ways = []
     for yaw in quarters(support.axis):
         entry = yaw - load.yaw
         inside = rotate(corners - corners.mean(axis=0), np.full(4, entry))
@@ -397,9 +397,9 @@ def _to_put(robot: Robot, load: Load, place: Place, support: Support) -> list[_D
                 z = robot.ground_m + height - float(shape.low[2])
                 cost = run_in + run_out + SHIFT_COST * float(np.hypot(*shift))
                 goal = Goal(load.id, np.array([*at, z]), float(yaw))
-                found.append(_Docking(final, run_in, run_out, goal, cost))
+                ways.append(_Docking(final, run_in, run_out, goal, cost))
                 break
-    return found
+    return ways
 
 
 def _fitting(

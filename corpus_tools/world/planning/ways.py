@@ -132,8 +132,8 @@ class Field:
     def at(self, points: FloatArray) -> FloatArray:
         """Return distances at points (..., 2); there is no room beyond the grid."""
         cells = np.moveaxis((points - self.origin) / _DISTANCE_CELL_M, -1, 0)
-        found: FloatArray = map_coordinates(self.metres, cells, order=1, cval=-1.0)
-        return found
+        metres: FloatArray = map_coordinates(self.metres, cells, order=1, cval=-1.0)
+        return metres
 
 
 def field_of(boxes: Boxes, around: FloatArray, border_m: float) -> Field:
@@ -251,10 +251,10 @@ def plan(
     ahead = _distances(field, np.array([goal[:2] for _, goal in open_goals]), outline, margin)
     if not np.isfinite(ahead(start)):
         raise NoWayError("something blocks every way there")
-    found = _search(start, open_goals, extra, room, ahead)
-    if found is None or found.goal is None:
+    way = _search(start, open_goals, extra, room, ahead)
+    if way is None or way.goal is None:
         raise NoWayError("there is no way wide enough to get there")
-    return _shortened(start, _ways(found), room), found.goal
+    return _shortened(start, _ways(way), room), way.goal
 
 
 def _search(

@@ -88,13 +88,13 @@ class Document:
 
     def error(self, problem: Problem) -> FormatError:
         """Return the error with a problem's file, line, column and field."""
-        known = problem.field
-        while known not in self.marks and known:
-            known = known[:-1]
-        mark = self.marks.get(known, (1, 1))
+        path = problem.field
+        while path not in self.marks and path:
+            path = path[:-1]
+        mark = self.marks.get(path, (1, 1))
         # What is wrong with something that has a name of its own is reported where the name is.
-        if isinstance(self._at(known), dict) or problem.field != known:
-            mark = self.keys.get(known, mark)
+        if isinstance(self._at(path), dict) or problem.field != path:
+            mark = self.keys.get(path, mark)
         place = ":".join((self.name, *map(str, mark)))
         field = field_name(problem.field)
         return FormatError(
@@ -137,15 +137,15 @@ def parse_document(content: bytes, name: str) -> Document:
     stand_ins = _stand_ins(text)
     try:
         events = yaml.parse(text.translate(stand_ins), Loader=_Loader)
-        found = _Reader(name, events, {ord(new): chr(old) for old, new in stand_ins.items()})
-        value = found.document()
+        reader = _Reader(name, events, {ord(new): chr(old) for old, new in stand_ins.items()})
+        value = reader.document()
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         at = (mark.line + 1, mark.column + 1) if mark else place_in(text, _offset(error))
         where = ":".join((name, *map(str, at)))
         what = getattr(error, "problem", None) or str(error).splitlines()[0]
         raise FormatError(f"this is not YAML: {what}", where=where, fix="correct it") from error
-    return Document(name, content, value, found.marks, found.keys)
+    return Document(name, content, value, reader.marks, reader.keys)
 
 
 def _stand_ins(text: str) -> dict[int, str]:
@@ -174,8 +174,8 @@ def convert(
         return msgspec.convert(value, record_type)
     except msgspec.ValidationError as error:
         # msgspec ends its message with the field: "... - at `$.at[0]`"
-        found = re.fullmatch(r"(?s)(.*?)(?: - at `(?:key in )?\$(.*)`)?", str(error))
-        what, inner = (found[1], found[2] or "") if found else (str(error), "")
+        match = re.fullmatch(r"(?s)(.*?)(?: - at `(?:key in )?\$(.*)`)?", str(error))
+        what, inner = (match[1], match[2] or "") if match else (str(error), "")
         keys = re.findall(r"\.([^.\[\]]+)|\[([0-9]+)\]", inner)
         where = (*field, *(key or int(index) for key, index in keys))
         unknown = re.fullmatch(r"Object contains unknown field `(.*)`", what)
@@ -187,10 +187,10 @@ def convert(
 def _code(what: str) -> tuple[str, str]:
     """Return the code and the limit of msgspec's message; empty if there is no code for it."""
     limits = r"(?: (of length >=|of length <=|>=|>|<=) (.+)|, got .+)?"
-    found = re.fullmatch(r"Expected `(\w+)(?: \| null)?`" + limits, what)
-    if found is None:
+    match = re.fullmatch(r"Expected `(\w+)(?: \| null)?`" + limits, what)
+    if match is None:
         return "", ""
-    kind, relation, limit = found[1], found[2] or "", found[3] or ""
+    kind, relation, limit = match[1], match[2] or "", match[3] or ""
     if relation:
         return _CODES_OF_LIMITS.get((kind, relation), ""), limit
     return {"int": "no-integer", "float": "no-number"}.get(kind, ""), ""

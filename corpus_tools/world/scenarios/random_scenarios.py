@@ -281,8 +281,8 @@ def connected(points: FloatArray, boxes: Iterable[Box], bounds: Bounds) -> bool:
     room = distance_transform_edt(~taken) * CELL_M if taken.any() else np.full(cells, np.inf)
     regions, _ = label(room >= TURNING_M + CELL_M * np.sqrt(0.5), structure=_EIGHT)
     at = np.rint((points - low) / CELL_M).astype(int)
-    found = regions[at[:, 0], at[:, 1]]
-    return bool(found[0] > 0 and (found == found[0]).all())
+    labels = regions[at[:, 0], at[:, 1]]
+    return bool(labels[0] > 0 and (labels == labels[0]).all())
 
 
 def _fill(taken: Mask, box: Box, low: FloatArray) -> None:
@@ -465,9 +465,9 @@ def _load_on_deck(draft: Draft, carrier_kind: str, kind: str) -> tuple[str, str]
 def _carrier(draft: Draft, kind: str) -> tuple[str, int]:
     """Choose a truck or a trailer, of the layout or new, and a side that can be reached."""
     used = {*(t.deck for t in draft.objects.values()), *(r.deck for r in draft.places.values())}
-    own = [n for n, t in draft.layout.objects.items() if t.kind == kind and n not in used]
-    if own and draft.rng.random() < 0.5:
-        name = own[int(draft.rng.integers(len(own)))]
+    unused = [n for n, t in draft.layout.objects.items() if t.kind == kind and n not in used]
+    if unused and draft.rng.random() < 0.5:
+        name = unused[int(draft.rng.integers(len(unused)))]
         return name, _free_side(draft, name)
     for at, yaw in draft.somewhere(2.5):
         name = draft.try_thing(Thing(kind, at, yaw), 1.5) or ""
@@ -549,9 +549,9 @@ def _put_in(draft: Draft, kind: str, stem: str) -> tuple[str, Steps]:
 
 def _area(draft: Draft, stem: str) -> tuple[str, str]:
     """Choose an area of the layout or a new one; return its id and its name."""
-    known = [name for name in draft.layout.places if name.startswith(stem)]
-    if known:
-        name = known[int(draft.rng.integers(len(known)))]
+    areas = [name for name in draft.layout.places if name.startswith(stem)]
+    if areas:
+        name = areas[int(draft.rng.integers(len(areas)))]
         return name, draft.layout.places[name].name or "a place"
     for at, _ in draft.somewhere(4.0):
         region = Region(at, (4.0, 4.0), name=stem or "receiving")
@@ -580,9 +580,9 @@ def _put_on(draft: Draft, kind: str, carrier_kind: str, loaded: bool) -> tuple[s
 def _deck_spot(draft: Draft, carrier: str, side: int, kind: str) -> Spot:
     """Find a slot that needs no lane."""
     free, stops = list(draft.free), list(draft.stops)
-    found = _slot(draft, carrier, side, kind)
+    spot = _slot(draft, carrier, side, kind)
     draft.free[:], draft.stops[:] = free, stops
-    return found
+    return spot
 
 
 def _put_beside(draft: Draft, kind: str) -> tuple[str, Steps]:

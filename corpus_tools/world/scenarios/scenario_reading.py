@@ -114,8 +114,8 @@ def layout_of(document: Document, path: Path) -> tuple[Layout | None, list[Forma
 
 def layout_files(path: Path) -> dict[str, Path]:
     """Return the layouts that a scenario's file can name: its dataset's, else the bundled ones'."""
-    own = path.resolve().parent.parent / LAYOUTS
-    folders = [own] if own.is_dir() else [folder / LAYOUTS for folder in bundled().values()]
+    beside = path.resolve().parent.parent / LAYOUTS
+    folders = [beside] if beside.is_dir() else [folder / LAYOUTS for folder in bundled().values()]
     return {file.stem: file for folder in folders for file in sorted(folder.glob("*.yaml"))}
 
 
@@ -140,36 +140,36 @@ def _fields(
         return {}, [document.error(problem)]
 
     def converted(value: Any, kind: Any, field: Field) -> Any:
-        found = convert(value, kind, field)
-        if isinstance(found, Problem):
-            problems.append(found)
+        result = convert(value, kind, field)
+        if isinstance(result, Problem):
+            problems.append(result)
             return None
-        return found
+        return result
 
     problems += _name_problems(given, file_type)
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for form in msgspec.structs.fields(file_type):
         name = form.name
         if name == "commands":
             continue
         if name not in given:
-            found[name] = {} if form.default is msgspec.NODEFAULT else form.default
+            values[name] = {} if form.default is msgspec.NODEFAULT else form.default
         elif get_origin(form.type) is dict:
             _, kind = get_args(form.type)
             items = converted(given[name], dict[str, Any], (name,)) or {}
-            found[name] = {key: converted(item, kind, (name, key)) for key, item in items.items()}
+            values[name] = {key: converted(item, kind, (name, key)) for key, item in items.items()}
         else:
-            found[name] = converted(given[name], form.type, (name,))
-    return found, [document.error(problem) for problem in problems]
+            values[name] = converted(given[name], form.type, (name,))
+    return values, [document.error(problem) for problem in problems]
 
 
 def _name_problems(given: Mapping[str, Any], file_type: type[msgspec.Struct]) -> Iterator[Problem]:
     """Yield the problems of missing fields, and of unknown ones."""
-    known = msgspec.structs.fields(file_type)
-    for field in known:
+    fields = msgspec.structs.fields(file_type)
+    for field in fields:
         if field.required and field.name not in given:
             yield Problem((), f"the field {field.name!r} is missing", "add it")
-    names = [field.name for field in known]
+    names = [field.name for field in fields]
     for name in given:
         if name in names:
             continue
@@ -182,10 +182,10 @@ def dataset_folder(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if path.is_dir():
         return path
-    known = bundled()
-    if str(name_or_path) not in known:
-        raise FormatError.unknown("folder or bundled dataset", str(name_or_path), known)
-    return known[str(name_or_path)]
+    datasets = bundled()
+    if str(name_or_path) not in datasets:
+        raise FormatError.unknown("folder or bundled dataset", str(name_or_path), datasets)
+    return datasets[str(name_or_path)]
 
 
 def scenario_files(dataset: Path) -> dict[str, Path]:
@@ -198,12 +198,12 @@ def scenario_file(name_or_path: str, dataset: Path) -> Path:
     path = Path(name_or_path)
     if path.is_file():
         return path
-    known = scenario_files(dataset)
-    if name_or_path not in known:
+    files = scenario_files(dataset)
+    if name_or_path not in files:
         raise FormatError.unknown(
-            "file or scenario", name_or_path, known, more="ct scenarios list shows them"
+            "file or scenario", name_or_path, files, more="ct scenarios list shows them"
         )
-    return known[name_or_path]
+    return files[name_or_path]
 
 
 def read_layouts(dataset: Path, names: Iterable[str] = ()) -> dict[str, Layout]:

@@ -44,23 +44,23 @@ def scenario_problems(scenario: Scenario) -> list[Problem]:
     objects, places = scenario.all_objects, scenario.all_places
     robot = scenario.robot
     taken = {**layout.objects, **layout.places}
-    found = [
+    problems = [
         *_id_problems(scenario.objects, scenario.places, taken),
         *_object_problems(scenario.objects, objects, robot),
         *_place_problems(scenario.places, objects),
     ]
     if robot.carries is not None:
-        found += _load_problems(robot.carries, objects)
-    if found:
-        return found
+        problems += _load_problems(robot.carries, objects)
+    if problems:
+        return problems
     boxes = start_boxes(objects, robot)
     regions = {name: place_box(region, objects) for name, region in places.items()}
     new = {**scenario.objects, ROBOT: None}
-    found += _room_problems(new, boxes, robot.carries)
-    found += _forks_problems(robot, boxes)
-    found += _edge_problems({name: boxes[name] for name in new}, scenario.places, layout.bounds)
-    found += _deck_problems(scenario.objects, scenario.places, objects, boxes, regions)
-    return found or script_problems(scenario.script, objects, robot, boxes, regions)
+    problems += _room_problems(new, boxes, robot.carries)
+    problems += _forks_problems(robot, boxes)
+    problems += _edge_problems({name: boxes[name] for name in new}, scenario.places, layout.bounds)
+    problems += _deck_problems(scenario.objects, scenario.places, objects, boxes, regions)
+    return problems or script_problems(scenario.script, objects, robot, boxes, regions)
 
 
 def layout_problems(layout: Layout) -> list[Problem]:
@@ -70,13 +70,13 @@ def layout_problems(layout: Layout) -> list[Problem]:
         if low >= high:
             return [Problem(("bounds", axis), f"{low:g} is not before {high:g}", "correct it")]
     objects = layout.objects
-    found = [
+    problems = [
         *_id_problems(objects, layout.places, {}),
         *_object_problems(objects, objects, None),
         *_place_problems(layout.places, objects),
     ]
-    if found:
-        return found
+    if problems:
+        return problems
     boxes = start_boxes(objects, Robot((0.0, 0.0)))
     del boxes[ROBOT]
     regions = {name: place_box(region, objects) for name, region in layout.places.items()}

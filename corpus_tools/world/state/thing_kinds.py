@@ -115,9 +115,9 @@ def kind_of(labels: Iterable[str]) -> Kind:
     well the first that was registered is taken.
     """
     words = re.findall("[a-z]+", " ".join(labels).lower())
-    known = {_SAME_AS.get(word, word) for word in words}
-    best = max(KINDS.values(), key=lambda kind: len(known.intersection(kind.labels)))
-    return best if known.intersection(best.labels) else OTHER
+    nouns = {_SAME_AS.get(word, word) for word in words}
+    best = max(KINDS.values(), key=lambda kind: len(nouns.intersection(kind.labels)))
+    return best if nouns.intersection(best.labels) else OTHER
 
 
 KINDS.load_others()

@@ -100,8 +100,8 @@ def _compare(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
         best_match(similarity, indices, factor, labels)[:, row]
         for factor, labels, row in batch.once("label sides", _label_sides)
     ]
-    found: FloatArray = np.stack(sides, axis=1).reshape(-1, len(batch)).T
-    return found
+    table: FloatArray = np.stack(sides, axis=1).reshape(-1, len(batch)).T
+    return table
 
 
 def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray]]:
@@ -111,11 +111,11 @@ def _label_sides(batch: FactorBatch) -> list[tuple[IntArray, BoolArray, IntArray
     these each row has.
     """
     labels = batch.bodies.labels
-    own = labels[batch.figure]
+    figure_labels = labels[batch.figure]
     peers = labels[batch.peers] & (batch.peers >= 0)[..., None]
-    other = (peers.any(axis=1) | labels[batch.agent_body]) & ~own
+    other = (peers.any(axis=1) | labels[batch.agent_body]) & ~figure_labels
     sides = []
-    for side in (own, other):
+    for side in (figure_labels, other):
         patterns, pattern = label_patterns(side)
         pair = batch.factor * len(patterns) + pattern
         different, row = np.unique(pair, return_inverse=True)
@@ -162,14 +162,14 @@ def _grade(batch: FactorBatch, measures: tuple[str, ...]) -> FloatArray:
     """
     bodies = batch.bodies
     patterns, pattern = label_patterns(bodies.labels)
-    own = pattern[batch.figure]
+    figure_pattern = pattern[batch.figure]
     others = np.column_stack((batch.peers, batch.agent_body))
-    rival = (others >= 0) & (pattern[others] != own[:, None])
+    rival = (others >= 0) & (pattern[others] != figure_pattern[:, None])
     names = [factor.get("name", ()) for factor in batch.words]
     columns = []
     for name in measures:
         score = mean_match(MEASURES[name], names, bodies.label_names, patterns)[batch.factor]
-        mine = np.take_along_axis(score, own[:, None], axis=1)[:, 0]
+        mine = np.take_along_axis(score, figure_pattern[:, None], axis=1)[:, 0]
         theirs = np.where(rival, np.take_along_axis(score, pattern[others], axis=1), 0.0)
         margin = mine - theirs.max(axis=1)
         columns += [mine, margin, np.where(np.isnan(margin), np.nan, margin > -TIE)]

@@ -30,8 +30,8 @@ def named(batch: FactorBatch, fields: tuple[WordField, ...]) -> BoolArray:
 
 @lru_cache(maxsize=4096)
 def _named(words: tuple[str, ...]) -> tuple[bool, ...]:
-    found = concepts(words)
-    return tuple(concept in found for concept in CONCEPTS)
+    named_concepts = concepts(words)
+    return tuple(concept in named_concepts for concept in CONCEPTS)
 
 
 def satisfied(degrees: Mapping[Concept, FloatArray], wanted: BoolArray) -> FloatArray:

@@ -90,11 +90,11 @@ def standing(batch: FactorBatch) -> FloatArray:
     Shape (n, 2 directions); the parts are NaN where there is no rival.
     """
     rival = rivals(batch)
-    own = extents(local_centres(batch, batch.figure))
+    figure_extents = extents(local_centres(batch, batch.figure))
     others = extents(batch.once(peer_centres, peer_centres))
-    ahead, level = np.empty(own.shape), np.empty(own.shape)
+    ahead, level = np.empty(figure_extents.shape), np.empty(figure_extents.shape)
     for i in range(len(DIRECTIONS)):
-        other, mine = others[..., i], own[:, None, i]
+        other, mine = others[..., i], figure_extents[:, None, i]
         ahead[:, i] = np.count_nonzero(rival & (other > mine + SAME_PLACE_M), axis=1)
         level[:, i] = np.count_nonzero(rival & (np.abs(other - mine) <= SAME_PLACE_M), axis=1)
     count = np.count_nonzero(rival, axis=1)[:, None]
@@ -119,11 +119,11 @@ def fits(batch: FactorBatch) -> FloatArray:
 def rivals(batch: FactorBatch) -> BoolArray:
     """Return the peers whose labels fit the figure's words as well as its own; (n, p)."""
     score = fits(batch)
-    own = score[batch.factor, batch.figure]
+    figure_score = score[batch.factor, batch.figure]
     result: BoolArray = (
         (batch.peers >= 0)
         & (batch.peers != batch.figure[:, None])
-        & (score[batch.factor[:, None], batch.peers] >= own[:, None])
+        & (score[batch.factor[:, None], batch.peers] >= figure_score[:, None])
     )
     return result
 
@@ -136,9 +136,9 @@ def extents(local: FloatArray) -> FloatArray:
 
 
 def _mean(degrees: FloatArray, wanted: BoolArray) -> FloatArray:
-    known = wanted & ~np.isnan(degrees)
-    total = np.where(known, degrees, 0.0).sum(axis=1)
-    return np.where(known.any(axis=1), total / np.maximum(known.sum(axis=1), 1), np.nan)
+    counts = wanted & ~np.isnan(degrees)
+    total = np.where(counts, degrees, 0.0).sum(axis=1)
+    return np.where(counts.any(axis=1), total / np.maximum(counts.sum(axis=1), 1), np.nan)
 
 
 def _ordinal(

@@ -64,9 +64,9 @@ rank_set = partial(feature_set, roles=("figure",), words=("figure", "relation"),
 def ranks(batch: FactorBatch) -> FloatArray:
     """Rank among the scene's things with the same labels, seen from the agent's start."""
     centres, peer = batch.once(_peers, _peers)
-    own = local_centres(batch, batch.figure)
+    local = local_centres(batch, batch.figure)
     columns = []
-    for own_value, values in zip(_orders(own), _orders(centres), strict=True):
+    for own_value, values in zip(_orders(local), _orders(centres), strict=True):
         before = (peer & (values < own_value[:, None] - SAME_PLACE_M)).sum(axis=1)
         after = (peer & (values > own_value[:, None] + SAME_PLACE_M)).sum(axis=1)
         several = np.asarray(before + after > 0)
@@ -98,8 +98,8 @@ def is_robot(batch: FactorBatch) -> BoolArray:
     log is never where the command's own robot is, so it would give such negatives away.
     """
     labels = batch.bodies.shared_labels
-    own = labels[batch.agent_body]
-    same: BoolArray = (labels[batch.figure] == own).all(axis=1) & own.any(axis=1)
+    robot_labels = labels[batch.agent_body]
+    same: BoolArray = (labels[batch.figure] == robot_labels).all(axis=1) & robot_labels.any(axis=1)
     return same
 
 
@@ -116,14 +116,14 @@ def _orders(local: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 )
 def bearing(batch: FactorBatch) -> FloatArray:
     """Direction of the figure from the agent's start, absolute and among its peers."""
-    own = local_centres(batch, batch.figure)
-    unit = own / np.maximum(length(own), 1e-9)[:, None]
+    local = local_centres(batch, batch.figure)
+    unit = local / np.maximum(length(local), 1e-9)[:, None]
     centres, peer = batch.once(_peers, _peers)
     weight = peer / np.maximum(peer.sum(axis=1), 1)[:, None]
     mean = np.einsum("np,npc->nc", weight, centres)
     offset = centres - mean[:, None]
     spread = np.sqrt(np.einsum("np,npc,npc->n", weight, offset, offset))
-    relative = (own - mean) / np.maximum(spread, 0.5)[:, None]
+    relative = (local - mean) / np.maximum(spread, 0.5)[:, None]
     relative[~peer.any(axis=1)] = np.nan
     table = np.column_stack((unit, relative))
     table[is_robot(batch)] = np.nan

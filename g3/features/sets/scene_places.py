@@ -42,7 +42,7 @@ def peer_pairs(batch: FactorBatch) -> FloatArray:
 )
 def place_in_scene(batch: FactorBatch) -> FloatArray:
     """Situation of a place: on the ground or on a thing, free or taken, near things."""
-    own = batch.boxes("figure")
+    box = batch.boxes("figure")
     pairs = peer_pairs(batch)
     missing = np.isnan(pairs[..., 0])
     gaps = np.where(missing, np.inf, pairs[..., PAIR["gap"]])
@@ -52,7 +52,7 @@ def place_in_scene(batch: FactorBatch) -> FloatArray:
     nearest = np.minimum(gaps.min(axis=1, initial=np.inf), 9.0)
     return np.column_stack(
         (
-            own.z_min < 0.25 * size(own),
+            box.z_min < 0.25 * size(box),
             supported.any(axis=1),
             (level & (overlap > 0.2)).any(axis=1),
             nearest,
