@@ -21,8 +21,7 @@ from ct.corpus_access import (
     import_treebank,
     load,
 )
-from ct.measurement import evaluate, learning_curve
-from ct.modelling import train
+from ct.measurement import evaluate, learning_curve, train
 from g3 import __version__
 
 __all__ = [

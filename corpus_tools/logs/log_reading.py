@@ -18,7 +18,7 @@ import numpy.typing as npt
 from mcap.records import Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 
-from corpus_tools.logs import channels, log_records
+from corpus_tools.logs import channels
 from corpus_tools.logs.foxglove import FrameTransforms
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step
 from g3.errors import FormatError
@@ -115,9 +115,9 @@ def _read_mcap(content: bytes, path: Path) -> _File:
 
 
 def _recording(file: _File, path: Path) -> Recording:
-    start = log_records.context_of(_only(file, channels.CONTEXT, log_records.ContextRecord, path))
-    steps = log_records.steps_of(_only(file, channels.STEPS, log_records.StepsRecord, path))
-    robots = _decoded(file, channels.ROBOT, log_records.RobotRecord, path)
+    start = channels.context_of(_only(file, channels.CONTEXT, channels.ContextRecord, path))
+    steps = channels.steps_of(_only(file, channels.STEPS, channels.StepsRecord, path))
+    robots = _decoded(file, channels.ROBOT, channels.RobotRecord, path)
     t_ns = np.array([t for t, _ in robots], dtype=np.int64)
     position, orientation = _poses(_decoded(file, channels.TF, FrameTransforms, path), start, t_ns)
     return Recording(

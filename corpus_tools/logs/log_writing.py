@@ -15,7 +15,7 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from corpus_tools.logs import channels
-from corpus_tools.logs.channels import VERSION
+from corpus_tools.logs.channels import VERSION, RobotRecord, context_record, steps_record
 from corpus_tools.logs.foxglove import (
     INFO,
     LINE_LIST,
@@ -36,7 +36,6 @@ from corpus_tools.logs.foxglove import (
     Vector3,
     time_of,
 )
-from corpus_tools.logs.log_records import RobotRecord, context_record, steps_record
 from corpus_tools.world.state.dimensions import (
     FORK_LENGTH,
     FORK_THICKNESS,
@@ -44,11 +43,10 @@ from corpus_tools.world.state.dimensions import (
     FORK_Y,
     HEEL_X,
 )
-from corpus_tools.world.state.paints import PAINTS
 from corpus_tools.world.state.recording import NS_PER_S, Recording, Step, heading
 from corpus_tools.world.state.replay import NOTHING, carried
 from corpus_tools.world.state.shapes import shape_of
-from corpus_tools.world.state.thing_kinds import kind_of
+from corpus_tools.world.state.thing_kinds import PAINTS, kind_of
 from g3.geometry.plane import BoolArray, rotate
 from g3.groundings import Context, FloatArray, PhysicalObject, Place
 from g3.storage.atomic_file import write_bytes

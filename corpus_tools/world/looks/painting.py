@@ -13,7 +13,7 @@ import numpy.typing as npt
 from corpus_tools.world.looks.atlas import PICTURE
 from corpus_tools.world.looks.drawing import VISUAL_GROUP, add_material, add_plane, add_texture
 from corpus_tools.world.looks.markings import PAINT_M
-from corpus_tools.world.state.paints import PAINTS
+from corpus_tools.world.state.thing_kinds import PAINTS
 from g3.groundings import Colour, Context
 
 _GREY = "atlas-grey"

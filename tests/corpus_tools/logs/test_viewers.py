@@ -19,7 +19,7 @@ from corpus_tools.logs import foxglove
 from corpus_tools.logs.channels import CHANNELS
 from corpus_tools.logs.foxglove import Time
 from corpus_tools.logs.log_writing import entities, to_bytes
-from corpus_tools.world.state.paints import PAINTS
+from corpus_tools.world.state.thing_kinds import PAINTS
 from tests.corpus_tools.video import recordings
 
 DATASETS = Path(__file__).parents[3] / "datasets"
