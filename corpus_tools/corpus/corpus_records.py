@@ -173,7 +173,7 @@ class OutcomeRecord(_Record, frozen=True):
 
 
 class Counts(_Record, frozen=True):
-    """Number of records each file holds."""
+    """How many records each file holds."""
 
     contexts: int
     commands: int
