@@ -60,7 +60,7 @@ class Color(msgspec.Struct, frozen=True, gc=False):
 
 
 class FrameTransform(msgspec.Struct, frozen=True, gc=False):
-    """Pose of a frame in another one."""
+    """Where a frame is in another one."""
 
     timestamp: Time
     parent_frame_id: str
@@ -70,7 +70,7 @@ class FrameTransform(msgspec.Struct, frozen=True, gc=False):
 
 
 class FrameTransforms(msgspec.Struct, frozen=True, gc=False):
-    """Poses of frames."""
+    """Where frames are."""
 
     transforms: tuple[FrameTransform, ...]
 
