@@ -20,17 +20,18 @@ from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import CONCEPT_WORDS, WORD_CLASSES, stems
+from g3.language.lexicon.stemming import stems
+from g3.language.lexicon.tables import members, written
 from g3.language.similarity import static_embeddings
 
 LEAST_ALIKE = 0.3
 """Smallest cosine at which words may name a label."""
 STRAIGHT_M = 4.0
-LEFT, RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
-PUTTING = stems("put place set drop")
-BRING = PUTTING | stems("move bring carry take transport deliver")
-HANDLE = BRING | stems("pick lift load grab get raise")
-GO = stems(f"{WORD_CLASSES['going']} {WORD_CLASSES['turning']}")
+LEFT, RIGHT = (written(members("concept")[side]) for side in ("left", "right"))
+PUTTING = stems(["put", "place", "set", "drop"])
+BRING = PUTTING | stems(["move", "bring", "carry", "take", "transport", "deliver"])
+HANDLE = BRING | stems(["pick", "lift", "load", "grab", "get", "raise"])
+GO = stems(word for name in ("going", "turning") for word in written(members("class")[name]))
 
 Things = Sequence[PhysicalObject]
 Naming = tuple[Things, int]

@@ -203,9 +203,9 @@ def is_surface(thing: PhysicalObject) -> bool:
 
 @lru_cache(maxsize=4096)
 def _names_heap(labels: tuple[str, ...]) -> bool:
-    from g3.language.lexicon.word_sets import HEAPS  # noqa: PLC0415 - as in `names_person`
+    from g3.language.lexicon.tables import WORDS  # noqa: PLC0415 - as in `names_person`
 
-    return not HEAPS.isdisjoint(word for label in labels for word in label.lower().split())
+    return not WORDS["heaps"].isdisjoint(word for label in labels for word in label.lower().split())
 
 
 def _frame(prism: Prism, yaw: float) -> tuple[FloatArray, FloatArray]:

@@ -136,12 +136,12 @@ def names_person(labels: tuple[str, ...]) -> bool:
     (True, False)
     """
     # Only planning asks: states, logs and pictures need no words.
-    from g3.language.lexicon.word_sets import PERSONS  # noqa: PLC0415
+    from g3.language.lexicon.tables import WORDS  # noqa: PLC0415
     from g3.language.similarity.resources import wordnet  # noqa: PLC0415
     from g3.language.similarity.wordnet import share_of_senses  # noqa: PLC0415
 
     words = [word for label in labels for word in label.lower().split()]
-    if not words or PERSONS.intersection(words):
+    if not words or WORDS["persons"].intersection(words):
         return bool(words)
     try:
         net = wordnet()

@@ -20,18 +20,7 @@ from g3.inference.problem.phrases import is_pronoun
 from g3.inference.search.action_search import Choices, Hypothesis
 from g3.language.discourse.groups import Group, group, noun_leaf
 from g3.language.lexicon.field_words import bare, text_words
-from g3.language.lexicon.word_sets import (
-    CARDINALS,
-    COUNTS,
-    LISTING,
-    NONE_OF_THEM,
-    ONES,
-    OPTION,
-    ORDINALS,
-    PLACE_PREPOSITIONS,
-    UNIVERSAL,
-    WHICHEVER,
-)
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.sdc.clauses import SDC, all_words
 from g3.short_repr import short_repr
 
@@ -152,18 +141,26 @@ def understood(question: Question, clause: SDC, reply: str, things: Things) -> t
 def _listed(question: Question, words: Sequence[str]) -> tuple[str, ...] | None:
     """Return the options that an answer means without a look at the world; None if it must."""
     ids = tuple(name for name, _ in question.options)
-    content = [word for word in words if word not in LISTING]
-    count = {COUNTS.get(word, len(ids)) for word in content}
+    content = [word for word in words if word not in WORDS["listing"]]
+    count = {COUNTS["counts"].get(word, len(ids)) for word in content}
     if len(content) == 1:
-        numbers = CARDINALS if len(words) > 1 and words[0] in OPTION else ORDINALS
+        numbers = (
+            COUNTS["cardinals"]
+            if len(words) > 1 and words[0] in WORDS["option"]
+            else COUNTS["ordinals"]
+        )
         place = numbers.get(content[0], int(content[0]) if content[0].isdecimal() else 0)
         if place:
             return ids[place - 1 : place] if 0 < place <= len(ids) else None
-    if content and NONE_OF_THEM.issuperset(content):
+    if content and WORDS["none_of_them"].issuperset(content):
         return ()
-    if content and WHICHEVER.issuperset(content):
+    if content and WORDS["whichever"].issuperset(content):
         return ids[:1]
-    if content and count == {len(ids)} and UNIVERSAL.union(COUNTS).issuperset(content):
+    if (
+        content
+        and count == {len(ids)}
+        and WORDS["universal"].union(COUNTS["counts"]).issuperset(content)
+    ):
         return ids
     same = [name for name, text in question.options if text_words(text) == tuple(words)]
     return tuple(same) if len(same) == 1 else None
@@ -174,9 +171,9 @@ def _picked(
 ) -> tuple[str, ...] | None:
     from g3.language.parsing.parser import parse  # noqa: PLC0415 - slow to import
 
-    named = [noun if word in ONES else word for word in words]
-    if not any(word in {*ONES, noun} for word in words):
-        is_place = any(word in PLACE_PREPOSITIONS for word in words[:1])
+    named = [noun if word in WORDS["ones"] else word for word in words]
+    if not any(word in {*WORDS["ones"], noun} for word in words):
+        is_place = any(word in WORDS["place_prepositions"] for word in words[:1])
         named = ["the", noun, *words] if is_place else [*words, noun]
     sdcs = parse(f"pick up {' '.join(named)}").sdcs
     bare_sdcs = parse(f"pick up the {noun}").sdcs

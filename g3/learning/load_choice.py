@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from g3.groundings import FloatArray
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import ARTICLES, CONCEPT_WORDS, PLACE_PREPOSITIONS
+from g3.language.lexicon.tables import WORDS, members, written
 from g3.language.similarity.learned_lexicon import Lexicon, Naming, Term, terms
 from g3.short_repr import short_repr
 
@@ -186,7 +186,7 @@ PARAMETERS = (*ROLES, *THINGS)
 """Names of the learned weights, in their order."""
 ROUNDS = 3
 """Number of rounds of learning lexicon and parameters, with estimates of reliability between."""
-_LEFT, _RIGHT = (frozenset(CONCEPT_WORDS[side].split()) for side in ("left", "right"))
+_LEFT, _RIGHT = (written(members("concept")[side]) for side in ("left", "right"))
 
 
 class Load(NamedTuple):
@@ -348,9 +348,9 @@ def _evidence_elsewhere(
 def _is_placed(term: Term, words: Sequence[str]) -> bool:
     """Check that a word stands in a phrase that a preposition of place begins."""
     for word in reversed(words[: term.place]):
-        if word in PLACE_PREPOSITIONS:
+        if word in WORDS["place_prepositions"]:
             return True
-        if word not in ARTICLES and not terms([word]):
+        if word not in WORDS["articles"] and not terms([word]):
             return False
     return False
 

@@ -57,6 +57,7 @@ from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import Context, FloatArray, Grounding, Path, PhysicalObject, Place, Prism
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words, normalise
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, Field, all_words, breadth_first, child_indices
 from g3.short_repr import short_repr
 
@@ -82,7 +83,6 @@ SAME_LABELS = 0.5
 """Share of candidates for OBJECTs that are drawn from those alike, where there are some."""
 SAME_HEIGHT = 0.75
 """Share of candidates for places drawn from those about as high as the right one."""
-_DETERMINERS = {"the", "a", "an", "this", "that", "these", "those"}
 
 
 @short_repr
@@ -287,7 +287,7 @@ def _draw(
 
 
 def _wording(sdc: SDC) -> tuple[str, ...]:
-    return tuple(sorted(set(field_words(all_words(sdc))) - _DETERMINERS))
+    return tuple(sorted(set(field_words(all_words(sdc))) - WORDS["determiners"]))
 
 
 def tells_apart(clause: Clause) -> bool:

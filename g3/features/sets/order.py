@@ -16,14 +16,14 @@ from g3.geometry.plane import BoolArray, length
 from g3.groundings import FloatArray
 from g3.language.lexicon.concepts import CONCEPTS, Concept
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import ORDINALS
+from g3.language.lexicon.tables import COUNTS
 from g3.language.similarity.word_similarity import MEASURES
 
 DIRECTIONS: tuple[Concept, ...] = ("left", "right", "front", "back", "near", "far")
 
 SYNONYM = 0.5
 """Fit of a synonym; a label itself fits with 1."""
-_ORDINALS = {normalise(word): number for word, number in ORDINALS.items()}
+_ORDINALS = {normalise(word): number for word, number in COUNTS["ordinals"].items()}
 
 
 def is_ordinal(word: str) -> bool:

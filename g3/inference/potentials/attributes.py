@@ -22,17 +22,9 @@ from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import things_of
 from g3.language.discourse.groups import noun_leaf
 from g3.language.discourse.negation import negated
-from g3.language.lexicon.attribute_words import colours_named, sizes_named
+from g3.language.lexicon.attribute_words import Dimension, colours_named, sizes_named
 from g3.language.lexicon.field_words import bare
-from g3.language.lexicon.word_sets import (
-    EMPTY,
-    HAVING,
-    LADEN,
-    NOTHING,
-    PARTS,
-    QUANTIFIERS,
-    Dimension,
-)
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, Span
 
 CLEARLY = 1.1
@@ -69,7 +61,10 @@ def size(case: FactorCase) -> Measured:
 @potential("contents", kind="factor", types=("OBJECT",), weight=log(0.05))
 def contents(case: FactorCase) -> Measured:
     """Nothing stands on what is empty, and something on what is loaded: "the empty trailer"."""
-    said = EMPTY.intersection(_adjectives(case.sdc)), LADEN.intersection(_adjectives(case.sdc))
+    said = (
+        WORDS["empty"].intersection(_adjectives(case.sdc)),
+        WORDS["laden"].intersection(_adjectives(case.sdc)),
+    )
     if not any(said):
         return False
     problem = case.problem
@@ -85,7 +80,9 @@ def contents(case: FactorCase) -> Measured:
 def carries(case: FactorCase) -> Measured:
     """A truck "with the tires" has them on it."""
     sdc, problem = case.sdc, case.problem
-    if not (HAVING.intersection(_bare(sdc.relation)) and problem.carriers) or _has_nothing(sdc):
+    if not (WORDS["having"].intersection(_bare(sdc.relation)) and problem.carriers) or _has_nothing(
+        sdc
+    ):
         return False
     groups, decks = problem.scene.groups, problem.surfaces
     under = problem.carriers
@@ -108,19 +105,21 @@ def _adjectives(sdc: SDC) -> list[str]:
     """
     if sdc.words:
         said = _bare(sdc.words)
-        return [] if PARTS.intersection(said) else said
+        return [] if WORDS["parts"].intersection(said) else said
     if not sdc.landmark1:
         return _bare(sdc.relation)
-    return sorted(EMPTY) if _has_nothing(sdc) else []
+    return sorted(WORDS["empty"]) if _has_nothing(sdc) else []
 
 
 def _has_nothing(sdc: SDC) -> bool:
     """Whether words say that there is nothing on a thing."""
     said = set(_bare(sdc.relation))
-    if not (sdc.landmark1 and said & HAVING):
+    if not (sdc.landmark1 and said & WORDS["having"]):
         return False
     named = set(_bare(noun_leaf(sdc.landmark1[0]).words))
-    return bool((named | said) & NOTHING) or (negated(sdc) and bool(named & QUANTIFIERS))
+    return bool((named | said) & WORDS["nothing"]) or (
+        negated(sdc) and bool(named & WORDS["quantifiers"])
+    )
 
 
 def _bare(spans: Iterable[Span]) -> list[str]:

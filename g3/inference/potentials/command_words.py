@@ -32,9 +32,9 @@ from g3.inference.problem.phrases import (
     names_robot,
 )
 from g3.language.discourse.anaphora import anaphors
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import BESIDE, concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
-from g3.language.lexicon.word_sets import AROUND, ARTICLES, BESIDE, GENERIC, PASSING, YOU
+from g3.language.lexicon.tables import WORDS
 from g3.learning.load_choice import LoadChoice, LoadChooser
 from g3.sdc.clauses import SDC, Span, all_words
 
@@ -104,7 +104,7 @@ def _has_landmark(sdc: SDC) -> bool:
     """Whether words say what a load stands by or on: "on the left of the truck", "right by it"."""
     said = concepts(field_words(sdc.relation)) & (BESIDE | {"on"})
     marks = (bare(word.text) for mark in sdc.landmark1 for word in all_words(mark))
-    return bool(said and sdc.landmark1) and YOU.isdisjoint(marks)
+    return bool(said and sdc.landmark1) and WORDS["you"].isdisjoint(marks)
 
 
 def _has_label(named: SDC, problem: GroundingProblem) -> bool:
@@ -115,7 +115,7 @@ def _has_label(named: SDC, problem: GroundingProblem) -> bool:
 def _names_kind(named: SDC, problem: GroundingProblem) -> bool:
     """Whether the noun says what kind of load is meant: not "the pallet that is on the truck"."""
     common = _labels(problem)[1]
-    return not GENERIC.union(ARTICLES, *common).issuperset(_noun(named))
+    return not WORDS["generic"].union(WORDS["articles"], *common).issuperset(_noun(named))
 
 
 def _noun(sdc: SDC) -> tuple[str, ...]:
@@ -183,7 +183,9 @@ def _told_besides(case: CandidateCase) -> set[Span]:
 
 
 def _leads_past(way: SDC) -> bool:
-    return not (AROUND | PASSING).isdisjoint(bare(word.text) for word in way.relation)
+    return not (WORDS["around"] | WORDS["passing"]).isdisjoint(
+        bare(word.text) for word in way.relation
+    )
 
 
 def _knows(cost: Scorer, labels: Collection[str]) -> bool:

@@ -13,9 +13,9 @@ from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Arguments, group_key
 from g3.inference.problem.phrases import is_measure, names_robot
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import WAYS, concepts
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import AROUND, WAYS
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import all_words
 
 _STRAIGHT = {GO_STRAIGHT: "front", BACK_UP: "back"}
@@ -29,7 +29,7 @@ def way(case: ActionCase) -> Measured:
     if not all(is_measure(sdc) or names_robot(sdc) for sdc in things):
         return False
     words = field_words(all_words(case.sdc))
-    named = WAYS & {*concepts(words), *(("around",) if AROUND.intersection(words) else ())}
+    named = WAYS & {*concepts(words), *(("around",) if WORDS["around"].intersection(words) else ())}
     return bool(named) and case.each(lambda a: is_bare(a) and not ways_of(a, case.found) & named)
 
 

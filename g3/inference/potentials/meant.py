@@ -25,22 +25,9 @@ from g3.inference.problem.phrases import (
 from g3.language.discourse.groups import group as group_of
 from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.discourse.negation import negated
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
-from g3.language.lexicon.word_sets import (
-    BESIDE,
-    CARDINALS,
-    COLLECTIVES,
-    GENERIC,
-    HEAPED,
-    NOUNLESS,
-    PARTS,
-    PRONOUNS,
-    QUANTIFIERS,
-    REFLEXIVES,
-    ROWS,
-    SIDES,
-)
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.similarity.presence import best_naming, is_called
 from g3.language.similarity.word_similarity import labels_in
 from g3.sdc.clauses import all_words
@@ -77,7 +64,7 @@ def no_place(case: CandidateCase) -> Measured:
 @potential("whole-row", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def whole_row(case: CandidateCase) -> Measured:
     """A row is all that stands in it: "the row"."""
-    if group_of(case.sdc).collective not in ROWS or not case.problem.rows:
+    if group_of(case.sdc).collective not in WORDS["rows"] or not case.problem.rows:
         return False
     return _says(case, lambda g: frozenset(_ids(g)) not in case.problem.rows)
 
@@ -138,7 +125,7 @@ def own_label(case: CandidateCase) -> Measured:
     if not noun or _says_no_kind(noun):
         return False
     objects = [o for o in state.context.objects if o.id != state.context.agent_id]
-    is_content = not HEAPED.isdisjoint(field_words(noun_leaf(case.sdc).words)[-1:])
+    is_content = not WORDS["heaped"].isdisjoint(field_words(noun_leaf(case.sdc).words)[-1:])
     named = {o.labels for o in objects if labels_in(noun, o.labels)} or {
         o.labels
         for o in objects
@@ -175,8 +162,15 @@ def each_named(case: CandidateCase) -> Measured:
 
 def _says_no_kind(noun: Sequence[str]) -> bool:
     """Whether a noun may stand for things of any kind: "them", "the others", "all the stuff"."""
-    closed = PRONOUNS | NOUNLESS | COLLECTIVES | PARTS | QUANTIFIERS | CARDINALS.keys()
-    return closed.issuperset(noun) or not GENERIC.isdisjoint(map(normalise, noun))
+    closed = (
+        WORDS["pronouns"]
+        | WORDS["nounless"]
+        | WORDS["collectives"]
+        | WORDS["parts"]
+        | WORDS["quantifiers"]
+        | COUNTS["cardinals"].keys()
+    )
+    return closed.issuperset(noun) or not WORDS["generic"].isdisjoint(map(normalise, noun))
 
 
 @potential("named-again", kind="noun", types=("OBJECT",), weight=UNLIKELY)
@@ -193,7 +187,7 @@ def apart(case: FactorCase) -> Measured:
     """Nothing is by itself, nor on itself: "drive around the boxes and lift the pallet by them"."""
     said = concepts(field_words(case.sdc.relation)) & (BESIDE | {"on"})
     marks = {bare(word.text) for mark in case.sdc.landmark1 for word in all_words(mark)}
-    if not said or marks & REFLEXIVES:  # "the one by itself"
+    if not said or marks & WORDS["reflexives"]:  # "the one by itself"
         return False
     same: BoolArray = case.batch.figure == case.batch.landmark
     return same
@@ -224,7 +218,7 @@ def _number_said(case: FactorCase) -> str:
     if case.sdc.figure:
         return ""
     said = group_of(case.sdc)
-    if said.collective in ROWS:
+    if said.collective in WORDS["rows"]:
         return "row"
     if said.count is not None and said.count > 1:
         return "count"

@@ -20,9 +20,9 @@ from g3.geometry.relations import LEVEL_M
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.inference.potentials.cases import FactorCase, SpotCase
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
-from g3.language.lexicon.concepts import CONCEPTS, concepts
+from g3.language.lexicon.concepts import BESIDE, CONCEPTS, concepts
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import BEHIND, BESIDE, ENDS, FLOOR
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, all_words
 
 _WAYS = np.array([[0.0, 1.0], [0.0, -1.0], [-1.0, 0.0], [1.0, 0.0]])
@@ -47,7 +47,7 @@ def on_ground(words: SDC, relation: SDC) -> bool:
     relation
         The clause whose relation may put it beside something.
     """
-    if FLOOR.intersection(field_words(all_words(words))):
+    if WORDS["floor"].intersection(field_words(all_words(words))):
         return True
     said = concepts(field_words(relation.relation))
     return "on" not in said and bool(said & BESIDE)
@@ -167,14 +167,18 @@ def _sides(batch: FactorBatch) -> BoolArray:
 
     "At the end of the row to your right" is on the right whatever "to your right" belongs to.
     """
-    ends = np.array([bool(ENDS.intersection(words.get("relation", ()))) for words in batch.words])
+    ends = np.array(
+        [bool(WORDS["ends"].intersection(words.get("relation", ()))) for words in batch.words]
+    )
     named_sides = named(batch, ("relation",))
     if ends.any():
         named_sides = np.where(
             ends[batch.factor, None], named(batch, ("relation", "landmark")), named_sides
         )
     named_sides = named_sides[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
-    behind = [bool(BEHIND.intersection(words.get("relation", ()))) for words in batch.words]
+    behind = [
+        bool(WORDS["behind"].intersection(words.get("relation", ()))) for words in batch.words
+    ]
     return np.column_stack((named_sides, np.array(behind)[batch.factor]))
 
 

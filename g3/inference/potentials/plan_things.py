@@ -15,15 +15,8 @@ from g3.groundings import FloatArray
 from g3.inference.potentials.cases import PlanEnd
 from g3.inference.problem.grounding_problem import things_of
 from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import (
-    ARTICLES,
-    EXISTENTIAL,
-    GENERIC,
-    PLACE_PREPOSITIONS,
-    PRONOUNS,
-    QUANTIFIERS,
-)
 from g3.language.similarity.presence import best_naming
 
 NAMES, ALIKE = 0.6, 0.03
@@ -143,6 +136,14 @@ def _naming(word: str, labels: tuple[str, ...]) -> float:
 @lru_cache(maxsize=65536)
 def _may_name(word: str) -> bool:
     """Check that a word may be a noun: it doesn't say how, where or what to do."""
-    others = (PLACE_PREPOSITIONS, ARTICLES, PRONOUNS, QUANTIFIERS, EXISTENTIAL)
+    others = (
+        WORDS["place_prepositions"],
+        WORDS["articles"],
+        WORDS["pronouns"],
+        WORDS["quantifiers"],
+        WORDS["existential"],
+    )
     is_function_word = any(word in known for known in others)
-    return not (is_function_word or word_class(word) or normalise(word) in GENERIC or len(word) < 3)
+    return not (
+        is_function_word or word_class(word) or normalise(word) in WORDS["generic"] or len(word) < 3
+    )

@@ -13,7 +13,7 @@ from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, group_key, things_of
 from g3.language.lexicon.field_words import bare
-from g3.language.lexicon.word_sets import PERSONAL
+from g3.language.lexicon.tables import WORDS
 
 LAST, EARLIER = 0.9, 0.1
 """Probability of what was spoken of last, and how much less probable each thing before it is."""
@@ -57,7 +57,7 @@ def not_itself(case: ReferentCase) -> Measured:
 def personal(case: ReferentCase) -> Measured:
     """A pronoun for a person stands for one, where any is there: "next to him"."""
     words = (bare(word.text) for word in case.tree.nodes[case.node].words)
-    if case.is_theme or PERSONAL.isdisjoint(words):
+    if case.is_theme or WORDS["personal"].isdisjoint(words):
         return False
     named = [any(names_person(thing.labels) for thing in things_of(g)) for g in case.groups]
     return any(named) and ~np.array(named)

@@ -19,7 +19,7 @@ from g3.inference.problem.clause_roles import landmark_nodes
 from g3.inference.problem.grounding_problem import GroundingProblem, Group
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import BETWEEN, ENDS, LATERAL
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDCType
 
 _PHRASES: tuple[SDCType, ...] = ("OBJECT", "PLACE", "PATH")
@@ -34,7 +34,9 @@ def next_in_row(case: FactorCase) -> Measured:
     """A place next to a thing of a row is in line with the row."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    applies = _named(batch, LATERAL) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
+    applies = (
+        _named(batch, WORDS["lateral"]) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
+    )
     applies &= bodies.count[mark] == 1
     if not applies.any():
         return False
@@ -54,7 +56,9 @@ def row_line(case: FactorCase) -> Measured:
     """A place at the end or the side of several things is in line with them."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    applies = (_named(batch, ENDS) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
+    applies = (
+        (_named(batch, WORDS["ends"]) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
+    )
     if not applies.any():
         return False
     members = bodies.members[mark]
@@ -72,7 +76,7 @@ def place_between(case: FactorCase) -> Measured:
     """A place between things is on the way from one to another, rather in the middle of it."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    applies = _named(batch, BETWEEN) & (mark >= 0) & (mark != batch.agent_body)
+    applies = _named(batch, WORDS["between"]) & (mark >= 0) & (mark != batch.agent_body)
     if not applies.any():
         return False
     members = bodies.members[mark]
@@ -89,7 +93,7 @@ def place_between(case: FactorCase) -> Measured:
 
 def _is_between_one(case: CandidateCase) -> bool:
     """Whether the candidates are all that a clause is between: "between the pallets"."""
-    said = BETWEEN.intersection(field_words(case.clause.relation))
+    said = WORDS["between"].intersection(field_words(case.clause.relation))
     return bool(said) and len(landmark_nodes(case.tree, case.within)) == 1
 
 

@@ -19,17 +19,9 @@ from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.phrases import is_bare
 from g3.language.discourse.groups import noun_leaf
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import SIDES, concepts
 from g3.language.lexicon.field_words import bare, field_words
-from g3.language.lexicon.word_sets import (
-    ALONE,
-    DISTANT,
-    FARTHEST,
-    NEAREST,
-    NEXT_TO,
-    SELVES,
-    SIDES,
-)
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, all_words
 
 FAR_TIMES = 1.5
@@ -43,7 +35,7 @@ def is_alone(sdc: SDC) -> bool:
     """Whether an OBJECT's own words say that it stands alone: "lonely", "by itself"."""
     own = field_words([*noun_leaf(sdc).words, *sdc.relation])
     marks = [bare(word.text) for mark in sdc.landmark1 for word in all_words(mark)]
-    return bool(ALONE.intersection(own)) or bool(SELVES.intersection(marks))
+    return bool(WORDS["alone"].intersection(own)) or bool(WORDS["selves"].intersection(marks))
 
 
 @potential("alone", kind="factor", types=("OBJECT",), weight=log(0.1))
@@ -74,7 +66,10 @@ def alone(case: FactorCase) -> Measured:
 )
 def superlative(case: FactorCase) -> Measured:
     """Nothing alike is nearer than "the nearest to it", nor farther than "the farthest"."""
-    near, far = _says(case, NEAREST.intersection), _says(case, FARTHEST.intersection)
+    near, far = (
+        _says(case, WORDS["nearest"].intersection),
+        _says(case, WORDS["farthest"].intersection),
+    )
     sign = 1.0 * near - far
     return _beaten(case, sign != 0, lambda own, others: sign[:, None] * (own - others))
 
@@ -82,14 +77,14 @@ def superlative(case: FactorCase) -> Measured:
 @potential("far-from", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=-3.0)
 def far_from(case: FactorCase) -> Measured:
     """Nothing alike is half as far again as "the crate far from the truck"."""
-    far = _says(case, lambda words: DISTANT & words and "from" in words)
+    far = _says(case, lambda words: WORDS["distant"] & words and "from" in words)
     return _beaten(case, far, lambda own, others: others - FAR_TIMES * own)
 
 
 @potential("near-to", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=-3.0)
 def near_to(case: FactorCase) -> Measured:
     """Nothing alike is by half nearer than "the crate next to the truck"."""
-    near = _says(case, lambda words: words & NEXT_TO and not words & DISTANT)
+    near = _says(case, lambda words: words & WORDS["next_to"] and not words & WORDS["distant"])
     return _beaten(case, near, lambda own, others: own - FAR_TIMES * others)
 
 

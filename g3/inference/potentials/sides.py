@@ -24,9 +24,9 @@ from g3.inference.potentials.cases import FactorCase
 from g3.inference.potentials.potential_registry import potential
 from g3.inference.problem.clause_roles import handled_nodes, told_standing
 from g3.language.discourse.groups import group, noun_leaf, noun_words
-from g3.language.lexicon.concepts import CONCEPTS, Concept, concepts
+from g3.language.lexicon.concepts import CONCEPTS, SIDES, Concept, concepts
 from g3.language.lexicon.field_words import field_words, normalise
-from g3.language.lexicon.word_sets import ENDS, GENERIC, ONES, PARTS, REAR, SIDES
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC
 
 CENTRAL = 0.5
@@ -61,11 +61,11 @@ def _singled_out(batch: FactorBatch, depth: Concept | None) -> _SingledOut | Non
     if depth:
         away = _away(batch, direction)
         direction = np.array(DIRECTIONS) == np.full((len(batch), 1), depth)
-    rear = _says(batch, REAR, batch.landmark < 0)
+    rear = _says(batch, WORDS["rear"], batch.landmark < 0)
     direction[:, DIRECTIONS.index("back")] &= ~rear
     last = wanted[:, CONCEPTS.index("last")]
     aside = direction[:, :4].any(axis=1)
-    end = last & ~aside & ~direction[:, 4:].any(axis=1) & _says(batch, ENDS, free)
+    end = last & ~aside & ~direction[:, 4:].any(axis=1) & _says(batch, WORDS["ends"], free)
     direction[:, DIRECTIONS.index("far")] |= last | rear
     direction[:, 4:] &= ~aside[:, None]
     number = np.where(free, ordinals(batch, _FIELDS), ordinals(batch, ("figure",)))
@@ -166,7 +166,9 @@ def _wrong(case: FactorCase, which: str) -> FloatArray:
 def _names_any_load(case: FactorCase) -> bool:
     """Whether a clause is what is handled, and its noun names no kind: "the one on the left"."""
     noun = {normalise(word) for word in noun_words(case.sdc)[-1:]}
-    unnamed = noun & GENERIC or (noun & ONES and case.tree.left_out(case.sdc) is None)
+    unnamed = noun & WORDS["generic"] or (
+        noun & WORDS["ones"] and case.tree.left_out(case.sdc) is None
+    )
     return bool(unnamed) and case.node in case.tree.once(handled_nodes)
 
 
@@ -202,7 +204,9 @@ def _says_end(sdc: SDC) -> bool:
     """Whether a relation names an end or a side that something is on: "on the right end of"."""
     words = field_words(sdc.relation)
     said = concepts(words)
-    return bool(sdc.landmark1 and "on" in said and said & SIDES and PARTS.intersection(words))
+    return bool(
+        sdc.landmark1 and "on" in said and said & SIDES and WORDS["parts"].intersection(words)
+    )
 
 
 @potential("side", kind="factor", types=("OBJECT",), weight=log(0.05))

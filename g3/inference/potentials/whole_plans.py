@@ -19,14 +19,10 @@ from g3.inference.potentials.cases import PlanCase, PlanEnd
 from g3.inference.potentials.plan_things import about, named_things, where_it_ends
 from g3.inference.potentials.potential_registry import potential
 from g3.language.discourse.negation import is_negation
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import BESIDE, concepts
 from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import (
-    BESIDE,
-    FLOOR,
-    FORKS,
-)
 
 ENDS = ("lifted", "on a thing", "on the ground", "not handled")
 """What may have become of a load."""
@@ -136,8 +132,8 @@ def cues(words: Sequence[str]) -> set[str]:
     spoken = concepts(stems)
     found |= {"on", "to"} & spoken
     found |= {"beside"} if spoken & BESIDE else set()
-    found |= {"floor"} if FLOOR.intersection(stems) else set()
-    found |= {"forks"} if FORKS.intersection(stems) else set()
+    found |= {"floor"} if WORDS["floor"].intersection(stems) else set()
+    found |= {"forks"} if WORDS["forks"].intersection(stems) else set()
     found |= {"up", "down"} & set(words[last:])
     found |= {"down"} if "off" in words[last:] else set()
     return found

@@ -42,38 +42,14 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, asked
 from g3.inference.problem.phrases import is_measure, names_forks, names_lift, names_robot
 from g3.language.discourse.negation import negated
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import SIDES, concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words
-from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import (
-    ALIGNING,
-    AREAS,
-    BACK,
-    FACING,
-    FLOOR,
-    HOLDING,
-    IT,
-    KEEPING,
-    LAPS,
-    LINING,
-    LOWERING,
-    MOVING,
-    ORBITING,
-    PARKING,
-    PASSING,
-    RAISING,
-    RETURNING,
-    SIDES,
-    START,
-    VERBS,
-    words,
-)
+from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.verb_classes import VERBS, word_class
 from g3.sdc.clauses import SDC, Field, SDCType, all_words
 
 Kinds = frozenset[ActionKind]
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
-_HERE, _ELSEWHERE = words("here spot present current"), words("same that there original first was")
-"""Words for where the robot is, and for where something has been."""
 
 
 def asked_kinds(tree: Tree, root: int) -> Kinds:
@@ -93,7 +69,7 @@ def asks_to_wait(tree: Tree) -> bool:
 def _stays_put(tree: Tree, root: int) -> bool:
     """Check that a negated clause is about nothing but the robot's moving: "don't move"."""
     said, places = _said(tree.nodes[root]), _said_of_places(tree, root, "PATH", "PLACE", "OBJECT")
-    moves = tree.verbs[root].classes & {"going"} or said & MOVING
+    moves = tree.verbs[root].classes & {"going"} or said & WORDS["moving"]
     return bool(moves) and not any(places)
 
 
@@ -146,12 +122,16 @@ def returns(tree: Tree, root: int) -> bool:
         return False
     said = _said(tree.nodes[root])
     places = _said_of_places(tree, root, "PATH", "PLACE", "OBJECT", "EVENT")
-    verb = bool(said & RETURNING) and said <= RETURNING | START
+    verb = bool(said & WORDS["returning"]) and said <= WORDS["returning"] | WORDS["start"]
     verb = verb or _verbs(tree, root) == {"staying"}  # "stop where you started"
-    back = any(words & BACK for words in (said, *places))
+    back = any(words & WORDS["back"] for words in (said, *places))
     named = [words for words in places if words != {"back"}]
-    there = all(words <= START for words in named) and bool(named or root != asked(tree)[0])
-    spots = all(AREAS.intersection(figure_words(tree.nodes[n])) for n in _things(tree, root))
+    there = all(words <= WORDS["start"] for words in named) and bool(
+        named or root != asked(tree)[0]
+    )
+    spots = all(
+        WORDS["areas"].intersection(figure_words(tree.nodes[n])) for n in _things(tree, root)
+    )
     return verb and back and there and spots
 
 
@@ -159,8 +139,8 @@ def puts_here(tree: Tree, own: Frame) -> bool:
     """Check that a clause puts a load down where the robot is: "here", "on the spot"."""
     places = _said_of_places(tree, own.node, "PATH", "PLACE")
     said = {word for words in places for word in words}
-    here = not said.isdisjoint(_HERE) and said.isdisjoint(_ELSEWHERE)
-    return own.places_load and here and said <= START | FLOOR
+    here = not said.isdisjoint(WORDS["here"]) and said.isdisjoint(WORDS["elsewhere"])
+    return own.places_load and here and said <= WORDS["start"] | WORDS["floor"]
 
 
 def _said_of_places(tree: Tree, root: int, *types: SDCType) -> list[set[str]]:
@@ -178,25 +158,25 @@ def _returning(tree: Tree, root: int) -> Kinds:
 def _staying(tree: Tree, root: int) -> Kinds:
     """Stay where you are; wait there; keep hold of it; don't move."""
     said = _said(tree.nodes[root])
-    if said <= HOLDING and len(said) > 1 and not said.isdisjoint(("hang", "keep", "hold")):
+    if said <= WORDS["holding"] and len(said) > 1 and not said.isdisjoint(("hang", "keep", "hold")):
         return frozenset({WAIT})
     stays = "staying" in _verbs(tree, root)
-    here = all(words <= START for words in _said_of_places(tree, root, "PATH", "PLACE"))
+    here = all(words <= WORDS["start"] for words in _said_of_places(tree, root, "PATH", "PLACE"))
     return frozenset({WAIT}) if stays and here and not _things(tree, root) else frozenset()
 
 
 def _around(tree: Tree, root: int) -> Kinds:
     """Go around the truck; do a lap of it."""
-    paths = [n for n in _ways(tree, root) if _said(tree.nodes[n]) & ORBITING]
+    paths = [n for n in _ways(tree, root) if _said(tree.nodes[n]) & WORDS["orbiting"]]
     alone = bool(paths) and paths == _ways(tree, root) and not _verbs(tree, root) & {"placing"}
-    laps = all(LAPS.intersection(figure_words(tree.nodes[n])) for n in objects(tree, root))
+    laps = all(WORDS["laps"].intersection(figure_words(tree.nodes[n])) for n in objects(tree, root))
     return frozenset({DRIVE_AROUND}) if alone and laps else frozenset()
 
 
 def _lining_up(tree: Tree, root: int) -> Kinds:
     """Line up with the pallet; align the forks with it."""
     said, things = _said(tree.nodes[root]), _things(tree, root)
-    lines = bool(said & ALIGNING) or (bool(said & LINING) and "up" in said)
+    lines = bool(said & WORDS["aligning"]) or (bool(said & WORDS["lining"]) and "up" in said)
     with_it = any("with" in _said(tree.nodes[n]) for n in _ways(tree, root))
     asks = lines and (with_it or "with" in said) and len(things) <= ("with" in said)
     return frozenset({LINE_UP}) if asks else frozenset()
@@ -207,9 +187,9 @@ def _forks(tree: Tree, root: int) -> Kinds:
     if not names_own_forks(tree, root) or _things(tree, root):
         return frozenset()
     said = _said(tree.nodes[root])
-    if said & RAISING and not said & LOWERING:
+    if said & WORDS["raising"] and not said & WORDS["lowering"]:
         return frozenset({RAISE_FORKS})
-    if said & LOWERING and not said & RAISING:
+    if said & WORDS["lowering"] and not said & WORDS["raising"]:
         return frozenset({LOWER_FORKS, PUT_DOWN})
     return frozenset()
 
@@ -235,14 +215,14 @@ def _is_away(tree: Tree, root: int, way: int) -> bool:
 def _past(tree: Tree, root: int) -> Kinds:
     """Drive past the pallet; pass it; a load that is carried past it may be lifted before."""
     if tree.nodes[root].type == "PATH":
-        asks = bool(_said(tree.nodes[root]) & PASSING)
+        asks = bool(_said(tree.nodes[root]) & WORDS["passing"])
         return frozenset({DRIVE_PAST}) if asks else frozenset()
     if _verbs(tree, root) & {"placing", "taking"} or goal_places(tree, root):
         return frozenset()
     things, paths = _things(tree, root), _ways(tree, root)
-    if _said(tree.nodes[root]) & PASSING:
+    if _said(tree.nodes[root]) & WORDS["passing"]:
         return frozenset({DRIVE_PAST}) if things and not paths else frozenset()
-    past = [n for n in paths if _said(tree.nodes[n]) & PASSING]
+    past = [n for n in paths if _said(tree.nodes[n]) & WORDS["passing"]]
     only = bool(past) and past == paths and goal_within(tree, root) is None
     if only and things:
         return frozenset({DRIVE_PAST, PICK_UP, CARRY, PUT_DOWN})
@@ -253,7 +233,7 @@ def _facing(tree: Tree, root: int) -> Kinds:
     """Face the truck; turn towards it."""
     things, said = _things(tree, root), _said(tree.nodes[root])
     ways = _ways(tree, root)
-    if said & FACING and (things or ways):
+    if said & WORDS["facing"] and (things or ways):
         return frozenset({FACE})
     if _verbs(tree, root) != {"turning"} or things:
         return frozenset()
@@ -283,7 +263,7 @@ def _measured(tree: Tree, root: int) -> Kinds:
 
 def _parking(tree: Tree, root: int) -> Kinds:
     """Park by the truck, or in a place; but "park it there" puts something down."""
-    asks = _said(tree.nodes[root]) & PARKING and _leads(tree, root)
+    asks = _said(tree.nodes[root]) & WORDS["parking"] and _leads(tree, root)
     return frozenset({PARK}) if asks and not _things(tree, root) else frozenset()
 
 
@@ -291,13 +271,13 @@ def _ends_there(tree: Tree, root: int) -> bool:
     """Whether a clause ends where earlier ones lead: "stop when you get there"."""
     end = goal_within(tree, root)
     words = {bare(word.text) for word in all_words(tree.nodes[end])} if end is not None else set()
-    return bool(words) and words <= IT | {"there", "here"}
+    return bool(words) and words <= WORDS["it"] | {"there", "here"}
 
 
 def _waiting(tree: Tree, root: int) -> Kinds:
     """Wait; hold for ten seconds; keep it on the forks; but "stop at the truck" goes there."""
     below = (tree.nodes[n] for n in tree.all_below(root))
-    keeps = _said(tree.nodes[root]) & KEEPING and any(map(names_forks, below))
+    keeps = _said(tree.nodes[root]) & WORDS["keeping"] and any(map(names_forks, below))
     if keeps or amounts_said(tree, root).seconds is not None:
         return frozenset({WAIT})
     verbs = _verbs(tree, root)

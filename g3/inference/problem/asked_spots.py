@@ -7,10 +7,10 @@ from g3.actions.robot_state import State
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.packed_scene import Scene, scene_of
 from g3.language.discourse.groups import group
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import SIDES, concepts
 from g3.language.lexicon.field_words import bare, field_words
 from g3.language.lexicon.measures import metres_said
-from g3.language.lexicon.word_sets import SIDES, STACKING
+from g3.language.lexicon.tables import WORDS
 
 FAR_M = 3.0
 """Nearer spots are there anyway: who says "a few feet" or "a metre" doesn't measure."""
@@ -37,7 +37,7 @@ def _stacked(tree: Tree) -> frozenset[int]:
     stacks = (
         n
         for n, sdc in enumerate(tree.nodes)
-        if sdc.type == "EVENT" and STACKING.intersection(field_words(sdc.relation))
+        if sdc.type == "EVENT" and WORDS["stacking"].intersection(field_words(sdc.relation))
     )
     return frozenset(below for n in stacks for below in tree.all_below(n))
 

@@ -11,23 +11,10 @@ from g3.inference.problem.phrases import (
     names_lift,
     names_robot,
 )
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
-from g3.language.lexicon.word_sets import (
-    AROUND,
-    BESIDE,
-    DECKS,
-    FILLING,
-    HANDLING_VERBS,
-    INDEFINITE,
-    LOWERING,
-    OWNERS,
-    PRONOUNS,
-    RAISING,
-    SIDES,
-    UNTIL,
-    YOU,
-)
+from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.sdc.clauses import SDC, Field, all_words
 
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
@@ -70,8 +57,8 @@ def _named_again(tree: Tree) -> frozenset[int]:
         nouns = {n: normalise(bare(tree.nodes[n].words[-1].text)) for n in leaves}
         for n in leaves:
             first = bare(tree.nodes[n].words[0].text)
-            own = first in OWNERS or nouns[n] in DECKS
-            known = own or (first not in INDEFINITE and nouns[n] in said)
+            own = first in WORDS["owners"] or nouns[n] in WORDS["decks"]
+            known = own or (first not in WORDS["indefinite"] and nouns[n] in said)
             if said and known and n not in more and not is_singled_out(tree.nodes[n]):
                 found.append(n)
         said.update(nouns.values())
@@ -88,7 +75,7 @@ def objects(tree: Tree, root: int) -> list[int]:
     found = [n for n in arguments if not is_measure(tree.nodes[n])]
     found = [n for n in found if not stands_for_other(tree.nodes[n])] or found[:1]
     words = {bare(word.text) for word in tree.nodes[root].relation}
-    if len(found) == 2 and "with" in words and words & FILLING:
+    if len(found) == 2 and "with" in words and words & WORDS["filling"]:
         found = found[::-1]
     return [*subjects(tree, root), *found]
 
@@ -104,7 +91,7 @@ def landmark_nodes(tree: Tree, node: int) -> list[int]:
 def stands_for_other(sdc: SDC) -> bool:
     """Check that an OBJECT is nothing but a word for what was named: "it", "those"."""
     words = [bare(word.text) for word in sdc.words]
-    return len(words) == 1 and words[0] in PRONOUNS
+    return len(words) == 1 and words[0] in WORDS["pronouns"]
 
 
 def subjects(tree: Tree, root: int) -> list[int]:
@@ -147,7 +134,7 @@ def goal_paths(tree: Tree, root: int) -> list[int]:
 def goal_within(tree: Tree, root: int) -> int | None:
     """The PLACE or OBJECT that another clause says is come to: "until you reach the truck"."""
     for event in tree.below(root, _ARGUMENTS, "EVENT"):
-        if UNTIL.intersection(bare(word.text) for word in all_words(tree.nodes[event])):
+        if WORDS["until"].intersection(bare(word.text) for word in all_words(tree.nodes[event])):
             ends = [n for n in tree.all_below(event) if _can_be_reached(tree.nodes[n])]
             return min(ends, key=lambda n: tree.nodes[n].type != "PLACE", default=None)
     return None
@@ -168,7 +155,7 @@ def names_own_forks(tree: Tree, root: int) -> bool:
     """Whether a clause is about the robot's forks: "lower the forks", "raise your forklift"."""
     named = [tree.nodes[n] for n in tree.below(root, _ARGUMENTS, "OBJECT")]
     words = {bare(word.text) for word in tree.nodes[root].relation}
-    lifts = bool(words & (RAISING | LOWERING))
+    lifts = bool(words & (WORDS["raising"] | WORDS["lowering"]))
     return any(names_forks(sdc) or (lifts and names_lift(sdc)) for sdc in named)
 
 
@@ -178,9 +165,9 @@ def told_ways(tree: Tree, root: int) -> frozenset[str]:
     for node in tree.below(root, _ARGUMENTS, "PATH", "PLACE"):
         marks = tree.nodes[node].landmark1
         own = {bare(word.text) for mark in marks for word in mark.words}
-        if not marks or YOU.intersection(own):
+        if not marks or WORDS["you"].intersection(own):
             said.update(field_words(all_words(tree.nodes[node])))
-    around: frozenset[str] = frozenset(("around",) if AROUND.intersection(said) else ())
+    around: frozenset[str] = frozenset(("around",) if WORDS["around"].intersection(said) else ())
     return (concepts(said) & SIDES) | around
 
 

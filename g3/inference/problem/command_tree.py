@@ -22,18 +22,8 @@ from g3.language.discourse.exclusions import exclusions
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_chains import Verb, verb_of
-from g3.language.lexicon.word_sets import (
-    ARTICLES,
-    COLLECTIVES,
-    COUNTS,
-    DEMONSTRATIVES,
-    EXCEPTING,
-    NOTHING,
-    NOUNLESS,
-    PARTS,
-    QUANTIFIERS,
-)
 from g3.language.parsing.words import cut
 from g3.learning.examples import factor_words
 from g3.sdc.clauses import SDC, Field, Span, all_words, breadth_first, child_indices
@@ -41,7 +31,13 @@ from g3.short_repr import short_repr
 
 T = TypeVar("T")
 
-_NO_KINDS = NOUNLESS | COLLECTIVES | PARTS | QUANTIFIERS | frozenset(COUNTS)
+_NO_KINDS = (
+    WORDS["nounless"]
+    | WORDS["collectives"]
+    | WORDS["parts"]
+    | WORDS["quantifiers"]
+    | frozenset(COUNTS["counts"])
+)
 """Words that don't say of which kind a thing is."""
 _SCALES: tuple[tuple[Concept, Concept], ...] = (
     ("left", "right"),
@@ -150,7 +146,7 @@ class Tree:
         begins = {
             n: all_words(sdc)[0].start
             for n, sdc in enumerate(self.nodes)
-            if sdc.type == "OBJECT" and not ARTICLES.issuperset(_bare_words(sdc))
+            if sdc.type == "OBJECT" and not WORDS["articles"].issuperset(_bare_words(sdc))
         }
         for noun in exclusions(cut(self.text).spans if self.text else written):
             inside = [n for n, start in begins.items() if noun[0].start <= start <= noun[-1].start]
@@ -165,7 +161,9 @@ class Tree:
         sdc = self.nodes[node]
         figure = {word for part in sdc.figure for word in _bare_words(part)}
         relation = {bare(word.text) for word in sdc.relation}
-        return bool(relation & EXCEPTING) and figure.isdisjoint(NOTHING | {"anything"})
+        return bool(relation & WORDS["excepting"]) and figure.isdisjoint(
+            WORDS["nothing"] | {"anything"}
+        )
 
     @cached_property
     def antecedents(self) -> dict[int, tuple[Antecedent, ...]]:
@@ -233,9 +231,13 @@ def _without_lead(sdc: SDC, verb: Verb) -> SDC:
 def _is_nounless(leaf: SDC, sdc: SDC) -> bool:
     """Check for an OBJECT without a noun: "the empty one", "1 by the gate", "those on it"."""
     words = _bare_words(leaf)
-    if words[-1] in NOUNLESS or (len(words) == 1 and words[0] in DEMONSTRATIVES and leaf != sdc):
+    if words[-1] in WORDS["nounless"] or (
+        len(words) == 1 and words[0] in WORDS["demonstratives"] and leaf != sdc
+    ):
         return True
-    return all(word.isdecimal() or word in COUNTS or word in ARTICLES for word in words)
+    return all(
+        word.isdecimal() or word in COUNTS["counts"] or word in WORDS["articles"] for word in words
+    )
 
 
 def _bare_words(sdc: SDC) -> list[str]:

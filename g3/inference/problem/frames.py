@@ -34,26 +34,12 @@ from g3.inference.problem.phrases import (
 )
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
-from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import (
-    ABOARD,
-    EMPTYING,
-    FILLING,
-    HANDLING_VERBS,
-    KEEPING,
-    LEAVING,
-    MOVING,
-    PURPOSES,
-    SENDING,
-    UNTIL,
-    words,
-)
+from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.verb_classes import HANDLING_VERBS, word_class
 from g3.sdc.clauses import SDC, Field, all_words
 from g3.short_repr import short_repr
 
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
-_COMING = words("get getting over up on down across along back yourself")
-"""Words of a clause that only leads somewhere: "get over to the truck"."""
 _JOINED = len(" and ")
 """A clause that begins no further behind another one is joined to it by "and" at most."""
 
@@ -70,7 +56,7 @@ class Frame:
     verb
         The verb that says what to do, with what stands behind it: "pick", "up".
     classes
-        What the verb asks for: :data:`g3.language.lexicon.word_sets.VERBS`. Of an unknown verb
+        What the verb asks for: :data:`g3.language.lexicon.verb_classes.VERBS`. Of an unknown verb
         what its arguments allow; none where nothing is asked for.
     guessed
         Whether the verb isn't known, so that the classes follow from its arguments.
@@ -134,12 +120,12 @@ class Frame:
     @property
     def sends(self) -> bool:
         """Whether it says where something is in the end: "deliver it to the truck"."""
-        return not SENDING.isdisjoint(map(normalise, self.verb[:1]))
+        return not WORDS["sending"].isdisjoint(map(normalise, self.verb[:1]))
 
     @property
     def empties(self) -> bool:
         """Whether it may name what something is taken off: "unload the truck"."""
-        return not EMPTYING.isdisjoint(self.verb[:1])
+        return not WORDS["emptying"].isdisjoint(self.verb[:1])
 
     @property
     def places_load(self) -> bool:
@@ -204,8 +190,10 @@ def _purposes(tree: Tree, node: int) -> list[int]:
     found = []
     for n in tree.below(node, _ARGUMENTS, "EVENT"):
         words = [bare(word.text) for word in tree.nodes[n].relation]
-        begins = not PURPOSES.isdisjoint((*words[:1], *_relation(tree, node)[-1:]))
-        ends = not UNTIL.isdisjoint(words) or not UNTIL.isdisjoint(_relation(tree, node))
+        begins = not WORDS["purposes"].isdisjoint((*words[:1], *_relation(tree, node)[-1:]))
+        ends = not WORDS["until"].isdisjoint(words) or not WORDS["until"].isdisjoint(
+            _relation(tree, node)
+        )
         if (begins or connects or verb.leads_on) and not ends:
             found.append(n)
     return found
@@ -244,7 +232,7 @@ def _passes_on(tree: Tree, root: int) -> bool:
 
 
 def _is_purpose(tree: Tree, node: int) -> bool:
-    return _relation(tree, node)[:1] in ([word] for word in PURPOSES)
+    return _relation(tree, node)[:1] in ([word] for word in WORDS["purposes"])
 
 
 def _is_robot(tree: Tree, node: int) -> bool:
@@ -275,20 +263,27 @@ def _frame(tree: Tree, node: int) -> Frame:
     remains = "staying" in verb.classes and bool(subjects(tree, node))
     classes = frozenset(("carrying",)) if subjects(tree, node) else verb.classes
     said = set(_relation(tree, node))
-    if said & FILLING and "with" in said and len(named) > 1:
+    if said & WORDS["filling"] and "with" in said and len(named) > 1:
         classes = frozenset(("carrying",))
-    elif said & EMPTYING and not classes and named:
+    elif said & WORDS["emptying"] and not classes and named:
         classes = frozenset(("taking", "placing"))
-    elif said & FILLING and not leads and _is_spoken_of(tree, named) and _has_led(tree, node):
+    elif (
+        said & WORDS["filling"]
+        and not leads
+        and _is_spoken_of(tree, named)
+        and _has_led(tree, node)
+    ):
         classes = frozenset(("placing",))
     aboard = (m for n in places for m in tree.nodes[n].landmark1)
-    if said & KEEPING and named and places and not any(map(names_forks, aboard)):
+    if said & WORDS["keeping"] and named and places and not any(map(names_forks, aboard)):
         classes = frozenset(("placing",))
     goals = (tree.nodes[n] for n in (*places, *paths))
     puts = any("placing" in word_class(word).split("+") for word in said)
     told = told_ways(tree, node)
     aims = bool(told & {"front", "back"}) or not any(sdc.landmark1 for sdc in goals)
-    if not (named or puts) and ((said & MOVING and aims) or (leads and said <= _COMING)):
+    if not (named or puts) and (
+        (said & WORDS["moving"] and aims) or (leads and said <= WORDS["coming"])
+    ):
         classes = frozenset(("going",))
     extents = tuple(n for n in measures if is_measure(tree.nodes[n]))
     if extents and told and not (classes or named):
@@ -341,7 +336,9 @@ def _is_down(place: SDC) -> bool:
 
 
 def _is_end(tree: Tree, node: int) -> bool:
-    return bool(UNTIL.intersection(bare(word.text) for word in all_words(tree.nodes[node])))
+    return bool(
+        WORDS["until"].intersection(bare(word.text) for word in all_words(tree.nodes[node]))
+    )
 
 
 def _guessed(*, theme: bool, leads: bool) -> frozenset[str]:
@@ -362,7 +359,7 @@ def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
         words = set(_relation(tree, node))
         marks = [tree.nodes[n] for n in tree.below(node, _ARGUMENTS, "OBJECT")]
         named = any(names_forks(m) or robot.intersection(figure_words(m)) for m in marks)
-        return named and words <= ABOARD and words != {"to"}
+        return named and words <= WORDS["aboard"] and words != {"to"}
 
     goals = (*own.places, *own.paths)
     return bool(goals) and all(map(is_aboard, goals))
@@ -374,7 +371,7 @@ def spares(tree: Tree, node: int, held: str | None) -> bool:
     But not "leave it there", or on the truck. "Leave it where it is" does.
     """
     words = set(_relation(tree, node))
-    if not words & LEAVING:
+    if not words & WORDS["leaving"]:
         return False
     where = (tree.nodes[n] for n in frame(tree, node).places)
     stays = any("where" in field_words(sdc.relation) for sdc in where)

@@ -16,11 +16,11 @@ from g3.inference.problem.phrases import (
     verb_words,
     whole_words,
 )
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import SIDES, concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.word_sets import ABOUT, AROUND, SIDES, STRAIGHT
 from g3.sdc.clauses import SDC, Span, all_words
 
 _SPACE = len(" ")
@@ -77,9 +77,9 @@ def _measure(part: SDC) -> _Apart:
     said = whole_words(sorted(all_words(part), key=lambda word: word.start))
     ways = tuple(word for word in said if _is_way(bare(word.text)))
     rest = [word for word in said if word not in ways]
-    while rest and bare(rest[0].text) in ABOUT:
+    while rest and bare(rest[0].text) in WORDS["about"]:
         rest.pop(0)
-    while rest and bare(rest[-1].text) in ABOUT:
+    while rest and bare(rest[-1].text) in WORDS["about"]:
         rest.pop()
     words = [own for word in rest if (own := bare(word.text))]
     aside = {"left", "right"} & concepts(field_words(ways))
@@ -91,4 +91,4 @@ def _measure(part: SDC) -> _Apart:
 
 def _is_way(word: str) -> bool:
     stem = normalise(word)
-    return bool(SIDES & concepts([stem])) or stem in AROUND or word in STRAIGHT
+    return bool(SIDES & concepts([stem])) or stem in WORDS["around"] or word in WORDS["straight"]

@@ -10,21 +10,8 @@ from g3.language.discourse.groups import group, noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.measures import is_amount
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import (
-    AREAS,
-    FLOOR,
-    FORKS,
-    FORMER,
-    GENERIC,
-    IT,
-    LIFTS,
-    OTHERS,
-    ROBOT,
-    STRESSED,
-    TELLING,
-    THESE,
-)
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 
 ALIKE = 0.8
@@ -41,12 +28,12 @@ def is_area(sdc: SDC) -> bool:
     if sdc.type != "OBJECT" or is_complement(sdc):
         return False
     noun = field_words(noun_leaf(sdc).words)
-    return bool((AREAS if sdc.landmark1 else FLOOR).intersection(noun))
+    return bool((WORDS["areas"] if sdc.landmark1 else WORDS["floor"]).intersection(noun))
 
 
 def names_thing(sdc: SDC) -> bool:
     """Whether an OBJECT's noun names things, not a place."""
-    return not AREAS.intersection(figure_words(sdc))
+    return not WORDS["areas"].intersection(figure_words(sdc))
 
 
 def is_measure(sdc: SDC) -> bool:
@@ -69,7 +56,9 @@ def is_bare(sdc: SDC) -> bool:
 
 def is_floor(sdc: SDC) -> bool:
     """Whether a clause means the ground alone."""
-    return sdc.type == "OBJECT" and bool(FLOOR.intersection(field_words(noun_leaf(sdc).words)))
+    return sdc.type == "OBJECT" and bool(
+        WORDS["floor"].intersection(field_words(noun_leaf(sdc).words))
+    )
 
 
 def is_uncounted(sdc: SDC) -> bool:
@@ -85,9 +74,9 @@ def is_singled_out(sdc: SDC) -> bool:
     if not (sdc.is_leaf or is_complement(sdc)):
         return True
     words = field_words(all_words(sdc))
-    if words[-1:] and words[-1] in GENERIC:  # "your load" isn't "the loaded one"
+    if words[-1:] and words[-1] in WORDS["generic"]:  # "your load" isn't "the loaded one"
         words = words[:-1]
-    more = concepts(words) or TELLING.intersection(words) or any(map(is_ordinal, words))
+    more = concepts(words) or WORDS["telling"].intersection(words) or any(map(is_ordinal, words))
     return bool(more) or names_other(sdc)
 
 
@@ -102,29 +91,31 @@ def is_there(sdc: SDC) -> bool:
 def names_same(sdc: SDC) -> bool:
     """Whether a leaf names what has been spoken of: "this table"."""
     words = [bare(word.text) for word in sdc.words]
-    return len(words) > 1 and words[0] in THESE
+    return len(words) > 1 and words[0] in WORDS["these"]
 
 
 def names_other(sdc: SDC) -> bool:
     """Whether a leaf names something else than what was meant before: "the other truck"."""
-    return any(bare(w.text) in OTHERS for w in sdc.words)
+    return any(bare(w.text) in WORDS["others"] for w in sdc.words)
 
 
 def names_origin(sdc: SDC) -> bool:
     """Whether a leaf names where something was at first: "its old position"."""
     words = {bare(word.text) for word in sdc.words}
-    return sdc.type == "OBJECT" and bool(words & FORMER and AREAS.intersection(figure_words(sdc)))
+    return sdc.type == "OBJECT" and bool(
+        words & WORDS["former"] and WORDS["areas"].intersection(figure_words(sdc))
+    )
 
 
 def names_forks(sdc: SDC) -> bool:
     """Whether an OBJECT is the robot's forks."""
-    return sdc.type == "OBJECT" and bool(FORKS.intersection(figure_words(sdc)))
+    return sdc.type == "OBJECT" and bool(WORDS["forks"].intersection(figure_words(sdc)))
 
 
 def names_lift(sdc: SDC) -> bool:
     """Whether an OBJECT is the robot, or the part of it that lifts: "your forklift"."""
     words = figure_words(sdc)
-    return sdc.type == "OBJECT" and bool(words) and words[-1] in LIFTS
+    return sdc.type == "OBJECT" and bool(words) and words[-1] in WORDS["lifts"]
 
 
 def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
@@ -139,7 +130,7 @@ def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
     said = set(words[words[:1] in (["a"], ["an"]) :])
     shared = {
         name: sum(
-            normalise(word) not in AREAS and bool(get_close_matches(word, said, 1, ALIKE))
+            normalise(word) not in WORDS["areas"] and bool(get_close_matches(word, said, 1, ALIKE))
             for word in name.lower().split()
         )
         for name in names
@@ -151,13 +142,13 @@ def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
 def names_robot(sdc: SDC) -> bool:
     """Whether a leaf is a word for who is spoken to: "you", "me"."""
     words = [bare(word.text) for word in sdc.words]
-    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in ROBOT
+    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in WORDS["robot"]
 
 
 def is_pronoun(sdc: SDC) -> bool:
     """Whether an OBJECT is a pronoun that stands for something spoken of before."""
     words = [bare(word.text) for word in sdc.words]
-    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in IT
+    return sdc.type == "OBJECT" and len(words) == 1 and words[0] in WORDS["it"]
 
 
 def side_by_side(before: SDC, sdc: SDC, most: int) -> bool:
@@ -173,7 +164,9 @@ def unstressed(words: tuple[str, ...]) -> tuple[str, ...]:
     ('next', 'to')
     """
     after = (*words[1:], "")
-    return tuple(w for w, a in zip(words, after, strict=False) if w != "right" or a not in STRESSED)
+    return tuple(
+        w for w, a in zip(words, after, strict=False) if w != "right" or a not in WORDS["stressed"]
+    )
 
 
 def verb_words(sdc: SDC) -> list[str]:

@@ -45,26 +45,10 @@ from g3.inference.problem.restored_words import restored
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import is_nominal, verb_of
-from g3.language.lexicon.word_sets import (
-    AN,
-    ARTICLES,
-    ASKING,
-    BESIDE,
-    FILLING,
-    GENERIC,
-    GETTING,
-    HAVING,
-    IT,
-    LIGHT,
-    LOWERING,
-    REGARDING,
-    RELATIVE,
-    SIDES,
-    YOU,
-)
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
@@ -144,7 +128,7 @@ def _subject_before(before: SDC, sdc: SDC) -> SDC | None:
 
 def _beside_it(sdc: SDC) -> SDC:
     mark = next(iter(sdc.landmark1), None)
-    if mark is None or HAVING.isdisjoint(verb_words(sdc)) or not mark.figure:
+    if mark is None or WORDS["having"].isdisjoint(verb_words(sdc)) or not mark.figure:
         return sdc
     if not (mark.landmark1 and is_pronoun(mark.landmark1[0]) and _says_beside(mark)):
         return sdc
@@ -178,13 +162,13 @@ def _has_side(sdc: SDC) -> bool:
 
 def _has(place: SDC) -> bool:
     """Check that a place is at a thing that has something: "on the truck that has a crate"."""
-    return any(not HAVING.isdisjoint(verb_words(mark)) for mark in place.landmark1)
+    return any(not WORDS["having"].isdisjoint(verb_words(mark)) for mark in place.landmark1)
 
 
 def _is_on_it(place: SDC) -> bool:
     """Check that a place is on the thing just named: "on it"."""
     marks = [bare(word.text) for mark in place.landmark1 for word in all_words(mark)]
-    return bool(marks) and IT.issuperset(marks) and "on" in verb_words(place)
+    return bool(marks) and WORDS["it"].issuperset(marks) and "on" in verb_words(place)
 
 
 def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
@@ -195,9 +179,9 @@ def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
     said = concepts(field_words(theme.relation))
     if verb_of(tuple(verb_words(sdc))).classes != {"placing"} or not said & BESIDE:
         return None
-    names = GENERIC.union(map(normalise, nouns.state.thing(held).labels))
+    names = WORDS["generic"].union(map(normalise, nouns.state.thing(held).labels))
     named = noun_leaf(theme).words
-    own = YOU.intersection(bare(word.text) for word in named[:1])
+    own = WORDS["you"].intersection(bare(word.text) for word in named[:1])
     if not (own or names.intersection(field_words(named))):
         return None
     place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
@@ -212,14 +196,16 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
     theme = only_object(sdc)
     if theme is None or len(theme.figure) != 1 or len(theme.landmark1) != 1:
         return None
-    if not RELATIVE.isdisjoint(verb_words(theme)):
+    if not WORDS["class/relative"].isdisjoint(verb_words(theme)):
         return None
     said = concepts(field_words(theme.relation))
     own = verb_words(sdc)
     classes = verb_of(tuple(own)).classes
-    gets = not GETTING.isdisjoint(own) and nouns.name_other(noun_leaf(theme.landmark1[0]).words)
-    wants = not own or not ASKING.isdisjoint(map(normalise, own)) or gets
-    puts = classes == {"placing"} and LOWERING.isdisjoint((*own, *map(normalise, own)))
+    gets = not WORDS["getting"].isdisjoint(own) and nouns.name_other(
+        noun_leaf(theme.landmark1[0]).words
+    )
+    wants = not own or not WORDS["asking"].isdisjoint(map(normalise, own)) or gets
+    puts = classes == {"placing"} and WORDS["lowering"].isdisjoint((*own, *map(normalise, own)))
     where = puts and "down" not in own if said & BESIDE else "on" in said
     if not where or "from" in said or not (wants or classes in ({"placing"}, {"carrying"})):
         return None
@@ -237,7 +223,11 @@ def _light(sdc: SDC, _: Nouns) -> SDC | None:
     words = tuple(verb_words(sdc))
     first = next(iter(sdc.landmark1), None)
     start = verb_of(words).start
-    if first is None or first.type != "OBJECT" or LIGHT.isdisjoint(words[start : start + 1]):
+    if (
+        first is None
+        or first.type != "OBJECT"
+        or WORDS["light"].isdisjoint(words[start : start + 1])
+    ):
         return None
     others = (*sdc.landmark1[1:], *sdc.landmark2)
     if not all(map(is_measure, sdc.landmark1[1:])) or len(first.figure) > 1:
@@ -245,12 +235,12 @@ def _light(sdc: SDC, _: Nouns) -> SDC | None:
     leaf = first.figure[0] if first.figure else first
     theme, act = _apart(whole_words(leaf.words))
     own = [bare(word.text) for word in act]
-    if not leaf.is_leaf or len(own) < 2 or own[0] not in AN | {"one", "another"}:
+    if not leaf.is_leaf or len(own) < 2 or own[0] not in WORDS["an"] | {"one", "another"}:
         return None
-    acts = is_nominal(own[-1]) or normalise(own[-1]) in REGARDING
+    acts = is_nominal(own[-1]) or normalise(own[-1]) in WORDS["regarding"]
     if not acts and own[1:] not in (["left"], ["right"]):
         return None
-    around = tuple(word for word in act[:-1] if bare(word.text) not in ARTICLES)
+    around = tuple(word for word in act[:-1] if bare(word.text) not in WORDS["articles"])
     themes = [SDC("OBJECT", words=theme)] if theme else []
     rest = []
     if first.relation and field_words(first.relation) == ("of",):
@@ -275,7 +265,7 @@ def _with_its_noun(sdc: SDC) -> SDC:
 
 def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]:
     """The two nouns of "the drum a lift", each with its article; the first is empty for one."""
-    inside = [i for i, word in enumerate(words) if i and bare(word.text) in AN]
+    inside = [i for i, word in enumerate(words) if i and bare(word.text) in WORDS["an"]]
     cut = inside[-1] if inside else 0
     return words[:cut], words[cut:]
 
@@ -283,7 +273,9 @@ def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]
 def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
     """Move a load before the thing that it fills: "load the truck with the drum"."""
     parts = arguments_of(sdc)
-    if not FILLING.isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == ["OBJECT"]:
+    if not WORDS["filling"].isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == [
+        "OBJECT"
+    ]:
         company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
         if len(parts) == 2 and company and not _names_load(parts[0], nouns):
             own = (*sdc.relation, *company[0].relation)
@@ -291,7 +283,9 @@ def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
     filled = only_object(sdc)
     if filled is None or not filled.figure or not filled.landmark1:
         return None
-    if FILLING.isdisjoint(verb_words(sdc)) or [bare(w.text) for w in filled.relation] != ["with"]:
+    if WORDS["filling"].isdisjoint(verb_words(sdc)) or [bare(w.text) for w in filled.relation] != [
+        "with"
+    ]:
         return None
     if _names_load(filled.figure[0], nouns):
         return None
@@ -307,7 +301,11 @@ def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
     """Move a load to the thing that needs it: "the truck needs the drum"."""
     theme = only_object(sdc)
     needs = subject_of(sdc)
-    if theme is None or needs is None or ASKING.isdisjoint(map(normalise, verb_words(sdc))):
+    if (
+        theme is None
+        or needs is None
+        or WORDS["asking"].isdisjoint(map(normalise, verb_words(sdc)))
+    ):
         return None
     if names_robot(needs) or _names_load(needs, nouns):
         return None

@@ -10,24 +10,14 @@ from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.word_sets import (
-    AGAIN,
-    ARTICLES,
-    DEMONSTRATIVES,
-    HANDLING_VERBS,
-    NOUNLESS,
-    words,
-)
+from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.sdc.clauses import SDC, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 BACK = 2
 """What is said again is said by one of so many clauses before."""
-_BESIDE_AGAIN = (
-    AGAIN | DEMONSTRATIVES | ARTICLES | words("after and as do for next with it please now w")
-)
-"""What is said besides the load."""
 
 
 def repeated(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
@@ -45,19 +35,23 @@ def repeated(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
 
 def _load(sdc: SDC, nouns: Nouns) -> SDC | None:
     """The load that a clause names, if it says nothing else but that the same is wanted."""
-    if AGAIN.isdisjoint(_said(sdc)):
+    if WORDS["again"].isdisjoint(_said(sdc)):
         return None
     parts: list[SDC] = []
-    if sdc.type == "EVENT" and _BESIDE_AGAIN.issuperset(verb_words(sdc)) and not subject_of(sdc):
+    if (
+        sdc.type == "EVENT"
+        and WORDS["same_again"].issuperset(verb_words(sdc))
+        and not subject_of(sdc)
+    ):
         parts = [inner for part in arguments_of(sdc) for inner in _inside(part)]
     elif sdc.type in ("PLACE", "PATH"):
         parts = [part for part in _inside(sdc) if part is not sdc]
     elif sdc.type == "OBJECT":
-        again = sdc.figure and not sdc.landmark1 and _BESIDE_AGAIN.issuperset(verb_words(sdc))
+        again = sdc.figure and not sdc.landmark1 and WORDS["same_again"].issuperset(verb_words(sdc))
         parts = list(sdc.figure) if again else [sdc]
     loads = [p for p in parts if p.type == "OBJECT" and _may_be_load(p, nouns)]
     others = [p for p in parts if p not in loads]
-    if len(loads) != 1 or any(AGAIN.isdisjoint(_said(p)) for p in others):
+    if len(loads) != 1 or any(WORDS["again"].isdisjoint(_said(p)) for p in others):
         return None
     return _without_again(loads[0])
 
@@ -69,8 +63,8 @@ def _said(sdc: SDC) -> list[str]:
 def _inside(part: SDC) -> tuple[SDC, ...]:
     """What an argument names: "the drum" of "the same with the drum"."""
     said = {word for figure in part.figure for word in _said(figure)}
-    same = _BESIDE_AGAIN.issuperset(said - ARTICLES)
-    if part.landmark1 and same and _BESIDE_AGAIN.issuperset(verb_words(part)):
+    same = WORDS["same_again"].issuperset(said - WORDS["articles"])
+    if part.landmark1 and same and WORDS["same_again"].issuperset(verb_words(part)):
         return part.landmark1
     return (part,)
 
@@ -80,13 +74,13 @@ def _may_be_load(sdc: SDC, nouns: Nouns) -> bool:
     noun = noun_leaf(sdc).words
     if not noun or nouns.name_load(noun):
         return bool(noun)
-    return bare(noun[-1].text) in NOUNLESS or bool(concepts(field_words(noun[-1:])))
+    return bare(noun[-1].text) in WORDS["nounless"] or bool(concepts(field_words(noun[-1:])))
 
 
 def _without_again(load: SDC) -> SDC:
     """A load without words before it that a tree has taken for its own: "this also the drum"."""
     start = 0
-    while start < len(load.words) - 1 and bare(load.words[start].text) in _BESIDE_AGAIN:
+    while start < len(load.words) - 1 and bare(load.words[start].text) in WORDS["same_again"]:
         start += 1
     return replace(load, words=load.words[start:]) if load.words else load
 

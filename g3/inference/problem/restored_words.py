@@ -13,15 +13,10 @@ from g3.inference.problem.phrases import arguments_of, side_by_side, verb_words
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import group
 from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.word_sets import ASIDE, SENTENCE_ENDS, words
 from g3.language.parsing.words import cut
 from g3.sdc.clauses import SDC, Span, all_words
-
-_ALL = words("all both")
-_BEFORE_ALL = words("at that's that s is it")
-_AFTER_ALL = words("the way right set good done over")
-"""Words beside an "all" that counts nothing: "all the way", "that's all"."""
 
 
 def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
@@ -56,8 +51,8 @@ def _only_names(sdc: SDC, nouns: Nouns) -> bool:
 
 def _counts_all(before: Span | None, token: Span, after: Span | None) -> bool:
     beside = ({bare(word.text) for word in own if word} for own in ((before,), (after,)))
-    counts = bare(token.text) in _ALL
-    return counts and all(map(set.isdisjoint, beside, (_BEFORE_ALL, _AFTER_ALL)))
+    counts = bare(token.text) in WORDS["counting_all"]
+    return counts and all(map(set.isdisjoint, beside, (WORDS["before_all"], WORDS["after_all"])))
 
 
 def _with_quantifier(sdcs: Sequence[SDC], token: Span, nouns: Nouns) -> tuple[SDC, ...]:
@@ -124,7 +119,7 @@ def _with_side(part: SDC) -> SDC:
     mark = part.landmark1[0] if len(part.landmark1) == 1 else None
     if part.type not in ("PATH", "PLACE") or mark is None or not mark.words:
         return part
-    aside = part.relation and all(bare(word.text) in ASIDE for word in part.relation)
+    aside = part.relation and all(bare(word.text) in WORDS["aside"] for word in part.relation)
     if not aside or not side_by_side(SDC("OBJECT", words=part.relation), mark, len(" ")):
         return part
     return SDC("PLACE", landmark1=(replace(mark, words=(*part.relation, *mark.words)),))
@@ -150,7 +145,9 @@ def _with_goal(sdc: SDC, tokens: Sequence[Span], covered: set[int], nouns: Nouns
 def _noun_behind(theme: SDC, tokens: Sequence[Span], covered: set[int], nouns: Nouns) -> SDC | None:
     """The noun behind a load that is in no clause; None if there are several, or none."""
     behind = [token for token in tokens if token.start >= _end(theme)]
-    stop = (i for i, t in enumerate(behind) if t.start in covered or t.text in SENTENCE_ENDS)
+    stop = (
+        i for i, t in enumerate(behind) if t.start in covered or t.text in WORDS["sentence_ends"]
+    )
     own = [token for token in behind[: next(stop, None)] if bare(token.text).isalnum()]
     named = [i for i, t in enumerate(own) if nouns.name_load((t,)) or nouns.name_other((t,))]
     return SDC("OBJECT", words=tuple(own[: named[0] + 1])) if len(named) == 1 else None

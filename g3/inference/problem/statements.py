@@ -14,18 +14,9 @@ from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.word_sets import (
-    ASKING,
-    CLOSING,
-    DEMONSTRATIVES,
-    EXISTENTIAL,
-    HANDLING_VERBS,
-    PAST,
-    QUESTIONS,
-    REGARDING,
-    STATING,
-)
+from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.sdc.clauses import SDC, all_words
 
 
@@ -63,20 +54,20 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     subjects = [p for p in sdc.figure if not (p.is_implicit or names_robot(p))]
     verb = verb_of(tuple(words))
     head = words[verb.start] if verb.start < len(words) else ""
-    tells = verb.is_open or (normalise(head) in ASKING and not verb.classes)
+    tells = verb.is_open or (normalise(head) in WORDS["asking"] and not verb.classes)
     if tells and subjects and all(map(is_pronoun, subjects)):
         return not any(nouns.name_load(noun_leaf(p).words) for p in named)
     if any(part.type == "EVENT" for part in parts):
         return False
-    asks = not ASKING.isdisjoint(map(normalise, words))
-    exists = EXISTENTIAL.issuperset(words)
+    asks = not WORDS["asking"].isdisjoint(map(normalise, words))
+    exists = WORDS["existential"].issuperset(words)
     calls = verb.is_open and nouns.call_robot(sdc.relation)
     return (
         (calls and all(part.type == "OBJECT" for part in parts))
-        or (words[0] in QUESTIONS and verb.classes <= {"staying"} and not asks)
-        or normalise(head) in REGARDING
+        or (words[0] in WORDS["questions"] and verb.classes <= {"staying"} and not asks)
+        or normalise(head) in WORDS["regarding"]
         or words[0] == "while"
-        or (bool(subjects) and (head in STATING or words[0] in PAST))
+        or (bool(subjects) and (head in WORDS["stating"] or words[0] in WORDS["past"]))
         or (bool(named) if exists else not (named or subjects or verb.classes))
     )
 
@@ -84,7 +75,11 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
 def _closes(sdc: SDC) -> bool:
     """Whether a clause says that the command is at its end: "that's it"."""
     said = {bare(word.text) for word in all_words(sdc)}
-    return said <= CLOSING and bool(said & DEMONSTRATIVES) and not said.isdisjoint(("it", "all"))
+    return (
+        said <= WORDS["closing"]
+        and bool(said & WORDS["demonstratives"])
+        and not said.isdisjoint(("it", "all"))
+    )
 
 
 def _wishes(sdc: SDC, following: SDC) -> bool:
@@ -96,7 +91,9 @@ def _wishes(sdc: SDC, following: SDC) -> bool:
         return False
     parts = [p for p in (*sdc.landmark1, *sdc.landmark2) if not p.is_implicit]
     verb = verb_of(tuple(bare(word.text) for word in sdc.relation))
-    asks = ASKING.intersection(normalise(word.text) for word in sdc.relation[verb.start :][:1])
+    asks = WORDS["asking"].intersection(
+        normalise(word.text) for word in sdc.relation[verb.start :][:1]
+    )
     if not asks or [p.type for p in parts] != ["OBJECT"] or names_robot(parts[0]):
         return False
     others = [p for p in (*following.landmark1, *following.landmark2) if p.type == "OBJECT"]

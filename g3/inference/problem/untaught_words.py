@@ -11,8 +11,8 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.negation import is_negation, negated
-from g3.language.lexicon import word_sets
 from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.tables import rows, written
 from g3.language.lexicon.verb_classes import word_class
 from g3.sdc.clauses import Span
 
@@ -64,8 +64,6 @@ def _is_taught(word: str) -> bool:
 
 @cache
 def _lexicon() -> frozenset[str]:
-    """All words of the lexicon, and their normal forms."""
-    listed = (own for own in vars(word_sets).values() if isinstance(own, (frozenset, dict)))
-    words = {word for own in listed for word in own if isinstance(word, str)}
-    spatial = {word for own in word_sets.CONCEPT_WORDS.values() for word in own.split()}
-    return frozenset(words | spatial | {normalise(word) for word in words | spatial})
+    """All words of the tables, and their normal forms."""
+    words = frozenset[str]().union(*map(written, rows().values()))
+    return words.union(map(normalise, words))

@@ -13,7 +13,7 @@ from g3.inference.potentials.potential_registry import Potential, potentials
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import BESIDES
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import ARTICLES
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, all_words
 from g3.short_repr import short_repr
 
@@ -109,7 +109,7 @@ class Aspect:
 def aspects(reasons: Sequence[Reason], sdc: SDC) -> list[Aspect]:
     """Sum the reasons for a clause's grounding up, the weightiest first."""
     spoken = {normalise(span.text): span.text.strip(".,;:!") for span in all_words(sdc)}
-    spoken = {word: text for word, text in spoken.items() if word not in ARTICLES}
+    spoken = {word: text for word, text in spoken.items() if word not in WORDS["articles"]}
     parts: dict[str, list[Reason]] = {}
     for reason in reasons:
         parts.setdefault(_about(reason), []).append(reason)

@@ -34,7 +34,7 @@ from g3.inference.search.thing_search import (
 )
 from g3.language.discourse.groups import noun_words
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import BETWEEN
+from g3.language.lexicon.tables import WORDS
 from g3.short_repr import short_repr
 
 THEMES, GOALS, PATH_LANDMARKS = 5, 6, 3
@@ -187,7 +187,7 @@ def _marks(
     if not children:
         return (None,)
     sdc = tree.nodes[path]
-    between = BETWEEN.intersection(field_words(sdc.relation))
+    between = WORDS["between"].intersection(field_words(sdc.relation))
     if len(children) > 1 and between and not is_source(sdc):
         return tuple(landmarks_of(tree, path, problem)[:count])
     beam = ground_argument(tree, children[0], problem, role="goal", within=path)

@@ -19,7 +19,7 @@ from g3.inference.problem.frames import frame
 from g3.inference.problem.grounding_problem import GroundingProblem, Group
 from g3.inference.search.requests import loads_named
 from g3.language.lexicon.field_words import bare, normalise
-from g3.language.lexicon.word_sets import SWAPPING
+from g3.language.lexicon.tables import WORDS
 
 GIVEN = log(0.5)
 """Log-probability of the clause: no log shows an exchange."""
@@ -72,7 +72,7 @@ def after_actions(state: State, actions: tuple[Action, ...]) -> State:
 def _exchanged(tree: Tree, root: int) -> list[int]:
     """Return the two OBJECTs that change places, "A and B", "A with B", "A for B"; or none."""
     own = frame(tree, root) if tree.nodes[root].type == "EVENT" else None
-    if own is None or own.negated or SWAPPING.isdisjoint(map(normalise, own.verb[:1])):
+    if own is None or own.negated or WORDS["swapping"].isdisjoint(map(normalise, own.verb[:1])):
         return []
     found = list(own.objects)
     for node in (*own.paths, *own.places, *own.ways):

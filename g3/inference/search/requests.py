@@ -28,22 +28,9 @@ from g3.inference.problem.phrases import is_complement, is_pronoun, is_singled_o
 from g3.inference.problem.world_nouns import LIKELY, Nouns
 from g3.inference.search.thing_search import ground_thing, leaf_scores
 from g3.language.discourse.groups import group, is_partitive, noun_leaf, noun_words
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import BESIDE, concepts
 from g3.language.lexicon.field_words import bare, field_words, normalise
-from g3.language.lexicon.word_sets import (
-    ARTICLES,
-    BESIDE,
-    COUNTS,
-    DISTRIBUTIVE,
-    EVERYTHING,
-    GENERIC,
-    HEAPED,
-    NOUNLESS,
-    PRONOUNS,
-    RECIPROCAL,
-    REST,
-    UNIVERSAL,
-)
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.similarity.presence import best_naming
 from g3.language.similarity.word_similarity import labels_in
 from g3.sdc.clauses import SDC
@@ -51,7 +38,6 @@ from g3.short_repr import short_repr
 
 BEHIND = 2.5
 """Gap to the best log-probability at which a load is no member of a described group."""
-_ANYTHING = frozenset({"anything", "any", "nothing", "none"})
 
 
 @short_repr
@@ -127,12 +113,14 @@ def next_request(
 def _speaks_of_several(tree: Tree, own: Frame) -> bool:
     """Check that a clause may be about several loads, before any is looked for."""
     marks = [n for place in (*own.places, *own.paths) for n in _marks(tree, place)]
-    several = UNIVERSAL | REST
+    several = WORDS["universal"] | WORDS["rest"]
     return bool(own.objects) and (
         sum(_is_apart(tree, own, n) for n in own.objects) > 1
         or any(group(tree.nodes[n]).number == "plural" for n in own.objects)
         or any(not several.isdisjoint(noun_words(tree.nodes[n])) for n in (*own.objects, *marks))
-        or any(EVERYTHING.intersection(field_words(_kind(tree, n).words)) for n in own.objects)
+        or any(
+            WORDS["everything"].intersection(field_words(_kind(tree, n).words)) for n in own.objects
+        )
     )
 
 
@@ -207,10 +195,10 @@ def _antecedents(
     words = set(noun_words(sdc))
     if sdc.relation and not is_partitive(sdc):
         return None
-    if not (is_pronoun(sdc) or words <= UNIVERSAL | {"of", "them", "those", "these"}):
+    if not (is_pronoun(sdc) or words <= WORDS["universal"] | {"of", "them", "those", "these"}):
         return None
     before = [x.index for x in tree.antecedents.get(node, ()) if x.index in meant]
-    if not before and words <= UNIVERSAL:
+    if not before and words <= WORDS["universal"]:
         before = [n for n in reversed(list(meant)) if n < node and len(meant[n][0]) > 1]
     for n in before[:1]:
         ids = tuple(thing.id for thing in things_of(meant[n][0]))
@@ -235,10 +223,10 @@ def _named(
     sdc = tree.nodes[node]
     said = group(sdc)
     words = {said.quantifier, *noun_words(sdc)}
-    every = not UNIVERSAL.isdisjoint(words) or not EVERYTHING.isdisjoint(
+    every = not WORDS["universal"].isdisjoint(words) or not WORDS["everything"].isdisjoint(
         field_words(noun_leaf(sdc).words)
     )
-    others = not REST.isdisjoint(words)
+    others = not WORDS["rest"].isdisjoint(words)
     count = 2 if "both" in words else said.count
     loads = loads_named(tree, node, problem)
     loads = [load for load in loads if load[0].id not in moved] or loads
@@ -274,7 +262,7 @@ def _kind(tree: Tree, node: int) -> SDC:
     while sdc.figure:
         if is_complement(sdc) and sdc.landmark1:
             inner = noun_leaf(sdc.landmark1[0])
-            if inner.words and bare(inner.words[-1].text) not in PRONOUNS:
+            if inner.words and bare(inner.words[-1].text) not in WORDS["pronouns"]:
                 return inner
         sdc = sdc.figure[0]
     left_out = tree.left_out(sdc)
@@ -295,9 +283,15 @@ def _called(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[Phy
 
 def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
     """Keep the things that an OBJECT's noun names: by labels, or those like the best one."""
-    kind = set(noun_words(_kind(tree, node))) - UNIVERSAL - ARTICLES - set(COUNTS) - {"any"}
+    kind = (
+        set(noun_words(_kind(tree, node)))
+        - WORDS["universal"]
+        - WORDS["articles"]
+        - set(COUNTS["counts"])
+        - {"any"}
+    )
     words = [word for word in map(normalise, kind) if word]
-    if not things or (EVERYTHING | GENERIC).issuperset(words):
+    if not things or (WORDS["everything"] | WORDS["generic"]).issuperset(words):
         return list(things)
     fits = [(n := labels_in(words, t.labels), n - len(t.labels)) for t in things]
     if not max(fits)[0]:
@@ -308,7 +302,7 @@ def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[
 def _are_counted(loads: Sequence[tuple[PhysicalObject, float]], sdc: SDC) -> bool:
     """Check that a plural counts loads: "crates" does, and "tires" may be one pallet of them."""
     noun = field_words(noun_leaf(sdc).words)[-1:]
-    return len(loads) > 1 and HEAPED.isdisjoint(noun)
+    return len(loads) > 1 and WORDS["heaped"].isdisjoint(noun)
 
 
 def loads_named(
@@ -335,7 +329,7 @@ def loads_named(
 def _tells_more(tree: Tree, node: int) -> bool:
     """Check that an OBJECT says more of its things than how many, and of what kind."""
     sdc = tree.nodes[node]
-    return is_singled_out(sdc) and not REST.intersection(noun_words(sdc))
+    return is_singled_out(sdc) and not WORDS["rest"].intersection(noun_words(sdc))
 
 
 def _singles(beam: Sequence[Candidate], state: State) -> list[tuple[PhysicalObject, float]]:
@@ -384,7 +378,9 @@ def _targets(
     """Return the landmark that takes one load each, and the things that it names."""
     for node in [n for place in (*own.places, *own.paths) for n in _marks(tree, place)]:
         words = noun_words(tree.nodes[node])
-        if DISTRIBUTIVE.isdisjoint(words[:1]) or (words[-1:] and words[-1] in RECIPROCAL):
+        if WORDS["distributive"].isdisjoint(words[:1]) or (
+            words[-1:] and words[-1] in WORDS["others"]
+        ):
             continue
         beam = ground_thing(tree, node, replace(problem, width=len(problem.scene.groups)))
         things = [t for c in beam if len(c.group) == 1 for t in things_of(c.group)]
@@ -429,9 +425,9 @@ def _naming_load(sdc: SDC, nouns: Nouns) -> SDC | None:
 def _forbidden(tree: Tree, node: int, problem: GroundingProblem) -> set[str]:
     """Return the ids of the loads that an OBJECT rules out."""
     words = noun_words(tree.nodes[node])
-    if is_pronoun(tree.nodes[node]) or not words or not {"else", *REST}.isdisjoint(words):
+    if is_pronoun(tree.nodes[node]) or not words or not {"else", *WORDS["rest"]}.isdisjoint(words):
         return set()
-    if not _ANYTHING.isdisjoint(words):
+    if not WORDS["anything"].isdisjoint(words):
         return {thing.id for thing, _ in loads_named(tree, node, problem)}
     return set(_named(tree, node, problem, {}, node) or _best(tree, node, problem))
 
@@ -442,9 +438,9 @@ def _best(tree: Tree, node: int, problem: GroundingProblem) -> list[str]:
     if not words:
         return []
     singles = [thing for thing, _ in _singles(ground_thing(tree, node, problem), problem.state)]
-    if words[-1] not in NOUNLESS:
+    if words[-1] not in WORDS["nounless"]:
         singles = _called(singles, tree, node)
-    alone = not _tells_more(tree, node) and words[-1] not in NOUNLESS
+    alone = not _tells_more(tree, node) and words[-1] not in WORDS["nounless"]
     return [thing.id for thing in (singles if alone else singles[:1])]
 
 

@@ -59,7 +59,7 @@ from g3.inference.problem.phrases import (
 from g3.language.discourse.groups import is_partitive
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import field_words
-from g3.language.lexicon.word_sets import NEARER, YOU
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDCType
 
 FAR_BEHIND = 6.0
@@ -194,7 +194,7 @@ def _antecedents(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
 def _origin(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]:
     """Return the place of the moved load when the command was given, or the robot."""
     words = {word.text.lower() for word in tree.nodes[node].words}
-    if problem.load is None or words & YOU:
+    if problem.load is None or words & WORDS["you"]:
         at, yaw = problem.state.pose[:2], problem.state.pose[2]
     else:
         thing = problem.state.thing(problem.load)
@@ -264,7 +264,7 @@ def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
     """Return the beam of a PLACE, or of the place that a PATH or an OBJECT names."""
     problem = seen_from(tree, node, problem)
     landmarks = landmarks_of(tree, node, problem)
-    if NEARER.intersection(field_words(tree.nodes[node].relation)):
+    if WORDS["nearer"].intersection(field_words(tree.nodes[node].relation)):
         nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, problem)]
         if nearer:
             return sorted(nearer, key=lambda c: -c.score)[: problem.width]

@@ -24,17 +24,8 @@ from typing import Literal, NamedTuple
 from g3.language.discourse.groups import Group, group, noun_words
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.word_sets import (
-    DEMONSTRATIVES,
-    NO_ANTECEDENTS,
-    ONES,
-    PERSONAL,
-    PERSONS,
-    PRONOUNS,
-    REFLEXIVES,
-    REST,
-)
 from g3.sdc.clauses import CHILD_FIELDS, SDC, Field, all_words, breadth_first, child_indices
 from g3.short_repr import short_repr
 
@@ -47,7 +38,7 @@ _Role = Literal["object", "subject", "landmark", "modifier"]
 """What an OBJECT is in its clause: what an EVENT is done to, who does it, the landmark of a PLACE
 or PATH, or the landmark of another OBJECT's modifier."""
 
-_NO_NOUNS = PRONOUNS | ONES | REST
+_NO_NOUNS = WORDS["pronouns"] | WORDS["ones"] | WORDS["rest"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,11 +173,11 @@ def anaphor_kind(sdc: SDC) -> Kind | None:
     words = noun_words(sdc)
     if not words:
         return None
-    if any(word in REST for word in words):
+    if any(word in WORDS["rest"] for word in words):
         return "other"
-    if words[-1] in ONES and not _is_partitive(sdc):
+    if words[-1] in WORDS["ones"] and not _is_partitive(sdc):
         return "one"
-    if words[-1] in PRONOUNS or words[0] in DEMONSTRATIVES:
+    if words[-1] in WORDS["pronouns"] or words[0] in WORDS["demonstratives"]:
         return "same"
     return None
 
@@ -277,11 +268,11 @@ def _can_be(earlier: _Mention, anaphor: _Mention) -> bool:
     The robot can't, and arguments of the same clause are one thing only with a reflexive.
     """
     words, ours = noun_words(earlier.sdc), noun_words(anaphor.sdc)
-    if words[-1] in NO_ANTECEDENTS or words[0] in ("your", "my"):
+    if words[-1] in WORDS["no_antecedents"] or words[0] in ("your", "my"):
         return False
     is_host = earlier.index in anaphor.hosts[-1:]
     same_event = 0 <= anaphor.event == earlier.event
-    if ours[-1] in REFLEXIVES:
+    if ours[-1] in WORDS["reflexives"]:
         return is_host or same_event or not anaphor.hosts
     together = same_event or (is_host and anaphor.event < 0)
     return not together or anaphor_kind(anaphor.sdc) != "same"
@@ -303,7 +294,7 @@ def _ranked(anaphor: _Mention, kind: Kind, earlier: Sequence[_Mention]) -> tuple
 
 def _features(anaphor: _Mention, mention: _Mention, *, first: bool) -> Features:
     ours, theirs = noun_words(anaphor.sdc), noun_words(mention.sdc)
-    is_person = ours[-1] in PERSONAL
+    is_person = ours[-1] in WORDS["personal"]
     return Features(
         clauses=anaphor.number - mention.number,
         first=first,
@@ -311,7 +302,7 @@ def _features(anaphor: _Mention, mention: _Mention, *, first: bool) -> Features:
         same_role=mention.role == anaphor.role,
         agrees=mention.group.number == anaphor.group.number,
         same_noun=ours[-1] not in _NO_NOUNS and _singular(ours[-1]) in map(_singular, theirs),
-        person=is_person != (theirs[-1] in PERSONS),
+        person=is_person != (theirs[-1] in WORDS["persons"]),
         in_negated=mention.negated and not anaphor.negated,
         reached=_is_reached(mention, anaphor),
     )

@@ -7,26 +7,21 @@ from dataclasses import dataclass
 from typing import Literal
 
 from g3.language.lexicon.field_words import bare
-from g3.language.lexicon.word_sets import (
-    ARTICLES,
-    COLLECTIVES,
-    COUNTS,
-    ONES,
-    ORDINALS,
-    PLURAL,
-    QUANTIFIERS,
-    REST,
-    SINGLE,
-    SINGULAR,
-)
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
 
 Number = Literal["singular", "plural"]
 
 
-_ORDINALS = ORDINALS | {"last": -1, "final": -1}
-_QUANTITIES = {*QUANTIFIERS, *COUNTS, *REST, *ONES, *ARTICLES}
+_ORDINALS = {**COUNTS["ordinals"], "last": -1, "final": -1}
+_QUANTITIES = {
+    *WORDS["quantifiers"],
+    *COUNTS["counts"],
+    *WORDS["rest"],
+    *WORDS["ones"],
+    *WORDS["articles"],
+}
 _NOT_PLURAL = ("ss", "us", "is", "'s", "’s")
 
 
@@ -81,12 +76,14 @@ def group(sdc: SDC) -> Group:
     head = words[-1]
     number: Number = "plural" if _is_plural(words) else "singular"
     ordinals = tuple(_ORDINALS[word] for word in words if word in _ORDINALS)
-    quantifier = next((word for word in words if word in QUANTIFIERS), "")
+    quantifier = next((word for word in words if word in WORDS["quantifiers"]), "")
     count = _count(words, number, ordinals)
-    if head not in COLLECTIVES:
+    if head not in WORDS["collectives"]:
         return Group(number, count, quantifier, ordinals)
     inside = _members(sdc)
-    count = COUNTS.get(head, inside.count if inside and inside.number == "plural" else None)
+    count = COUNTS["counts"].get(
+        head, inside.count if inside and inside.number == "plural" else None
+    )
     return Group(
         "plural", count, quantifier or (inside.quantifier if inside else ""), ordinals, head
     )
@@ -138,17 +135,19 @@ def _is_plural(words: Sequence[str]) -> bool:
     head = words[-1]
     if "and" in words or "both" in words or "all" in words:
         return True
-    if head in SINGULAR or words[0] in SINGLE:
+    if head in WORDS["singular"] or words[0] in WORDS["single"]:
         return False
-    if head in PLURAL or any(COUNTS.get(word, 0) > 1 for word in words[:-1] or words):
+    if head in WORDS["plural"] or any(
+        COUNTS["counts"].get(word, 0) > 1 for word in words[:-1] or words
+    ):
         return True
     return len(head) > 2 and head.endswith("s") and not head.endswith(_NOT_PLURAL)
 
 
 def _count(words: Sequence[str], number: Number, ordinals: Sequence[int]) -> int | None:
     for place, word in enumerate(words, start=1):
-        if word in COUNTS:  # "the three", but not "truck 3"
-            return COUNTS[word]
+        if word in COUNTS["counts"]:  # "the three", but not "truck 3"
+            return COUNTS["counts"][word]
         if word.isdecimal() and len(word) < 4 and (place < len(words) or place == 1):
             return int(word)
     if number == "singular":

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 
-from g3.language.lexicon.word_sets import NOTHING
+from g3.language.lexicon.tables import WORDS, rows
 from g3.sdc.clauses import SDC
 
-_PATTERN = r"not|never|without|nor|neither|no|cannot|n['’]?t|(?:[a-z]+n['’]t)|dont|doesnt|cant|wont"
+_PATTERN = rows()["negation"].pattern
 _NEGATION = re.compile(_PATTERN, re.IGNORECASE)
 _BEFORE = re.compile(rf"(?<![^\W_])(?:{_PATTERN})(?:\s+(?:ever|please))?\s*$", re.IGNORECASE)
-_DOUBLED = frozenset(("only", "just"))
-"""After "not" these negate nothing: "not only lift it"."""
 
 
 def is_negation(word: str) -> bool:
@@ -42,10 +40,12 @@ def negated(sdc: SDC, text: str = "") -> bool:
     True
     """
     words = sdc.relation
-    if sdc.type == "EVENT" and NOTHING.intersection(word.text.lower() for word in words[:1]):
+    if sdc.type == "EVENT" and WORDS["nothing"].intersection(
+        word.text.lower() for word in words[:1]
+    ):
         return True  # "nothing to lift"
     for place, word in enumerate(words):
         if is_negation(word.text):
             following = "".join(w.text.lower() for w in words[place + 1 : place + 2])
-            return following not in _DOUBLED
+            return following not in WORDS["doubled"]
     return bool(words and _BEFORE.search(text[: words[0].start]))

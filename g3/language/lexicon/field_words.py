@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from g3.language.lexicon.spelling import mended
 from g3.language.lexicon.stemming import stem
-from g3.language.lexicon.word_sets import ARROWS, CONTRACTED, SHORT_FORMS
+from g3.language.lexicon.tables import FORMS, WORDS
 from g3.sdc.clauses import SDC, Span, all_words
 
 _AROUND = '"`.,;:!?()[]{}<>*-'
@@ -31,7 +31,7 @@ def bare(word: str) -> str:
     >>> bare("Pallets,"), bare("'em"), bare("Pikc")
     ('pallets', 'them', 'pick')
     """
-    return "to" if word in ARROWS else mended(unshortened(word.strip(_AROUND)))
+    return "to" if word in WORDS["arrows"] else mended(unshortened(word.strip(_AROUND)))
 
 
 def text_words(text: str) -> tuple[str, ...]:
@@ -51,8 +51,8 @@ def unshortened(word: str) -> str:
     """
     own = word.strip("'’").lower()
     if word[:1] in ("'", "’") and word[-1:] not in ("'", "’"):
-        return CONTRACTED.get(own, own)
-    return own if len(word) == 1 and word.isupper() else SHORT_FORMS.get(own, own)
+        return FORMS["contracted"].get(own, own)
+    return own if len(word) == 1 and word.isupper() else FORMS["short_forms"].get(own, own)
 
 
 def field_words(spans: Iterable[Span]) -> tuple[str, ...]:

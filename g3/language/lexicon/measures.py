@@ -6,20 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from math import pi
 
-from g3.language.lexicon.word_sets import (
-    AN,
-    CIRCLES,
-    FRACTIONS,
-    METRES,
-    NUMBERS,
-    RADIANS,
-    SECONDS,
-    WHOLE,
-)
+from g3.language.lexicon.tables import VALUES, WORDS
 
 _PARTS = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d]+|°")
 _AND_A = ["and", "a"]
-_BETWEEN = AN | WHOLE | {"of", "more"}
+_BETWEEN = WORDS["an"] | WORDS["whole"] | {"of", "more"}
 """What may stand between a number and what it counts: "half a metre", "a quarter of a turn"."""
 LEAST_DEGREES = 10.0
 """Without a unit so much and more are degrees, where something turns."""
@@ -34,7 +25,7 @@ def metres_said(words: Sequence[str]) -> float | None:
     (2.5, 0.5)
     >>> metres_said(["to", "the", "left", "of"])
     """
-    return _said(_values(words), METRES)
+    return _said(_values(words), VALUES["metres"])
 
 
 def seconds_said(words: Sequence[str]) -> float | None:
@@ -43,7 +34,7 @@ def seconds_said(words: Sequence[str]) -> float | None:
     >>> seconds_said(["for", "half", "a", "minute"]), seconds_said(["10", "seconds"])
     (30.0, 10.0)
     """
-    return _said(_values(words), SECONDS)
+    return _said(_values(words), VALUES["seconds"])
 
 
 def radians_said(words: Sequence[str]) -> float | None:
@@ -56,15 +47,17 @@ def radians_said(words: Sequence[str]) -> float | None:
     >>> radians_said(["turn", "left"])
     """
     values = _values(words)
-    for units in (RADIANS, CIRCLES):
+    for units in (VALUES["radians"], VALUES["circles"]):
         found = _said(values, units)
         if found is not None:
             return found
-    if _said(values, METRES) is not None:
+    if _said(values, VALUES["metres"]) is not None:
         return None
     # Without a unit: "spin 180", "turn right a quarter".
     degrees = [v * pi / 180 for v in _degrees(values)]
-    parts = [v * 2 * pi for v in values if not isinstance(v, str) and v in FRACTIONS.values()]
+    parts = [
+        v * 2 * pi for v in values if not isinstance(v, str) and v in VALUES["fractions"].values()
+    ]
     return next(iter(degrees + parts), None)
 
 
@@ -81,7 +74,9 @@ def _said(values: Sequence[float | str], units: Mapping[str, float]) -> float | 
             number = value
         elif value in units and number is not None:
             return number * units[value]
-        elif number is None and value in (WHOLE if units is CIRCLES else AN):
+        elif number is None and value in (
+            WORDS["whole"] if units is VALUES["circles"] else WORDS["an"]
+        ):
             number = 1.0
         elif value not in _BETWEEN:
             number = None
@@ -92,7 +87,7 @@ def _values(words: Sequence[str]) -> list[float | str]:
     """Words with the numbers that they say, each of which several may say together."""
     found: list[float | str] = []
     for part in (part for word in words for part in _PARTS.findall(word)):
-        value = NUMBERS.get(part)
+        value = VALUES["numbers"].get(part)
         if part[0].isdigit():
             value = float(part.replace(",", "."))
         if value is not None and found[-1:] == ["and"] and found[-2:-1] == [100.0]:
@@ -100,12 +95,12 @@ def _values(words: Sequence[str]) -> list[float | str]:
         before = found[-1] if found else ""
         if value is None:
             found.append(part)
-        elif part in FRACTIONS and found[-2:] == _AND_A:
+        elif part in VALUES["fractions"] and found[-2:] == _AND_A:
             del found[-2:]
             _add(found, value)
         elif isinstance(before, str):
             found.append(value)
-        elif part in FRACTIONS or part == "hundred":
+        elif part in VALUES["fractions"] or part == "hundred":
             found[-1] = before * value
         else:
             found[-1] = before + value
@@ -116,7 +111,7 @@ def _add(found: list[float | str], more: float) -> None:
     """Add to the last number, of which the unit may have been said: "a metre and a half"."""
     for i in range(len(found) - 1, max(len(found) - 3, -1), -1):
         own = found[i]
-        if not isinstance(own, str) or own in AN:
+        if not isinstance(own, str) or own in WORDS["an"]:
             found[i] = (1.0 if isinstance(own, str) else own) + more
             return
     found.append(more)
@@ -134,6 +129,6 @@ def is_amount(words: Sequence[str]) -> bool:
     said = [value for value in values if isinstance(value, str)]
     if len(said) == len(values):
         return False
-    if AN.issuperset(said):  # "lift two" tells how many
-        return any(v in (FRACTIONS["quarter"], *_degrees(values)) for v in values)
-    return values[-1] in {*METRES, *RADIANS, *CIRCLES}
+    if WORDS["an"].issuperset(said):  # "lift two" tells how many
+        return any(v in (VALUES["fractions"]["quarter"], *_degrees(values)) for v in values)
+    return values[-1] in {*VALUES["metres"], *VALUES["radians"], *VALUES["circles"]}

@@ -12,8 +12,8 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import MENDED
 
 if TYPE_CHECKING:
     from spellchecker import SpellChecker
@@ -57,4 +57,4 @@ def _is_spelt(word: str) -> bool:
 
 
 def _decides(word: str) -> bool:
-    return len(word) >= SHORTEST and bool(word in MENDED or word_class(word))
+    return len(word) >= SHORTEST and bool(word in WORDS["mended"] or word_class(word))

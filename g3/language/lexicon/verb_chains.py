@@ -1,8 +1,7 @@
-"""Which verb of a clause says what to do: "lift" of "get ready to lift".
+"""The verb of a clause that says what to do: "lift" of "get ready to lift".
 
 Verbs that say whether, when or that something is done are closed classes: they lead on to another
-verb. What that other verb asks for is told by its class
-(:data:`g3.language.lexicon.word_sets.WORD_CLASSES`), or isn't known.
+verb. That other verb's class (:mod:`g3.language.lexicon.verb_classes`) says what it asks for.
 """
 
 from __future__ import annotations
@@ -13,20 +12,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import (
-    ARTICLES,
-    ASKING,
-    CARDINALS,
-    INTERJECTIONS,
-    LEADING,
-    LINKING,
-    NOMINALS,
-    NOT_IMPERATIVE,
-    PHRASAL_VERBS,
-    REGARDING,
-    VERBS,
-)
+from g3.language.lexicon.tables import COUNTS, FORMS, WORDS
+from g3.language.lexicon.verb_classes import VERBS, word_class
 from g3.short_repr import short_repr
 
 _NO_VERBS = ("way", "side", "measure")
@@ -42,8 +29,8 @@ class Verb:
     start
         Where it stands among the words of the clause's relation; what is before leads on to it.
     classes
-        Its classes, of :data:`g3.language.lexicon.word_sets.VERBS`, and those of verbs beside it:
-        "pick up and place". None if it is of no known class.
+        Its classes, of :data:`g3.language.lexicon.verb_classes.VERBS`, and those of verbs joined to
+        it: "pick up and place". None if it is of no known class.
     leads_on
         Whether it says nothing by itself: "go", "use", "want".
     is_open
@@ -97,15 +84,22 @@ def is_verb(word: str) -> bool:
 def _is_open(head: str) -> bool:
     """Whether a word of no class of verbs may be a verb all the same."""
     stem = normalise(head)
-    closed = (stem in LEADING and stem not in ASKING) or stem in REGARDING
-    other = word_class(head) or head in NOT_IMPERATIVE or head in LINKING or _is_aside(head)
+    closed = (stem in WORDS["leading"] and stem not in WORDS["asking"]) or stem in WORDS[
+        "regarding"
+    ]
+    other = (
+        word_class(head)
+        or head in WORDS["not_imperative"]
+        or head in WORDS["linking"]
+        or _is_aside(head)
+    )
     return head.replace("-", "").isalpha() and not (closed or other)
 
 
 def _first(words: Sequence[str]) -> int:
     """The first word that could be a verb: not "please", "now", "carefully", "to"."""
     for i, word in enumerate(words):
-        leads = word in LINKING or word in NOT_IMPERATIVE
+        leads = word in WORDS["linking"] or word in WORDS["not_imperative"]
         followed = i + 1 < len(words) and _may_be_verb(words[i + 1])
         if not (_is_aside(word) or (leads and followed and not _leads_on(word))):
             return i
@@ -115,8 +109,8 @@ def _first(words: Sequence[str]) -> int:
 def _is_aside(word: str) -> bool:
     """Whether a word only accompanies verbs."""
     polite = {"polite", "negating", "exactly"} & set(word_class(word).split("+"))
-    contracted = word.endswith(("n't", "n’t")) or word in ("dont", "also", "again", "just", "you")
-    return bool(polite) or contracted or word in INTERJECTIONS or _is_manner(word)
+    contracted = word.endswith(("n't", "n’t")) or word in WORDS["beside_verbs"]
+    return bool(polite) or contracted or word in WORDS["interjections"] or _is_manner(word)
 
 
 def _is_manner(word: str) -> bool:
@@ -136,20 +130,25 @@ def _led_to(words: Sequence[str], start: int) -> int | None:
             return i
         if light and word.endswith("ing") and len(word) > 5:
             return i
-        if word in LINKING:
+        if word in WORDS["linking"]:
             linked = word
-        elif not (_is_aside(word) or word in ARTICLES):
+        elif not (_is_aside(word) or word in WORDS["articles"]):
             linked = ""
     return None
 
 
 def _leads_on(word: str) -> bool:
-    return normalise(word) in LEADING
+    return normalise(word) in WORDS["leading"]
 
 
 def _may_be_verb(word: str) -> bool:
     """Whether a word after "to" may be a verb that isn't known."""
-    if _is_aside(word) or word in LINKING or word in CARDINALS or word[0:1].isdigit():
+    if (
+        _is_aside(word)
+        or word in WORDS["linking"]
+        or word in COUNTS["cardinals"]
+        or word[0:1].isdigit()
+    ):
         return False
     return _leads_on(word) or bool(_verb_classes(word)) or _is_open(word)
 
@@ -169,7 +168,7 @@ def is_nominal(word: str) -> bool:
 
 
 def _verb_classes(word: str) -> frozenset[str]:
-    known = word_class(word) or word_class(normalise(word)) or NOMINALS.get(word, "")
+    known = word_class(word) or word_class(normalise(word)) or FORMS["nominals"].get(word, "")
     return VERBS.intersection(known.split("+"))
 
 
@@ -184,8 +183,6 @@ def _phrasal(words: Sequence[str]) -> frozenset[str]:
     """Classes of a verb with a particle that changes what it says: "let down"."""
     if not words:
         return frozenset()
-    head = normalise(words[0])
-    for particle in words[1:]:
-        if (head, particle) in PHRASAL_VERBS:
-            return frozenset(PHRASAL_VERBS[head, particle].split("+"))
-    return frozenset()
+    head, phrases = normalise(words[0]), FORMS["phrasal_verbs"]
+    classes = next((c for p in words[1:] if (c := phrases.get(f"{head} {p}"))), None)
+    return frozenset(classes.split("+") if classes else ())

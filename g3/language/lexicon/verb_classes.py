@@ -1,31 +1,36 @@
-"""Looks up the classes of words that decide how a command is built.
-
-The words are in :mod:`g3.language.lexicon.word_sets`.
-"""
+"""Classes of words that decide how a command is built: verbs, directions, measures."""
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections import defaultdict
+from functools import cache, lru_cache
 
-from g3.language.lexicon.word_sets import WORD_CLASSES
+from g3.language.lexicon.tables import members, written
 
-_BY_WORD: dict[str, str] = {}
-for _name, _words in WORD_CLASSES.items():
-    for _word in _words.split():
-        _BY_WORD[_word] = f"{_BY_WORD[_word]}+{_name}" if _word in _BY_WORD else _name
+VERBS = frozenset(("placing", "taking", "carrying", "going", "turning", "staying"))
+"""Classes of verbs, by what they ask for."""
+HANDLING_VERBS = frozenset(("placing", "taking", "carrying"))
+"""Those of them that handle something."""
+
+
+@cache
+def _by_word() -> dict[str, str]:
+    classes: dict[str, list[str]] = defaultdict(list)
+    for name, row in members("class").items():
+        for word in written(row):
+            classes[word].append(name)
+    return {word: "+".join(names) for word, names in classes.items()}
 
 
 @lru_cache(maxsize=65536)
 def word_class(word: str) -> str:
-    """The classes of a word, joined by "+"; empty if none is known.
+    """Return the classes of a word, joined by "+"; empty if none is known.
 
     >>> word_class("putting"), word_class("carries"), word_class("pallet")
     ('placing', 'carrying', '')
     """
-    for stem in _stems(word):
-        if stem in _BY_WORD:
-            return _BY_WORD[stem]
-    return ""
+    by_word = _by_word()
+    return next((by_word[stem] for stem in _stems(word) if stem in by_word), "")
 
 
 def _stems(word: str) -> tuple[str, ...]:

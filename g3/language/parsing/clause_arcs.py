@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from dataclasses import field as default
 from typing import NamedTuple
 
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, SDCType, Span
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
@@ -33,8 +34,6 @@ OUTSIDE, INSIDE = "out", "on"
 DEEPEST = 24
 """Arcs from a word to the root, at most: trees have a limited depth
 (:data:`g3.sdc.sdc_notation.MAX_DEPTH`). What hangs deeper is a tree of its own."""
-_JOINING = ("and", "or", "&", ",")
-"""Words that join a noun to the next one; a noun that ends in one has it by mistake."""
 _FIELDS = ("f", "l", "l2", "m1", "m2")
 """Fields of a clause; m1 and m2 are those of a modifier without words."""
 
@@ -247,7 +246,7 @@ def _built(clause: _Clause, spans: Sequence[Span]) -> SDC:
         tuple([_built(child, spans) for child in _in_order(clause, name)]) for name in _FIELDS
     )
     words = tuple([spans[i] for i in sorted(clause.words)])
-    while clause.leaf and len(words) > 1 and words[-1].text.lower() in _JOINING:
+    while clause.leaf and len(words) > 1 and words[-1].text.lower() in WORDS["joining"]:
         words = words[:-1]
     sdc_type: SDCType = clause.type  # type: ignore[assignment]
     if clause.leaf and not (clause.type == "OBJECT" and (f or l1 or l2)):

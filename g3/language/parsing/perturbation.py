@@ -15,13 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from g3.errors import FormatError
-from g3.language.lexicon.word_sets import ARTICLES
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, Span, breadth_first
 from g3.short_repr import short_repr
 
 SHORTEST_MISSPELT = 4
 """Shorter words aren't misspelt."""
-_ARTICLE = re.compile(rf"\b(?:{'|'.join(sorted(ARTICLES))})\s+(?=[^\W\d_]{{2}})", re.IGNORECASE)
+_ARTICLES = "|".join(sorted(WORDS["articles"]))
+_ARTICLE = re.compile(rf"\b(?:{_ARTICLES})\s+(?=[^\W\d_]{{2}})", re.IGNORECASE)
 _MARK = re.compile(r"[.,;:!?]+(?=\s|$)")
 _WORD = re.compile(rf"[a-z]{{{SHORTEST_MISSPELT},}}", re.IGNORECASE)
 _KEYS = ("qwertyuiop", "asdfghjkl", "zxcvbnm")

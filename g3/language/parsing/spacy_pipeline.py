@@ -19,15 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.errors import ModelError
+from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import is_verb
-from g3.language.lexicon.word_sets import (
-    ARTICLES,
-    IT,
-    NOT_IMPERATIVE,
-    SENTENCE_ENDS,
-    THESE,
-    YOU,
-)
 from g3.language.parsing.spacy_import import import_spacy
 from g3.language.parsing.words import MAX_WORDS
 from g3.lengths import too_long
@@ -50,7 +43,7 @@ _SURROGATES = re.compile("[\ud800-\udfff]")
 _CHUNKS = re.compile(rf"\S{{1,{LONGEST_CHUNK}}}")
 _COLUMNS: list[int | str] = ["TAG", "DEP", "HEAD"]
 PREFIX = ("you", "must")
-_AFTER_VERBS = ARTICLES | IT | THESE | YOU
+_AFTER_VERBS = WORDS["articles"] | WORDS["it"] | WORDS["these"] | WORDS["you"]
 
 IntArray = npt.NDArray[np.int64]
 IdArray = npt.NDArray[np.uint64]
@@ -173,7 +166,7 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
             break
         if first and _may_be_imperative(lower, following):
             words += PREFIX
-        first = lower in SENTENCE_ENDS or (first and not lower[:1].isalnum())
+        first = lower in WORDS["sentence_ends"] or (first and not lower[:1].isalnum())
         kept.append(len(words))
         words.append(lower)
         spans.append(Span(start, text[start:end]))
@@ -186,7 +179,7 @@ def _may_be_imperative(word: str, following: str) -> bool:
     Before a noun such as "tires", "you must" would make it a verb. An unknown verb is told by
     what follows it: "scoop the tires".
     """
-    if word in NOT_IMPERATIVE or not word.isalpha():
+    if word in WORDS["not_imperative"] or not word.isalpha():
         return False
     return is_verb(word) or following in _AFTER_VERBS
 
@@ -197,7 +190,7 @@ def _tokens(nlp: Language, text: str) -> Iterator[tuple[int, int, str]]:
         at = match.start()
         for token in nlp.tokenizer(match.group()):
             start, end, typed = at + token.idx, at + token.idx + len(token.text), token.text
-            if len(typed) > 1 and typed[-1] in SENTENCE_ENDS and typed[0].isalnum():
+            if len(typed) > 1 and typed[-1] in WORDS["sentence_ends"] and typed[0].isalnum():
                 yield start, end - 1, _plain(typed[:-1])  # "truck A." is no abbreviation
                 yield end - 1, end, typed[-1]
             else:

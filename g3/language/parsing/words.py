@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from g3.language.lexicon.word_sets import ARROWS
+from g3.language.lexicon.tables import WORDS
 from g3.lengths import too_long
 from g3.sdc.clauses import Span
 from g3.short_repr import short_repr
 
 MAX_WORDS = 400
 """Longest command in words; the rest of a text is left out."""
-_ARROWS = "|".join(map(re.escape, sorted(ARROWS, key=len, reverse=True)))
+_ARROWS = "|".join(map(re.escape, sorted(WORDS["arrows"], key=len, reverse=True)))
 _WORD = re.compile(rf"{_ARROWS}|[^\W_]+(?:['’.][^\W_]+)*|[^\w\s]|_")
 
 
@@ -61,4 +61,4 @@ def cut(text: str) -> Words:
 
 def _form(word: str) -> str:
     """A word in lower case; an arrow is read as "to"."""
-    return "to" if word in ARROWS else word.lower().replace("’", "'")
+    return "to" if word in WORDS["arrows"] else word.lower().replace("’", "'")

@@ -25,15 +25,7 @@ import numpy as np
 from g3.errors import FormatError, ModelError
 from g3.groundings import FloatArray
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import (
-    ARTICLES,
-    CONCEPT_WORDS,
-    PRONOUNS,
-    QUANTIFIERS,
-    WORD_CLASSES,
-    YOU,
-    stems,
-)
+from g3.language.lexicon.tables import WORDS
 from g3.language.similarity import static_embeddings
 from g3.language.similarity.resources import wordnet, wordnet_identity
 from g3.language.similarity.word_similarity import MEASURES
@@ -50,11 +42,6 @@ BACK_OFF = 2.0
 """How many nats likeness 1 above `LEAST_ALIKE` is worth to a word that was never seen."""
 SHORTEST = 3
 """Shorter words aren't counted."""
-NAMING_NOTHING = stems(
-    " ".join((*CONCEPT_WORDS.values(), *WORD_CLASSES.values()))
-    + " ".join((" ", *ARTICLES, *PRONOUNS, *QUANTIFIERS, *YOU))
-)
-"""Words for what to do and where, and function words: other factors read them."""
 MEND = "make it again with 'ct similarity learn'"
 
 
@@ -121,7 +108,7 @@ def _terms(words: tuple[str, ...]) -> tuple[Term, ...]:
     known = [
         Term(i, form, word)
         for i, word in enumerate(words)
-        if len(word) >= SHORTEST and (form := normalise(word)) not in NAMING_NOTHING
+        if len(word) >= SHORTEST and (form := normalise(word)) not in WORDS["naming_nothing"]
     ]
     pairs = [(a, b) for a, b in pairwise(known) if b.place == a.place + 1]
     joined = [Term(a.place, f"{a.form} {b.form}", f"{a.written} {b.written}") for a, b in pairs]

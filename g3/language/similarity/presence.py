@@ -13,22 +13,7 @@ from itertools import product
 
 from g3.errors import ModelError
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import (
-    AREAS,
-    CARDINALS,
-    COLLECTIVES,
-    GENERIC,
-    NOUNLESS,
-    ORDINALS,
-    PARTS,
-    PRONOUNS,
-    QUANTIFIERS,
-    REST,
-    ROBOT,
-    WORD_CLASSES,
-    YOU,
-    stems,
-)
+from g3.language.lexicon.tables import WORDS
 from g3.language.similarity import static_embeddings
 from g3.language.similarity.learned_lexicon import SHORTEST, Lexicon, likeness, term_of
 from g3.language.similarity.resources import wordnet
@@ -50,14 +35,6 @@ RARE = 0.15
 """What is a smaller share of a word's uses isn't meant."""
 SENSES = 3
 """So many senses of a label count, the most frequent first."""
-NEVER_ABSENT = (
-    GENERIC
-    | AREAS
-    | stems(" ".join(WORD_CLASSES[name] for name in ("side", "way", "measure", "order", "you")))
-    | stems(" ".join((*PARTS, *COLLECTIVES, *NOUNLESS, *REST, *CARDINALS, *ORDINALS)))
-    | stems(" ".join((*PRONOUNS, *QUANTIFIERS, *ROBOT, *YOU)))
-)
-"""Nouns that mean something in every world."""
 
 
 def least_alike() -> float:
@@ -74,7 +51,7 @@ def may_be_absent(noun: str) -> bool:
     >>> may_be_absent("elephant"), may_be_absent("things"), may_be_absent("degrees")
     (True, False, False)
     """
-    if len(noun) < SHORTEST or normalise(noun) in NEVER_ABSENT:
+    if len(noun) < SHORTEST or normalise(noun) in WORDS["never_absent"]:
         return False
     try:
         return share_of_senses(wordnet(), noun, MATERIAL) >= MOSTLY

@@ -7,7 +7,7 @@ Measures are registered by name; the feature sets of :mod:`g3.features.sets.labe
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise, product
 
 import numpy as np
@@ -18,7 +18,7 @@ from rapidfuzz.process import cdist
 from g3.groundings import FloatArray
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.word_sets import HEAPS, PEOPLE
+from g3.language.lexicon.tables import FORMS, members, written
 from g3.language.similarity.resources import tag_table, word_vectors, wordnet
 from g3.language.similarity.wordnet import Score, WordNet
 
@@ -71,41 +71,31 @@ def spelling(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     return similarity
 
 
-_SYNONYMS = {
-    "tire": "tire tyre wheel rubber",
-    "pallet": "pallet palette skid crate load tray stack rack cargo goods package freight",
-    "box": "box boxes carton package parcel cargo crate goods supplies case",
-    "trailer": "trailer tailor truck lorry flatbed flat bed platform table cart trolley wagon dock "
-    "bench conveyor rig semi van vehicle deck loading",
-    "forklift": "forklift fork lift robot machine driver you your yourself me my i",
-    "person": " ".join(sorted(PEOPLE)),
-    "barrel": "barrel drum keg",
-    "berm": " ".join(("dirt mud earth soil", *sorted(HEAPS))),
-    "shelf": "shelf shelves shelving rack",
-    "sign": "sign signpost signboard post board",
-    "cone": "cone pylon",
-}
-"""Words for kinds of things in a warehouse, hand-made from general knowledge."""
+@cache
+def _synonyms() -> dict[str, frozenset[str]]:
+    """Normal forms of words for each kind of thing in a warehouse."""
+    return {kind: frozenset(map(normalise, written(row))) for kind, row in members("kind").items()}
 
-_KINDS = {
-    **{kind: kind for kind in _SYNONYMS},
-    "assembly": "tire",
-    "generator": "box",
-    "accessories": "box",
-    "boxes": "box",
-    "flatbed": "trailer",
-    "truck": "trailer",
-}
-"""Labels of semantic maps, and the kind each belongs to."""
-_LABELS = {normalise(label): kind for label, kind in _KINDS.items()}
+
+@cache
+def _kinds() -> dict[str, str]:
+    """Labels of semantic maps, and the kind that each belongs to."""
+    return {**{kind: kind for kind in _synonyms()}, **FORMS["kinds"]}
+
+
+@cache
+def _kinds_by_stem() -> dict[str, str]:
+    return {normalise(label): kind for label, kind in _kinds().items()}
+
+
 _LOADS = ("tire", "pallet", "box")
 
 
 @measure("domain")
 def domain(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     """1 where the word is a synonym of the label's kind in a small warehouse lexicon."""
-    kinds = [_KINDS.get(label.lower()) for label in labels]
-    synonyms = {k: {normalise(w) for w in text.split()} for k, text in _SYNONYMS.items()}
+    kinds = [_kinds().get(label.lower()) for label in labels]
+    synonyms = _synonyms()
     stems = [normalise(w) for w in words]
     return np.array(
         [[float(k is not None and stem in synonyms[k]) for k in kinds] for stem in stems]
@@ -122,7 +112,7 @@ def is_another_kind(noun: str, label: str) -> bool:
     >>> is_another_kind("lorry", "box"), is_another_kind("pallet", "barrel")
     (False, False)
     """
-    own, other = (_LABELS.get(normalise(word)) for word in (noun, label))
+    own, other = (_kinds_by_stem().get(normalise(word)) for word in (noun, label))
     return None not in (own, other) and own not in {other, *_LOADS}
 
 

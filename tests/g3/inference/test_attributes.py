@@ -17,7 +17,7 @@ from g3.inference.potentials.cases import FactorCase
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.problem.packed_scene import scene_of
 from g3.language.lexicon.attribute_words import colours_named, sizes_named
-from g3.language.lexicon.word_sets import COLOUR_WORDS, SIZE_WORDS
+from g3.language.lexicon.tables import members
 from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.actions.yards import box, forklift
 from tests.g3.inference.constant_cost import ConstantCost
@@ -81,14 +81,14 @@ def test_of_things_alike_the_one_in_the_colour_is_meant(poses, colours, meant, s
     ]
     if data.draw(st.booleans()):  # of another thing nobody has said
         crates[meant - 1] = painted(crates[meant - 1])
-    word = data.draw(st.sampled_from(COLOUR_WORDS[colours[meant]].split()))
+    word = data.draw(st.sampled_from(members("colour")[colours[meant]].words.split()))
     assert picked(world(*crates), said.format(word)) == f"c{meant}"
 
 
 @settings(max_examples=60, deadline=None)
 @given(
     poses=places(3),
-    sense=st.sampled_from(list(SIZE_WORDS)),
+    sense=st.sampled_from(list(members("size"))),
     meant=st.integers(0, 2),
     factor=st.floats(1.2, 1.5),
     said=st.sampled_from(SAID),
@@ -97,8 +97,8 @@ def test_of_things_alike_the_one_in_the_colour_is_meant(poses, colours, meant, s
 def test_of_things_alike_the_tall_or_the_small_one_is_meant(
     poses, sense, meant, factor, said, data
 ):
-    dimension, pole = sense
-    scale = factor if pole > 0 else 1 / factor
+    dimension = sense.removeprefix("-")
+    scale = factor if dimension == sense else 1 / factor
     sides = [(1.6, 1.0, 0.8)] * 3
     sides[meant] = tuple(
         side * (scale if dimension in (own, "volume") else 1.0)
@@ -108,14 +108,14 @@ def test_of_things_alike_the_tall_or_the_small_one_is_meant(
         box(f"c{i}", "crate", pose, (length, width), (0.0, height))
         for i, (pose, (length, width, height)) in enumerate(zip(poses, sides, strict=True))
     ]
-    word = data.draw(st.sampled_from(SIZE_WORDS[sense].split()))
+    word = data.draw(st.sampled_from(members("size")[sense].words.split()))
     assert picked(world(*crates), said.format(word)) == f"c{meant}"
 
 
 @settings(max_examples=40, deadline=None)
 @given(
     poses=places(3),
-    word=st.sampled_from([w for words in COLOUR_WORDS.values() for w in words.split()]),
+    word=st.sampled_from([w for row in members("colour").values() for w in row.words.split()]),
     said=st.sampled_from(SAID),
 )
 def test_where_no_colour_is_known_words_for_colours_cost_nothing(poses, word, said):
@@ -251,7 +251,7 @@ def test_words_of_colours_and_sizes():
     assert colours_named(["a", "gray", "and", "crimson", "crate"]) == {"grey", "red"}
     assert sizes_named(["the", "tallest", "tiny", "thing"]) == [(TALL,), (("volume", -1),)]
     assert sizes_named(["short"]) == [(SHORT, ("length", -1))]
-    assert set(COLOUR_WORDS) == set(COLOURS)
+    assert set(members("colour")) == set(COLOURS)
 
 
 def test_a_trained_model_takes_the_one_in_the_colour(grounder):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from g3.language.discourse.groups import Group, group
-from g3.language.lexicon.word_sets import COLLECTIVES
+from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, Span
 from g3.sdc.sdc_notation import parse_brackets
 
@@ -85,7 +85,7 @@ def test_objects_with_modifiers(text, notation, expected):
 
 
 LIKELY = "the a and all both one two 7 first last pallets crate of"
-words = st.sampled_from([*LIKELY.split(), *sorted(COLLECTIVES)])
+words = st.sampled_from([*LIKELY.split(), *sorted(WORDS["collectives"])])
 
 
 @given(st.lists(words, max_size=8))

@@ -7,8 +7,8 @@ from rapidfuzz.distance import OSA
 
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.spelling import mended
+from g3.language.lexicon.tables import WORDS, members, written
 from g3.language.lexicon.verb_classes import word_class
-from g3.language.lexicon.word_sets import MENDED, WORD_CLASSES
 from g3.language.similarity.resources import wordnet
 from g3.sdc.clauses import SDC, Span
 from g3.sdc.sdc_notation import parse_brackets
@@ -38,7 +38,9 @@ def test_normalise(word: str, form: str) -> None:
 
 
 KNOWN = sorted(
-    word for word in {*MENDED, *" ".join(WORD_CLASSES.values()).split()} if word.isalpha()
+    word
+    for word in WORDS["mended"].union(*map(written, members("class").values()))
+    if word.isalpha()
 )
 
 
@@ -82,7 +84,7 @@ def test_what_is_mended_begins_alike_is_one_slip_away_and_stays(word: str, data)
     if meant != typed:
         assert meant[0] == typed[0]
         assert OSA.distance(typed, meant) == 1
-        assert meant in MENDED or word_class(meant)
+        assert meant in WORDS["mended"] or word_class(meant)
         assert mended(meant) == meant
 
 
