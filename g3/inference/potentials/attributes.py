@@ -23,7 +23,7 @@ from g3.inference.problem.grounding_problem import things_of
 from g3.language.discourse.groups import noun_leaf
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.attribute_words import Dimension, colours_named, sizes_named
-from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.field_words import bare_words
 from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, Span
 
@@ -123,7 +123,7 @@ def _has_nothing(sdc: SDC) -> bool:
 
 
 def _bare(spans: Iterable[Span]) -> list[str]:
-    return [bare(span.text) for span in spans]
+    return bare_words(spans)
 
 
 def _things(case: FactorCase) -> tuple[PhysicalObject, ...]:

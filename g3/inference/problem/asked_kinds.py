@@ -43,7 +43,7 @@ from g3.inference.problem.frames import Frame, asked
 from g3.inference.problem.phrases import is_measure, names_forks, names_lift, names_robot
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import SIDES, concepts
-from g3.language.lexicon.field_words import bare, field_words, figure_words
+from g3.language.lexicon.field_words import bare_words, field_words, figure_words
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import VERBS, word_class
 from g3.sdc.clauses import SDC, Field, SDCType, all_words
@@ -74,7 +74,7 @@ def _stays_put(tree: Tree, root: int) -> bool:
 
 
 def _said(sdc: SDC) -> set[str]:
-    return {bare(word.text) for word in sdc.relation}
+    return set(bare_words(sdc.relation))
 
 
 def _verbs(tree: Tree, root: int) -> set[str]:
@@ -147,7 +147,7 @@ def _said_of_places(tree: Tree, root: int, *types: SDCType) -> list[set[str]]:
     """Return the words of a clause's arguments of some types, of each by itself."""
     told = tree.below(root, _ARGUMENTS, *types)
     told = [n for n in told if not is_measure(tree.nodes[n])]
-    return [{bare(word.text) for word in all_words(tree.nodes[n])} for n in told]
+    return [set(bare_words(all_words(tree.nodes[n]))) for n in told]
 
 
 def _returning(tree: Tree, root: int) -> Kinds:
@@ -270,7 +270,7 @@ def _parking(tree: Tree, root: int) -> Kinds:
 def _ends_there(tree: Tree, root: int) -> bool:
     """Whether a clause ends where earlier ones lead: "stop when you get there"."""
     end = goal_within(tree, root)
-    words = {bare(word.text) for word in all_words(tree.nodes[end])} if end is not None else set()
+    words = set(bare_words(all_words(tree.nodes[end]))) if end is not None else set()
     return bool(words) and words <= WORDS["it"] | {"there", "here"}
 
 

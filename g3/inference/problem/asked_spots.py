@@ -8,7 +8,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.packed_scene import Scene, scene_of
 from g3.language.discourse.groups import group
 from g3.language.lexicon.concepts import SIDES, concepts
-from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.field_words import bare_words, field_words
 from g3.language.lexicon.measures import metres_said
 from g3.language.lexicon.tables import WORDS
 
@@ -23,7 +23,7 @@ def spots_asked(tree: Tree, node: int) -> SpotsAsked:
     sdc = tree.nodes[node]
     relation = field_words(sdc.relation)
     said = concepts(relation)
-    apart = metres_said([bare(word.text) for word in sdc.relation])
+    apart = metres_said(bare_words(sdc.relation))
     return SpotsAsked(
         apart=apart if apart is not None and apart > FAR_M else None,
         corner="corner" in relation,

@@ -12,7 +12,7 @@ from g3.inference.problem.phrases import (
     names_robot,
 )
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
-from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.sdc.clauses import SDC, Field, all_words
@@ -29,7 +29,7 @@ def is_source(sdc: SDC) -> bool:
 
 def is_company(path: SDC) -> bool:
     """Whether a PATH tells what goes along: "with the pallet"."""
-    return [bare(word.text) for word in path.relation] == ["with"]
+    return bare_words(path.relation) == ["with"]
 
 
 def is_goal(path: SDC) -> bool:
@@ -74,7 +74,7 @@ def objects(tree: Tree, root: int) -> list[int]:
     arguments = tree.below(root, _ARGUMENTS, "OBJECT")
     found = [n for n in arguments if not is_measure(tree.nodes[n])]
     found = [n for n in found if not stands_for_other(tree.nodes[n])] or found[:1]
-    words = {bare(word.text) for word in tree.nodes[root].relation}
+    words = set(bare_words(tree.nodes[root].relation))
     if len(found) == 2 and "with" in words and words & WORDS["filling"]:
         found = found[::-1]
     return [*subjects(tree, root), *found]
@@ -90,7 +90,7 @@ def landmark_nodes(tree: Tree, node: int) -> list[int]:
 
 def stands_for_other(sdc: SDC) -> bool:
     """Check that an OBJECT is nothing but a word for what was named: "it", "those"."""
-    words = [bare(word.text) for word in sdc.words]
+    words = bare_words(sdc.words)
     return len(words) == 1 and words[0] in WORDS["pronouns"]
 
 
@@ -134,7 +134,7 @@ def goal_paths(tree: Tree, root: int) -> list[int]:
 def goal_within(tree: Tree, root: int) -> int | None:
     """The PLACE or OBJECT that another clause says is come to: "until you reach the truck"."""
     for event in tree.below(root, _ARGUMENTS, "EVENT"):
-        if WORDS["until"].intersection(bare(word.text) for word in all_words(tree.nodes[event])):
+        if WORDS["until"].intersection(bare_words(all_words(tree.nodes[event]))):
             ends = [n for n in tree.all_below(event) if _can_be_reached(tree.nodes[n])]
             return min(ends, key=lambda n: tree.nodes[n].type != "PLACE", default=None)
     return None
@@ -154,7 +154,7 @@ def ways(tree: Tree, root: int) -> list[int]:
 def names_own_forks(tree: Tree, root: int) -> bool:
     """Whether a clause is about the robot's forks: "lower the forks", "raise your forklift"."""
     named = [tree.nodes[n] for n in tree.below(root, _ARGUMENTS, "OBJECT")]
-    words = {bare(word.text) for word in tree.nodes[root].relation}
+    words = set(bare_words(tree.nodes[root].relation))
     lifts = bool(words & (WORDS["raising"] | WORDS["lowering"]))
     return any(names_forks(sdc) or (lifts and names_lift(sdc)) for sdc in named)
 

@@ -21,7 +21,7 @@ from g3.language.discourse.anaphora import Antecedent, anaphors
 from g3.language.discourse.exclusions import exclusions
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import Concept, concepts
-from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.field_words import bare, bare_words, field_words
 from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_chains import Verb, verb_of
 from g3.language.parsing.words import cut
@@ -87,7 +87,7 @@ class Tree:
     def verbs(self) -> list[Verb]:
         """The verb of each clause that says what to do; of other clauses than EVENTs none."""
         relations = (sdc.relation if sdc.type == "EVENT" else () for sdc in self.nodes)
-        return [verb_of(tuple(bare(word.text) for word in words)) for words in relations]
+        return [verb_of(tuple(bare_words(words))) for words in relations]
 
     @cached_property
     def words(self) -> list[dict]:  # type: ignore[type-arg]
@@ -160,7 +160,7 @@ class Tree:
         """Check if a clause excepts its landmark: "all but the red one", not "nothing but"."""
         sdc = self.nodes[node]
         figure = {word for part in sdc.figure for word in _bare_words(part)}
-        relation = {bare(word.text) for word in sdc.relation}
+        relation = set(bare_words(sdc.relation))
         return bool(relation & WORDS["excepting"]) and figure.isdisjoint(
             WORDS["nothing"] | {"anything"}
         )
@@ -241,7 +241,7 @@ def _is_nounless(leaf: SDC, sdc: SDC) -> bool:
 
 
 def _bare_words(sdc: SDC) -> list[str]:
-    return [bare(word.text) for word in all_words(sdc)]
+    return bare_words(all_words(sdc))
 
 
 def _scales(noun: Sequence[Span]) -> set[tuple[Concept, Concept]]:

@@ -33,7 +33,7 @@ from g3.inference.problem.phrases import (
     side_by_side,
 )
 from g3.language.discourse.negation import negated
-from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
+from g3.language.lexicon.field_words import bare_words, field_words, figure_words, normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import HANDLING_VERBS, word_class
 from g3.sdc.clauses import SDC, Field, all_words
@@ -189,7 +189,7 @@ def _purposes(tree: Tree, node: int) -> list[int]:
     connects = tree.nodes[node].type == "EVENT" and not verb.classes and not verb.is_open
     found = []
     for n in tree.below(node, _ARGUMENTS, "EVENT"):
-        words = [bare(word.text) for word in tree.nodes[n].relation]
+        words = bare_words(tree.nodes[n].relation)
         begins = not WORDS["purposes"].isdisjoint((*words[:1], *_relation(tree, node)[-1:]))
         ends = not WORDS["until"].isdisjoint(words) or not WORDS["until"].isdisjoint(
             _relation(tree, node)
@@ -200,7 +200,7 @@ def _purposes(tree: Tree, node: int) -> list[int]:
 
 
 def _relation(tree: Tree, node: int) -> list[str]:
-    return [bare(word.text) for word in tree.nodes[node].relation]
+    return bare_words(tree.nodes[node].relation)
 
 
 def _has_arguments(tree: Tree, node: int) -> bool:
@@ -237,7 +237,7 @@ def _is_purpose(tree: Tree, node: int) -> bool:
 
 def _is_robot(tree: Tree, node: int) -> bool:
     return names_robot(tree.nodes[node]) or bool(
-        {bare(w.text) for w in tree.nodes[node].words} & {"s", "us", "robot"}
+        set(bare_words(tree.nodes[node].words)) & {"s", "us", "robot"}
     )
 
 
@@ -336,9 +336,7 @@ def _is_down(place: SDC) -> bool:
 
 
 def _is_end(tree: Tree, node: int) -> bool:
-    return bool(
-        WORDS["until"].intersection(bare(word.text) for word in all_words(tree.nodes[node]))
-    )
+    return bool(WORDS["until"].intersection(bare_words(all_words(tree.nodes[node]))))
 
 
 def _guessed(*, theme: bool, leads: bool) -> frozenset[str]:

@@ -15,7 +15,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.language.lexicon.concepts import SIDES, concepts
-from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.field_words import bare, bare_words, field_words
 from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import Field, all_words
 
@@ -66,22 +66,20 @@ def _arguments(tree: Tree, root: int) -> Iterator[int]:
 def _follows(tree: Tree, root: int) -> bool:
     """Whether a clause says what has been done before it: "when you are there", "once turned"."""
     events = (tree.nodes[n] for n in tree.all_below(root) if tree.nodes[n].type == "EVENT")
-    return any(
-        not WORDS["when"].isdisjoint(bare(word.text) for word in sdc.relation) for sdc in events
-    )
+    return any(not WORDS["when"].isdisjoint(bare_words(sdc.relation)) for sdc in events)
 
 
 def _says_later(tree: Tree, below: Sequence[int]) -> bool:
     relations = [word for n in below for word in tree.nodes[n].relation]
     tells_side = SIDES & concepts(field_words(relations))
-    return bool(tells_side) and not WORDS["later"].isdisjoint(bare(word.text) for word in relations)
+    return bool(tells_side) and not WORDS["later"].isdisjoint(bare_words(relations))
 
 
 def _is_own_side(tree: Tree, node: int) -> bool:
     """Whether a clause tells a side of the robot's; who turns around sees what was behind."""
     sdc = tree.nodes[node]
     sides = SIDES & concepts(field_words(sdc.relation))
-    is_yours = not WORDS["you"].isdisjoint(bare(word.text) for word in all_words(sdc))
+    is_yours = not WORDS["you"].isdisjoint(bare_words(all_words(sdc)))
     return bool(sides - {"back"}) and (is_yours or (sides == {"front"} and not sdc.landmark1))
 
 

@@ -17,7 +17,7 @@ from g3.inference.problem.phrases import (
     whole_words,
 )
 from g3.language.lexicon.concepts import SIDES, concepts
-from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
@@ -68,7 +68,7 @@ def _with_distance(sdc: SDC) -> SDC:
 def _time(part: SDC) -> _Apart:
     """How long to wait is told by the clause's own words: nothing is meant by it."""
     words = tuple(sorted(all_words(part), key=lambda word: word.start))
-    is_time = seconds_said([bare(word.text) for word in words]) is not None
+    is_time = seconds_said(bare_words(words)) is not None
     return (None, words) if is_time else (part, ())
 
 

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from g3.features.sets.order import is_ordinal
 from g3.language.discourse.groups import group, noun_leaf
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
+from g3.language.lexicon.field_words import bare, bare_words, field_words, figure_words, normalise
 from g3.language.lexicon.measures import is_amount
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
@@ -38,7 +38,7 @@ def names_thing(sdc: SDC) -> bool:
 
 def is_measure(sdc: SDC) -> bool:
     """Whether an OBJECT tells how far, and names nothing: "a bit", "two squares"."""
-    words = [bare(word.text) for word in sdc.words]
+    words = bare_words(sdc.words)
     if sdc.type != "OBJECT" or not words or words[0] == "the":
         return False
     return "measure" in word_class(words[-1]).split("+") or is_amount(words)
@@ -90,7 +90,7 @@ def is_there(sdc: SDC) -> bool:
 
 def names_same(sdc: SDC) -> bool:
     """Whether a leaf names what has been spoken of: "this table"."""
-    words = [bare(word.text) for word in sdc.words]
+    words = bare_words(sdc.words)
     return len(words) > 1 and words[0] in WORDS["these"]
 
 
@@ -101,7 +101,7 @@ def names_other(sdc: SDC) -> bool:
 
 def names_origin(sdc: SDC) -> bool:
     """Whether a leaf names where something was at first: "its old position"."""
-    words = {bare(word.text) for word in sdc.words}
+    words = set(bare_words(sdc.words))
     return sdc.type == "OBJECT" and bool(
         words & WORDS["former"] and WORDS["areas"].intersection(figure_words(sdc))
     )
@@ -126,7 +126,7 @@ def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
     >>> sorted(named_places(storage, ["receiving", "storage A", "storage B"]))
     ['storage A', 'storage B']
     """
-    words = [bare(word.text) for word in all_words(sdc)]
+    words = bare_words(all_words(sdc))
     said = set(words[words[:1] in (["a"], ["an"]) :])
     shared = {
         name: sum(
@@ -141,13 +141,13 @@ def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
 
 def names_robot(sdc: SDC) -> bool:
     """Whether a leaf is a word for who is spoken to: "you", "me"."""
-    words = [bare(word.text) for word in sdc.words]
+    words = bare_words(sdc.words)
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in WORDS["robot"]
 
 
 def is_pronoun(sdc: SDC) -> bool:
     """Whether an OBJECT is a pronoun that stands for something spoken of before."""
-    words = [bare(word.text) for word in sdc.words]
+    words = bare_words(sdc.words)
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in WORDS["it"]
 
 
@@ -171,7 +171,7 @@ def unstressed(words: tuple[str, ...]) -> tuple[str, ...]:
 
 def verb_words(sdc: SDC) -> list[str]:
     """The words of a clause's relation, bare."""
-    return [bare(word.text) for word in sdc.relation]
+    return bare_words(sdc.relation)
 
 
 def whole_words(words: Sequence[Span]) -> tuple[Span, ...]:

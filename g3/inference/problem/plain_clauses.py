@@ -46,7 +46,7 @@ from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
-from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import is_nominal, verb_of
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
@@ -181,7 +181,7 @@ def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
         return None
     names = WORDS["generic"].union(map(normalise, nouns.state.thing(held).labels))
     named = noun_leaf(theme).words
-    own = WORDS["you"].intersection(bare(word.text) for word in named[:1])
+    own = WORDS["you"].intersection(bare_words(named[:1]))
     if not (own or names.intersection(field_words(named))):
         return None
     place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
@@ -234,7 +234,7 @@ def _light(sdc: SDC, _: Nouns) -> SDC | None:
         return None
     leaf = first.figure[0] if first.figure else first
     theme, act = _apart(whole_words(leaf.words))
-    own = [bare(word.text) for word in act]
+    own = bare_words(act)
     if not leaf.is_leaf or len(own) < 2 or own[0] not in WORDS["an"] | {"one", "another"}:
         return None
     acts = is_nominal(own[-1]) or normalise(own[-1]) in WORDS["regarding"]
@@ -258,7 +258,7 @@ def _with_its_noun(sdc: SDC) -> SDC:
     measures = tuple(part for part in arguments_of(sdc) if is_measure(part))
     others = (part for part in arguments_of(sdc) if part not in measures)
     said = tuple(word for part in others for word in all_words(part))
-    if [bare(word.text) for word in said] not in (["a", "left"], ["a", "right"]):
+    if bare_words(said) not in (["a", "left"], ["a", "right"]):
         return sdc
     return replace(sdc, landmark1=(SDC("OBJECT", words=said),), landmark2=measures)
 
@@ -283,9 +283,7 @@ def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
     filled = only_object(sdc)
     if filled is None or not filled.figure or not filled.landmark1:
         return None
-    if WORDS["filling"].isdisjoint(verb_words(sdc)) or [bare(w.text) for w in filled.relation] != [
-        "with"
-    ]:
+    if WORDS["filling"].isdisjoint(verb_words(sdc)) or bare_words(filled.relation) != ["with"]:
         return None
     if _names_load(filled.figure[0], nouns):
         return None

@@ -9,7 +9,7 @@ from g3.inference.problem.phrases import arguments_of, names_robot, subject_of, 
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import bare, field_words
+from g3.language.lexicon.field_words import bare, bare_words, field_words
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.verb_classes import HANDLING_VERBS
@@ -57,7 +57,7 @@ def _load(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 
 def _said(sdc: SDC) -> list[str]:
-    return [bare(word.text) for word in all_words(sdc)]
+    return bare_words(all_words(sdc))
 
 
 def _inside(part: SDC) -> tuple[SDC, ...]:

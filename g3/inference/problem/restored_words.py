@@ -12,7 +12,7 @@ from dataclasses import replace
 from g3.inference.problem.phrases import arguments_of, side_by_side, verb_words
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import group
-from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.field_words import bare, bare_words
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.parsing.words import cut
@@ -50,7 +50,7 @@ def _only_names(sdc: SDC, nouns: Nouns) -> bool:
 
 
 def _counts_all(before: Span | None, token: Span, after: Span | None) -> bool:
-    beside = ({bare(word.text) for word in own if word} for own in ((before,), (after,)))
+    beside = (set(bare_words(filter(None, own))) for own in ((before,), (after,)))
     counts = bare(token.text) in WORDS["counting_all"]
     return counts and all(map(set.isdisjoint, beside, (WORDS["before_all"], WORDS["after_all"])))
 

@@ -13,7 +13,7 @@ from g3.inference.problem.phrases import is_pronoun, names_robot
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.discourse.negation import negated
-from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.field_words import bare_words, normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.verb_classes import HANDLING_VERBS
@@ -46,7 +46,7 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     """Check that a clause only states or calls something; what it forbids counts."""
     if negated(sdc):
         return False
-    words = [bare(word.text) for word in sdc.relation]
+    words = bare_words(sdc.relation)
     parts = (*sdc.landmark1, *sdc.landmark2)
     if sdc.type != "EVENT" or not words:
         return False
@@ -74,7 +74,7 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
 
 def _closes(sdc: SDC) -> bool:
     """Whether a clause says that the command is at its end: "that's it"."""
-    said = {bare(word.text) for word in all_words(sdc)}
+    said = set(bare_words(all_words(sdc)))
     return (
         said <= WORDS["closing"]
         and bool(said & WORDS["demonstratives"])
@@ -90,14 +90,14 @@ def _wishes(sdc: SDC, following: SDC) -> bool:
     if sdc.type != "EVENT" or following.type != "EVENT":
         return False
     parts = [p for p in (*sdc.landmark1, *sdc.landmark2) if not p.is_implicit]
-    verb = verb_of(tuple(bare(word.text) for word in sdc.relation))
+    verb = verb_of(tuple(bare_words(sdc.relation)))
     asks = WORDS["asking"].intersection(
         normalise(word.text) for word in sdc.relation[verb.start :][:1]
     )
     if not asks or [p.type for p in parts] != ["OBJECT"] or names_robot(parts[0]):
         return False
     others = [p for p in (*following.landmark1, *following.landmark2) if p.type == "OBJECT"]
-    handles = verb_of(tuple(bare(word.text) for word in following.relation)).classes
+    handles = verb_of(tuple(bare_words(following.relation))).classes
     return bool(handles & HANDLING_VERBS) and all(map(is_pronoun, others))
 
 

@@ -18,7 +18,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import frame
 from g3.inference.problem.grounding_problem import GroundingProblem, Group
 from g3.inference.search.requests import loads_named
-from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.field_words import bare_words, normalise
 from g3.language.lexicon.tables import WORDS
 
 GIVEN = log(0.5)
@@ -77,7 +77,7 @@ def _exchanged(tree: Tree, root: int) -> list[int]:
     found = list(own.objects)
     for node in (*own.paths, *own.places, *own.ways):
         found += tree.below(node, ("l", "l2"), "OBJECT")
-    if len(found) == 1 and {bare(w.text) for w in tree.nodes[found[0]].relation} & {"with", "for"}:
+    if len(found) == 1 and set(bare_words(tree.nodes[found[0]].relation)) & {"with", "for"}:
         found = tree.below(found[0], ("f", "l"), "OBJECT")
     pair = list(dict.fromkeys(found))
     return pair if len(pair) == 2 else []

@@ -29,7 +29,7 @@ from g3.inference.problem.world_nouns import LIKELY, Nouns
 from g3.inference.search.thing_search import ground_thing, leaf_scores
 from g3.language.discourse.groups import group, is_partitive, noun_leaf, noun_words
 from g3.language.lexicon.concepts import BESIDE, concepts
-from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.similarity.presence import best_naming
 from g3.language.similarity.word_similarity import labels_in
@@ -271,7 +271,7 @@ def _kind(tree: Tree, node: int) -> SDC:
 
 def _called(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
     """Keep the things whose label is an OBJECT's noun, or else those that the noun is like."""
-    noun = [bare(word.text) for word in _kind(tree, node).words]
+    noun = bare_words(_kind(tree, node).words)
     said = set(map(normalise, noun))
     found = [t for t in things if not said.isdisjoint(map(normalise, t.labels))]
     if found or not noun:

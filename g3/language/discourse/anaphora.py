@@ -23,7 +23,7 @@ from typing import Literal, NamedTuple
 
 from g3.language.discourse.groups import Group, group, noun_words
 from g3.language.discourse.negation import negated
-from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.field_words import bare_words
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.sdc.clauses import CHILD_FIELDS, SDC, Field, all_words, breadth_first, child_indices
@@ -257,7 +257,7 @@ def _inside(sdc: SDC, index: int, place: _Place, field: Field) -> _Place:
     no = place.negated or negated(sdc)
     if sdc.type == "EVENT":
         role: _Role = "subject" if field == "f" else "object"
-        verb = verb_of(tuple(bare(word.text) for word in sdc.relation)).classes
+        verb = verb_of(tuple(bare_words(sdc.relation))).classes
         return place._replace(role=role, event=index, negated=no, top=-1, verb=verb)
     return place._replace(role="landmark", negated=no, top=-1)
 

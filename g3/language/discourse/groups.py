@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from g3.language.lexicon.field_words import bare
+from g3.language.lexicon.field_words import bare, bare_words
 from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.sdc.clauses import SDC
 from g3.short_repr import short_repr
@@ -108,7 +108,7 @@ def quantity_words(sdc: SDC) -> list[str]:
     """Return "one" of "one of the crates"; no words where an OBJECT has no such part."""
     while sdc.figure:
         if is_partitive(sdc):
-            return [bare(word.text) for word in sdc.figure[0].words]
+            return bare_words(sdc.figure[0].words)
         sdc = sdc.figure[0]
     return []
 
@@ -118,7 +118,7 @@ def is_partitive(sdc: SDC) -> bool:
     of = [word.text.lower() for word in sdc.relation] == ["of"]
     if not (of and sdc.landmark1 and sdc.figure[0].is_leaf):
         return False
-    said = [bare(word.text) for word in sdc.figure[0].words]
+    said = bare_words(sdc.figure[0].words)
     return bool(said) and all(word in _QUANTITIES or word.isdecimal() for word in said)
 
 

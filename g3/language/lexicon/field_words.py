@@ -34,6 +34,11 @@ def bare(word: str) -> str:
     return "to" if word in WORDS["arrows"] else mended(unshortened(word.strip(_AROUND)))
 
 
+def bare_words(spans: Iterable[Span]) -> list[str]:
+    """Return words of a clause as :func:`bare` has them."""
+    return [bare(span.text) for span in spans]
+
+
 def text_words(text: str) -> tuple[str, ...]:
     """The words of a text in lower case, without punctuation around them, and not shortened.
 
