@@ -1,4 +1,4 @@
-"""What things are like: their colours and sizes, and what is on them.
+"""Attributes of things: their colours, their sizes and their loads.
 
 "The red crate", "the tall box" and "the empty trailer" tell things apart that are called the same.
 So each is compared with the scene's other things alike. Where a map says nothing of them, or all
@@ -99,7 +99,7 @@ def carries(case: FactorCase) -> Measured:
 
 
 def _adjectives(sdc: SDC) -> list[str]:
-    """What a clause itself says of a thing: "the tall box", "that is red", "with nothing on it".
+    """Return the adjectives of a clause itself: "the tall box", "that is red", "with nothing".
 
     What is said of a part of a thing isn't said of the thing: "the long side".
     """
@@ -112,7 +112,6 @@ def _adjectives(sdc: SDC) -> list[str]:
 
 
 def _has_nothing(sdc: SDC) -> bool:
-    """Whether words say that there is nothing on a thing."""
     said = set(_bare(sdc.relation))
     if not (sdc.landmark1 and said & WORDS["having"]):
         return False
@@ -131,7 +130,7 @@ def _things(case: FactorCase) -> tuple[PhysicalObject, ...]:
 
 
 def _alike(case: FactorCase) -> BoolArray:
-    """Which of the context's objects are others that share a label, shape (n, n)."""
+    """Find the context's objects that share a label with others, shape (n, n)."""
     n = len(_things(case))
     labels = case.batch.bodies.labels[:n]
     alike: BoolArray = (labels @ labels.T) & ~np.eye(n, dtype=bool)
@@ -139,7 +138,7 @@ def _alike(case: FactorCase) -> BoolArray:
 
 
 def _other_colours(case: FactorCase) -> BoolArray | None:
-    """Which of the context's objects aren't in a colour that words name, shape (n,).
+    """Find the context's objects that aren't in a colour that words name, shape (n,).
 
     Who says a colour means to tell things apart. So what nobody has said the colour of hasn't it if
     another one alike has. None where words name no colour, or none is known.
@@ -172,7 +171,7 @@ def _extents(case: FactorCase, things: Iterable[PhysicalObject]) -> dict[Dimensi
 def _more(
     extents: dict[Dimension, FloatArray], senses: Iterable[tuple[Dimension, int]]
 ) -> BoolArray:
-    """Whether things in columns have clearly more of what an adjective says than those in rows.
+    """Check that things in columns have clearly more of what an adjective says than those in rows.
 
     Of several senses the first counts in which two things differ: what is short is low or not long.
     """
@@ -188,7 +187,6 @@ def _more(
 
 
 def _is_beaten(members: _Members, more: BoolArray) -> bool:
-    """Whether something else has more than one of some things, or one of them has least of all."""
     least = np.flatnonzero(more.any(axis=1) & ~more.any(axis=0))
     others = more[members]
     others[:, members] = False
@@ -196,7 +194,7 @@ def _is_beaten(members: _Members, more: BoolArray) -> bool:
 
 
 def _of_members(case: FactorCase, measure: Callable[[_Members], float]) -> FloatArray:
-    """What is measured of the members of each row's figure; nothing of places."""
+    """Measure the members of each row's figure; nothing of places."""
     place = {thing.id: i for i, thing in enumerate(_things(case))}
     groups = case.problem.scene.groups
     found = np.zeros(len(groups) + 1)

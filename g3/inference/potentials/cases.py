@@ -1,4 +1,4 @@
-"""What potentials score: one type for each of their kinds.
+"""Cases that potentials score: one type for each of their kinds.
 
 See :mod:`g3.inference.potentials.potential_registry`.
 """
@@ -111,7 +111,7 @@ class PlanCase:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class ReferentCase:
-    """What a pronoun or "there" may stand for.
+    """Candidates that a pronoun or "there" may stand for.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class ReferentCase:
 @short_repr
 @dataclass(frozen=True)
 class CandidateCase:
-    """What a clause names, or what another clause has as an argument.
+    """Candidates that a clause names, or that another clause has as an argument.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class CandidateCase:
 
     @property
     def kind(self) -> Kind:
-        """What is scored."""
+        """Kind of the candidates."""
         return "noun" if self.role == "figure" else "argument"
 
     @property
@@ -202,7 +202,7 @@ class CandidateCase:
         return (len(self.groups),)
 
     def has(self, role: Role) -> bool:
-        """Whether the candidates have a role."""
+        """Check that the candidates have a role."""
         return role == self.role
 
     @cached_property
@@ -211,7 +211,7 @@ class CandidateCase:
         return named_places(self.sdc, (p.name for p in self.problem.state.context.places))
 
     def each(self, test: Callable[[Group], bool]) -> BoolArray:
-        """Which candidates a test is true of, shape (n,)."""
+        """Apply a test to each candidate, shape (n,)."""
         return np.array([test(group) for group in self.groups], dtype=bool)
 
 
@@ -256,7 +256,7 @@ class FactorCase:
         return (len(self.batch),)
 
     def has(self, role: Role) -> BoolArray | bool:
-        """Which rows have a grounding in a role."""
+        """Find the rows that have a grounding in a role."""
         return self.batch.once(("has", role), lambda batch: _filled(batch, role))
 
     @property
@@ -266,7 +266,7 @@ class FactorCase:
 
     @property
     def is_part(self) -> bool:
-        """Whether another clause says more of the same thing, without a landmark."""
+        """Check that another clause says more of the same thing, without a landmark."""
         return self.node in self.tree.parts
 
     @cached_property
@@ -291,7 +291,7 @@ class FactorCase:
 
     @property
     def origin(self) -> FloatArray | None:
-        """Where what goes to the place is, shape (2,); None for the robot itself."""
+        """Position of the thing that goes to the place, shape (2,); None for the robot itself."""
         state, load = self.problem.state, self.problem.load
         return centre(state.thing(load).prism) if load else None
 
@@ -333,7 +333,7 @@ class SpotCase:
 @short_repr
 @dataclass(frozen=True)
 class ActionCase:
-    """What the robot can do for a top-level clause.
+    """Actions that the robot can do for a top-level clause.
 
     Parameters
     ----------
@@ -375,7 +375,7 @@ class ActionCase:
         return (len(self.actions),)
 
     def has(self, role: Role) -> bool:
-        """Whether the clause has a candidate for a role, or actions imply one."""
+        """Check that the clause has a candidate for a role, or actions imply one."""
         if role == "goal":
             return self.found.goals != (None,) or self.found.goal_path >= 0
         if role == "theme":
@@ -393,11 +393,11 @@ class ActionCase:
         return np.array([a.kind.name for a in self.actions], dtype=str)
 
     def each(self, test: Callable[[Action], bool]) -> BoolArray:
-        """Which actions a test is true of, shape (n,)."""
+        """Apply a test to each action, shape (n,)."""
         return np.array([test(action) for action in self.actions], dtype=bool)
 
     def once(self, compute: Callable[[ActionCase], T]) -> T:
-        """What a function gives for the case, computed once."""
+        """Compute a function of the case once."""
         if compute not in self._known:
             self._known[compute] = compute(self)
         result: T = self._known[compute]
@@ -407,7 +407,7 @@ class ActionCase:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class PathCase:
-    """What the robot can do for a clause with a PATH, together with the PATH's landmarks.
+    """Actions for a clause with a PATH, together with the PATH's landmarks.
 
     Parameters
     ----------
@@ -442,5 +442,5 @@ class PathCase:
         return len(self.actions), len(self.marks)
 
     def has(self, role: Role) -> bool:
-        """Whether there are actions and landmarks."""
+        """Check that there are actions and landmarks."""
         return role in ("figure", "landmark")

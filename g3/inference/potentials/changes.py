@@ -1,4 +1,4 @@
-"""What an action changes of the state that the command was given in."""
+"""Changes that actions make to the state in which the command was given."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def moved(case: ActionCase) -> BoolArray:
     "taken-from", kind="path", types=("PATH",), roles=("figure", "landmark"), weight=log(0.001)
 )
 def taken_from(case: PathCase) -> Measured:
-    """What is taken "off the truck" stands on it, where anything does; off the ground, there."""
+    """A load taken "off the truck" stands on it, where anything does; off the ground, there."""
     if not is_source(case.sdc):
         return False
     under = case.problem.carriers

@@ -1,4 +1,4 @@
-"""What all words of a command say of the load that is picked up first.
+"""Evidence of all words of a command for the load that is picked up first.
 
 Clauses may be wrong, and their own factors see few words. So the search multiplies by the learned
 probability of the load given the whole command (:mod:`g3.learning.load_choice`), once: where the
@@ -44,7 +44,7 @@ WEIGHT = -8.0
 
 @potential("command-load", kind="argument", types=("EVENT",), roles=("theme",), weight=WEIGHT)
 def command_load(case: CandidateCase) -> Measured:
-    """What is handled first is the load that all words of the command tell, as learned."""
+    """The first load handled is the one that all words of the command tell, as learned."""
     chooser = _chooser(case.problem)
     if chooser is None or case.problem.held is not None:
         return False
@@ -69,7 +69,7 @@ def command_load(case: CandidateCase) -> Measured:
 
 
 def _chooser(problem: GroundingProblem) -> LoadChooser | None:
-    """What the model has learned to choose by; None where OBJECTs' factors know all labels."""
+    """Return the learned chooser; None where OBJECTs' factors know all labels."""
     cost, loads = problem.cost, loads_of(problem.state)
     if not isinstance(cost, Scorer) or len(loads) < 2:
         return None
@@ -91,7 +91,7 @@ def _antecedents(tree: Tree) -> dict[int, int]:
 
 
 def _says_more(sdc: SDC) -> bool:
-    """Whether words say which of several alike is meant otherwise than by left and right.
+    """Check that words say which of several alike is meant otherwise than by left and right.
 
     The learned choice sees sides and distances, but neither landmarks nor numbers.
     """
@@ -101,19 +101,18 @@ def _says_more(sdc: SDC) -> bool:
 
 
 def _has_landmark(sdc: SDC) -> bool:
-    """Whether words say what a load stands by or on: "on the left of the truck", "right by it"."""
+    """Check that words say what a load stands by or on: "on the left of the truck"."""
     said = concepts(field_words(sdc.relation)) & (BESIDE | {"on"})
     marks = (bare(word.text) for mark in sdc.landmark1 for word in all_words(mark))
     return bool(said and sdc.landmark1) and WORDS["you"].isdisjoint(marks)
 
 
 def _has_label(named: SDC, problem: GroundingProblem) -> bool:
-    """Whether words for a load have a label that tells loads apart, so that its kind is plain."""
     return any(map(set(_noun(named)).issuperset, _labels(problem)[0]))
 
 
 def _names_kind(named: SDC, problem: GroundingProblem) -> bool:
-    """Whether the noun says what kind of load is meant: not "the pallet that is on the truck"."""
+    """Check that the noun names a kind of load: not "the pallet that is on the truck"."""
     common = _labels(problem)[1]
     return not WORDS["generic"].union(WORDS["articles"], *common).issuperset(_noun(named))
 
@@ -155,7 +154,7 @@ def first_handling(tree: Tree, problem: GroundingProblem) -> int | None:
 def _behind(
     case: CandidateCase, chooser: LoadChooser, *, kinds: bool, alike: bool
 ) -> Mapping[str, float]:
-    """How much less probable each load is than the most probable one, by id; in nats.
+    """Return how much less probable each load is than the most probable one, by id; in nats.
 
     With `kinds` it counts which labels it has, and with `alike` which one it is among those.
     """
@@ -189,6 +188,5 @@ def _leads_past(way: SDC) -> bool:
 
 
 def _knows(cost: Scorer, labels: Collection[str]) -> bool:
-    """Whether the factors of OBJECTs have learned from things with each of some labels."""
     bases = cost.model.space_.bases
     return all(f"OBJECT/labels/{label}" in bases for label in labels)

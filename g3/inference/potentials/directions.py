@@ -48,7 +48,7 @@ def asked_kind(case: ActionCase) -> Measured:
     weight=2 * log(0.05),
 )
 def own_landmark(case: PathCase) -> BoolArray:
-    """What the robot leaves or lines up with is what the words name."""
+    """The robot leaves or lines up with the thing that the words name."""
     groups = [group_key(mark.group) if mark else None for mark in case.marks]
     other = np.zeros(case.shape, dtype=bool)
     for i, action in enumerate(case.actions):
@@ -58,12 +58,12 @@ def own_landmark(case: PathCase) -> BoolArray:
 
 
 def is_bare(action: Action) -> bool:
-    """Whether an action leads to nothing in particular."""
+    """Check that an action leads to nothing in particular."""
     return not (action.kind.aims or action.kind.handles)
 
 
 def ways_of(action: Action, found: Arguments) -> set[str]:
-    """Which ways an action goes by itself; none where it stays, or goes by what it is about.
+    """Return the ways that an action goes by itself; none where it stays, or goes by its thing.
 
     To turn around is to turn left, too, where words say how much: "180 degrees to the left".
     """

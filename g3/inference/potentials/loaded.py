@@ -1,4 +1,4 @@
-"""What a load on the forks forbids, and what is meant because it is there."""
+"""Rules about a load on the forks."""
 
 from __future__ import annotations
 

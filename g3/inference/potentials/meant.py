@@ -1,4 +1,4 @@
-"""What words rule out for an OBJECT, whatever the model has learned of them."""
+"""Groundings that words rule out for an OBJECT, whatever the model has learned of them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _places(group: Group) -> list[Place]:
 
 
 def _says(case: CandidateCase, test: Callable[[Group], bool]) -> Measured:
-    """Which candidates a test is true of, where a noun is no place's name."""
+    """Apply a test to each candidate, where a noun is no place's name."""
     return not case.called and case.each(test)
 
 
@@ -71,7 +71,7 @@ def whole_row(case: CandidateCase) -> Measured:
 
 @potential("spoken-of", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def spoken_of(case: CandidateCase) -> Measured:
-    """What is pointed at was spoken of before: "this truck"."""
+    """A thing that is pointed at was spoken of before: "this truck"."""
     same = case.problem.spoken - {case.problem.load}
     if not same or not names_same(case.sdc):
         return False
@@ -111,7 +111,7 @@ def not_robot(case: CandidateCase) -> Measured:
 
 @potential("load-elsewhere", kind="noun", types=("OBJECT",), weight=log(0.05))
 def load_elsewhere(case: CandidateCase) -> Measured:
-    """What is moved isn't the landmark of where it goes."""
+    """A load isn't the landmark of its own goal."""
     return bool(case.problem.load) and _says(case, lambda g: case.problem.load in _ids(g))
 
 
@@ -161,7 +161,7 @@ def each_named(case: CandidateCase) -> Measured:
 
 
 def _says_no_kind(noun: Sequence[str]) -> bool:
-    """Whether a noun may stand for things of any kind: "them", "the others", "all the stuff"."""
+    """Check that a noun may stand for things of any kind: "them", "the others", "all the stuff"."""
     closed = (
         WORDS["pronouns"]
         | WORDS["nounless"]
@@ -214,7 +214,7 @@ def stands_on(case: FactorCase) -> Measured:
 
 
 def _number_said(case: FactorCase) -> str:
-    """What a noun says of how many things it names: a row, a count, one, or several."""
+    """Return the number of things that a noun says: a row, a count, one, or several."""
     if case.sdc.figure:
         return ""
     said = group_of(case.sdc)

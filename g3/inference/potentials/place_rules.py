@@ -1,4 +1,4 @@
-"""What words say about a place: on the ground, and on which side of a thing."""
+"""Rules about places: on the ground, and on which side of a thing."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ ASIDE = 0.5
 
 
 def on_ground(words: SDC, relation: SDC) -> bool:
-    """Whether words say that something is to be on the ground: not on the truck but beside it.
+    """Check that words say that something is to be on the ground: not on the truck but beside it.
 
     Parameters
     ----------
@@ -54,13 +54,13 @@ def on_ground(words: SDC, relation: SDC) -> bool:
 
 
 def is_on_top(sdc: SDC) -> bool:
-    """Whether words say that something is to be on a thing: on the truck, not on its left."""
+    """Check that words say that something is to be on a thing: on the truck, not on its left."""
     said = concepts(field_words(sdc.relation))
     return "on" in said and not said & (BESIDE - {"near", "between"})
 
 
 def _about_thing(batch: FactorBatch) -> BoolArray:
-    """Whether each row's landmark is a thing, not the robot nor a place; shape (n,)."""
+    """Check that each row's landmark is a thing, not the robot nor a place; shape (n,)."""
     mark = batch.landmark
     labelled = batch.bodies.labels[mark].any(axis=1)
     result: BoolArray = (mark >= 0) & (mark != batch.agent_body) & labelled
@@ -84,7 +84,7 @@ def on_top(case: FactorCase) -> Measured:
 
 
 def _is_high(case: FactorCase) -> BoolArray:
-    """Which rows' places aren't on the ground."""
+    """Find the rows whose places aren't on the ground."""
     high: BoolArray = case.batch.bodies.z_min[case.batch.figure] > case.floor + LEVEL_M
     return high
 
@@ -145,7 +145,7 @@ def ahead(case: FactorCase) -> FloatArray:
 
 
 def _way_to(case: FactorCase) -> tuple[BoolArray, FloatArray]:
-    """Which rows have no landmark, (n,), and the way to each row's place, (n, 2).
+    """Return the rows without a landmark, (n,), and the way to each row's place, (n, 2).
 
     It begins at the robot, or without a landmark where what goes there is.
     """
@@ -163,7 +163,7 @@ def _seen(batch: FactorBatch, origin: FloatArray | None) -> FloatArray:
 
 
 def _sides(batch: FactorBatch) -> BoolArray:
-    """Which of left, right, front and far side each row's relation names, shape (n, 4).
+    """Find the sides that each row's relation names: left, right, front, far; shape (n, 4).
 
     "At the end of the row to your right" is on the right whatever "to your right" belongs to.
     """
@@ -185,7 +185,7 @@ def _sides(batch: FactorBatch) -> BoolArray:
 def _beyond(
     batch: FactorBatch, mark: IntArray, place: FloatArray, ahead: FloatArray, way: FloatArray
 ) -> FloatArray:
-    """How much further places are than each of their landmark's things; (n, members)."""
+    """Return how much further places are than each of their landmark's things; (n, members)."""
     offset = batch.bodies.members[mark] - batch.agent[:, None, :2]
     local = rotate(offset, np.broadcast_to(-batch.agent[:, 2, None], offset.shape[:2]))
     off = turned(place[:, None] - local, ahead[:, None])
@@ -220,7 +220,7 @@ def elsewhere(case: SpotCase) -> Measured:
 
 
 def _gaps(points: FloatArray, prism: Prism) -> FloatArray:
-    """How far points (n, 2) are from a footprint, 0 inside; shape (n,)."""
+    """Return the distances of points (n, 2) from a footprint, 0 inside; shape (n,)."""
     gaps: FloatArray = point_gap(points[None], convex_hull(prism.xy)[None])[0]
     return gaps
 
@@ -228,7 +228,7 @@ def _gaps(points: FloatArray, prism: Prism) -> FloatArray:
 def stands_at(
     places: Sequence[Place], thing: PhysicalObject, under: PhysicalObject | None
 ) -> BoolArray:
-    """Which places are on what a thing stands on, or for one on the ground where it is."""
+    """Find the places on the carrier of a thing, or for one on the ground at its spot."""
     middles = centres([place.prism for place in places])
     if under is None:
         near: BoolArray = np.linalg.norm(middles - centre(thing.prism), axis=1) < SAME_SPOT_M

@@ -48,11 +48,11 @@ HARD = -np.inf
 
 
 class Case(Protocol):
-    """What potentials of one kind score: n candidates, or n by m pairs."""
+    """Candidates that potentials of one kind score: n, or n by m pairs."""
 
     @property
     def kind(self) -> Kind:
-        """What is scored."""
+        """Kind of the candidates."""
         ...
 
     @property
@@ -67,11 +67,11 @@ class Case(Protocol):
 
     @property
     def problem(self) -> GroundingProblem:
-        """What is grounded; it knows which potentials are switched off."""
+        """Problem that is grounded; it knows which potentials are switched off."""
         ...
 
     def has(self, role: Role) -> BoolArray | bool:
-        """Which candidates have a grounding in a role."""
+        """Find the candidates that have a grounding in a role."""
         ...
 
 
@@ -115,7 +115,7 @@ class Potential:
 
     @property
     def is_hard(self) -> bool:
-        """Whether what it measures is ruled out."""
+        """Check that what it measures is ruled out."""
         return self.weight == HARD
 
 
@@ -155,7 +155,7 @@ def potentials() -> tuple[Potential, ...]:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Ablation:
-    """What is left out: feature sets of the model, and potentials of the search."""
+    """Parts left out: feature sets of the model, and potentials of the search."""
 
     sets: frozenset[str] = frozenset()
     potentials: frozenset[str] = frozenset()
@@ -238,7 +238,7 @@ def _measured(case: Case) -> Iterator[tuple[Potential, FloatArray]]:
 
 
 def added_by(case: Case) -> dict[str, FloatArray]:
-    """What potentials add to the scores of a case, by name; those that add nothing are left out."""
+    """Return the scores that potentials add to a case, by name, but for those that add nothing."""
     found: dict[str, FloatArray] = {}
     for own, measure in _measured(case):
         # Nothing times a hard constraint's weight is nothing.
@@ -248,7 +248,7 @@ def added_by(case: Case) -> dict[str, FloatArray]:
 
 
 def added(case: Case) -> FloatArray:
-    """What all potentials together add to the scores of a case; its shape.
+    """Return the sum that all potentials add to the scores of a case; its shape.
 
     What a noun doesn't name is ruled out once, whatever speaks against it: the strongest counts.
     """
@@ -259,7 +259,7 @@ def added(case: Case) -> FloatArray:
 
 
 def allowed(case: Case) -> BoolArray:
-    """Which candidates no hard constraint rules out; the case's shape."""
+    """Find the candidates that no hard constraint rules out; the case's shape."""
     result = np.ones(case.shape, dtype=bool)
     for own, measure in _measured(case):
         if own.is_hard:

@@ -1,4 +1,4 @@
-"""What pronouns and "there" stand for: antecedents, and what was last acted on or led to."""
+"""Referents of pronouns and "there": antecedents, and the last thing handled or come to."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def last_handled(case: ReferentCase) -> Measured:
 
 @potential("not-itself", kind="referent", types=("OBJECT",), weight=log(0.05))
 def not_itself(case: ReferentCase) -> Measured:
-    """What is moved isn't the landmark of where it goes: "put it next to them"."""
+    """A load isn't the landmark of its own goal: "put it next to them"."""
     load = case.problem.load
     return bool(load) and np.array([load in {t.id for t in things_of(g)} for g in case.groups])
 

@@ -92,7 +92,7 @@ def place_between(case: FactorCase) -> Measured:
 
 
 def _is_between_one(case: CandidateCase) -> bool:
-    """Whether the candidates are all that a clause is between: "between the pallets"."""
+    """Check that the candidates are all that a clause is between: "between the pallets"."""
     said = WORDS["between"].intersection(field_words(case.clause.relation))
     return bool(said) and len(landmark_nodes(case.tree, case.within)) == 1
 
@@ -137,13 +137,11 @@ def _are_neighbours(group: Group, problem: GroundingProblem) -> bool:
 
 
 def _named(batch: FactorBatch, words: frozenset[str]) -> BoolArray:
-    """Whether each row's relation has one of some words."""
     return np.array([bool(words.intersection(w.get("relation", ()))) for w in batch.words])[
         batch.factor
     ]
 
 
 def _sided(batch: FactorBatch) -> BoolArray:
-    """Whether each row's relation names the left or the right."""
     lateral = [bool({"left", "right"} & concepts(w.get("relation", ()))) for w in batch.words]
     return np.array(lateral)[batch.factor]

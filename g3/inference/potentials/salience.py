@@ -1,4 +1,4 @@
-"""Which of several things alike is meant where words say no more than what kind it is.
+"""Salience among things alike where words say no more than their kind.
 
 "Next to the pallet" is at the one that is nearest to what goes there, "the lonely one" is furthest
 from its like, and who swings left comes to the one on the left.
@@ -32,7 +32,7 @@ OPPOSITE = 0.2
 
 
 def is_alone(sdc: SDC) -> bool:
-    """Whether an OBJECT's own words say that it stands alone: "lonely", "by itself"."""
+    """Check that an OBJECT's own words say that it stands alone: "lonely", "by itself"."""
     own = field_words([*noun_leaf(sdc).words, *sdc.relation])
     marks = [bare(word.text) for mark in sdc.landmark1 for word in all_words(mark)]
     return bool(WORDS["alone"].intersection(own)) or bool(WORDS["selves"].intersection(marks))
@@ -98,7 +98,7 @@ def _says(case: FactorCase, test: Callable[[frozenset[str]], object]) -> BoolArr
 def _beaten(
     case: FactorCase, said: BoolArray, lead: Callable[[FloatArray, FloatArray], FloatArray]
 ) -> Measured:
-    """Whether a rival fits better by its distance from the landmark than a single figure does.
+    """Check that a rival fits better by its distance from the landmark than a single figure does.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def _beaten(
 
 @potential("told-side", kind="factor", types=("OBJECT", "PLACE"), weight=log(0.1))
 def told_side(case: FactorCase) -> Measured:
-    """What the robot comes to after "swing left" isn't on its right."""
+    """After "swing left" the robot comes to nothing on its right."""
     side = case.problem.told_side
     if not side or case.is_part or case.sdc.type != "OBJECT":
         return False

@@ -1,4 +1,4 @@
-"""What words single out among things alike: "the leftmost pallet", "the second from the right".
+"""Things that words single out among others alike: "the leftmost pallet", "the second one".
 
 People turn to face what they speak of: the leftmost pallet of a row behind the robot is the
 leftmost for who faces the row, not for who looks ahead and has it at the back. Of things all
@@ -39,7 +39,7 @@ _FIELDS: tuple[WordField, ...] = ("figure", "relation")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _SingledOut:
-    """Which rows' figures aren't those that words single out, by what singles them out; each (n,).
+    """Rows whose figures words don't single out, by the way of singling out; each (n,).
 
     Words do so that have no landmark but the robot, or the row that the thing stands in. "The
     second from the left" isn't the leftmost, "the second on the left" is counted from there too,
@@ -98,7 +98,7 @@ def _singled_out(batch: FactorBatch, depth: Concept | None) -> _SingledOut | Non
 
 
 def _depth(sdc: SDC) -> Concept | None:
-    """Whether a noun says near or far, and only its relation a side: "the near one on the left"."""
+    """Check that a noun says near or far, its relation alone a side: "the near one on the left"."""
     said = {c for c in concepts(field_words(noun_leaf(sdc).words)) if c in DIRECTIONS}
     sides = concepts(field_words(sdc.relation)) & {"left", "right"}
     if not sdc.figure or sdc.landmark1 or len(sides) != 1:
@@ -107,7 +107,7 @@ def _depth(sdc: SDC) -> Concept | None:
 
 
 def _away(batch: FactorBatch, direction: BoolArray) -> BoolArray:
-    """Whether figures and peers are on the other side of the robot than is named; (n, 1 + p)."""
+    """Check that figures and peers are on the other side of the robot than is named; (n, 1 + p)."""
     middles = local_centres(batch, batch.figure)[:, None], local_centres(batch, batch.peers)
     leftward = np.concatenate(middles, axis=1)[..., 1]
     away: BoolArray = np.where(direction[:, :1], leftward, -leftward) <= 0
@@ -115,7 +115,7 @@ def _away(batch: FactorBatch, direction: BoolArray) -> BoolArray:
 
 
 def _says(batch: FactorBatch, wanted: frozenset[str], free: BoolArray) -> BoolArray:
-    """Whether each row's noun has one of some words, or its relation where that's free; (n,)."""
+    """Check that each row's noun has one of some words, or its relation where that's free; (n,)."""
     own, relation = (
         np.array([bool(wanted.intersection(w.get(f, ()))) for w in batch.words]) for f in _FIELDS
     )
@@ -124,7 +124,7 @@ def _says(batch: FactorBatch, wanted: frozenset[str], free: BoolArray) -> BoolAr
 
 
 def _arranged(batch: FactorBatch, rival: BoolArray) -> tuple[FloatArray, BoolArray, FloatArray]:
-    """How figures stand among their rivals, whoever looks at them.
+    """Return how figures stand among their rivals, whoever looks at them.
 
     Returns
     -------
@@ -164,7 +164,7 @@ def _wrong(case: FactorCase, which: str) -> FloatArray:
 
 
 def _names_any_load(case: FactorCase) -> bool:
-    """Whether a clause is what is handled, and its noun names no kind: "the one on the left"."""
+    """Check that a clause is what is handled, and its noun names no kind: "the one on the left"."""
     noun = {normalise(word) for word in noun_words(case.sdc)[-1:]}
     unnamed = noun & WORDS["generic"] or (
         noun & WORDS["ones"] and case.tree.left_out(case.sdc) is None
@@ -201,7 +201,7 @@ def _compared(case: FactorCase) -> FactorBatch:
 
 
 def _says_end(sdc: SDC) -> bool:
-    """Whether a relation names an end or a side that something is on: "on the right end of"."""
+    """Check that a relation names an end or a side that something is on: "on the right end of"."""
     words = field_words(sdc.relation)
     said = concepts(words)
     return bool(
@@ -269,7 +269,7 @@ def _numbers(sdc: SDC, batch: FactorBatch) -> list[frozenset[int]]:
 
 
 def _further(batch: FactorBatch, rival: BoolArray) -> FloatArray:
-    """How many rivals are further in each direction, as seen facing all, (n, directions)."""
+    """Count the rivals that are further in each direction, as seen facing all, (n, directions)."""
     own, others = local_centres(batch, batch.figure), local_centres(batch, batch.peers)
     faced, around = facing(own, others, rival)
     near = _extents(own, turned(own, faced))
@@ -283,7 +283,7 @@ def _further(batch: FactorBatch, rival: BoolArray) -> FloatArray:
 
 
 def _extents(local: FloatArray, faced: FloatArray) -> FloatArray:
-    """How far points lie in each direction; ahead is where the robot looks, not how far.
+    """Return how far points lie in each direction; ahead is where the robot looks, not how far.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What sort of action a clause asks for, by its frame (:mod:`g3.inference.problem.frames`).
+"""Kinds of actions that clauses ask for, by frame (:mod:`g3.inference.problem.frames`).
 
 With a few hundred commands most verbs and prepositions occur too rarely to learn this of each.
 """
@@ -41,7 +41,7 @@ def reaches_goal(case: ActionCase) -> Measured:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What a clause asks for besides what its frame says, in the state that it begins in.
+    """Request of a clause besides its frame, in the state that it begins in.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ Sense = Literal[
 
 
 def _by_forks(verb: frozenset[str], asked: Asked) -> frozenset[str]:
-    """What a verb of two senses asks for, by what is on the forks."""
+    """Return the classes of a verb of two senses, by the load on the forks."""
     if verb == {"taking", "placing"}:  # "unload"
         return frozenset(("taking",) if asked.held is None else ("placing",))
     if verb == {"taking", "staying"}:  # "hold"
@@ -101,7 +101,7 @@ def _by_forks(verb: frozenset[str], asked: Asked) -> frozenset[str]:
 
 
 def sense(own: Frame, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
-    """What a clause asks for by its frame and the state; empty for anything."""
+    """Return the sense of a clause by its frame and the state; empty for anything."""
     verb = _by_forks(own.classes, asked)
     moving = {"carrying", "taking"} if asked.theme else {"carrying"}
     if asked.spared:
@@ -126,7 +126,7 @@ def sense(own: Frame, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What a clause asks for, and of which kinds the actions are; each (n,)."""
+    """Sense of a clause, and kinds of the actions; each (n,)."""
 
     sense: Sense
     guessed: bool
@@ -166,7 +166,6 @@ def _read(case: ActionCase) -> _Reading:
 
 
 def _is_robot(case: ActionCase, candidate: Candidate | None) -> bool:
-    """Whether a candidate is the robot itself."""
     if candidate is None or len(candidate.group) != 1:
         return False
     thing = candidate.group[0]
@@ -226,7 +225,7 @@ def verb_forks(case: ActionCase) -> Measured:
 
 @potential("verb-put-later", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_put_later(case: ActionCase) -> Measured:
-    """What a later clause puts down isn't put down yet."""
+    """A load that a later clause puts down isn't put down yet."""
     found = _reading(case, "before-putting")
     return found is not None and found.puts
 

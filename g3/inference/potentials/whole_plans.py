@@ -1,4 +1,4 @@
-"""What all words of a text say of a whole plan: evidence that survives a wrong parse.
+"""Evidence of all words of a text for a whole plan, which survives a wrong parse.
 
 The clauses' factors see the words of a clause. Where the clauses are wrong, plans for several trees
 of a text are compared, and these potentials say which of them does what the words speak of. Weights
@@ -63,7 +63,7 @@ END_WEIGHTS = {
 
 @potential("plan-things", kind="plan", types=("EVENT",), weight=1.0)
 def plan_things(case: PlanCase) -> FloatArray:
-    """What words name is handled, is where that comes from, or where it ends; as learned."""
+    """Things that words name are handled, or are where that comes from or ends; as learned."""
     result: FloatArray = of_things(case) @ np.array([THING_WEIGHTS[name] for name in THINGS])
     return result
 
@@ -76,7 +76,7 @@ def plan_end(case: PlanCase) -> FloatArray:
 
 
 def of_ends(case: PlanCase) -> FloatArray:
-    """Which cues there are, at the end that each plan has; (plans, `CUES` times `ENDS`)."""
+    """Return the cues, at the end that each plan has; (plans, `CUES` times `ENDS`)."""
     there = cues(case.words)
     seen = np.zeros((len(case.plans), len(CUES), len(ENDS)))
     for row, plan in zip(seen, case.plans, strict=True):
@@ -85,7 +85,7 @@ def of_ends(case: PlanCase) -> FloatArray:
 
 
 def of_things(case: PlanCase) -> FloatArray:
-    """How far plans are about what words name, shape (plans, `THINGS`).
+    """Return how far plans are about things that words name, shape (plans, `THINGS`).
 
     How many named things have no part in the plan, and the share that has one; whether the last one
     is where it ends; whether that is a deck that is named, or one that isn't.
@@ -121,7 +121,7 @@ def _end(plan: PlanEnd) -> int:
 
 
 def cues(words: Sequence[str]) -> set[str]:
-    """What some words speak of, some of `CUES`: verbs, and where to from the last verb on."""
+    """Return the cues in some words: verbs, and where to from the last verb on."""
     verbs = [next((c for c in word_class(w).split("+") if c in CUES), "") for w in words]
     verbs = ["" if is_negation(w) else verb for w, verb in zip(("", *words), verbs, strict=False)]
     last = max((i for i, verb in enumerate(verbs) if verb), default=0)

@@ -1,4 +1,4 @@
-"""How far to go, how much to turn, how far to move the forks, how long to wait, if it is said."""
+"""Amounts that clauses state: of going, of turning, of moving the forks, of waiting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which kinds of actions a clause asks for, by its verb and by what leads its landmark.
+"""Kinds of actions that clauses ask for, by their verbs and the words before their landmarks.
 
 Corpora have few clauses of these kinds, and logs show them in the middle of others. So their
 words are read by hand, and only where they say one thing.
@@ -61,7 +61,7 @@ def asked_kinds(tree: Tree, root: int) -> Kinds:
 
 
 def asks_to_wait(tree: Tree) -> bool:
-    """Whether a command asks for nothing but waiting."""
+    """Check that a command asks for nothing but waiting."""
     wanted = [n for n in asked(tree) if asked_kinds(tree, n) or not negated(tree.nodes[n])]
     return bool(wanted) and all(asked_kinds(tree, root) == {WAIT} for root in wanted)
 
@@ -84,7 +84,7 @@ def _verbs(tree: Tree, root: int) -> set[str]:
 
 
 def _is_robot(sdc: SDC) -> bool:
-    """Whether an OBJECT is the robot or a part of it: "the forklift", "your forks"."""
+    """Check that an OBJECT is the robot or a part of it: "the forklift", "your forks"."""
     return names_robot(sdc) or names_forks(sdc) or names_lift(sdc)
 
 
@@ -108,7 +108,6 @@ def _ways(tree: Tree, root: int) -> list[int]:
 
 
 def _leads(tree: Tree, root: int) -> bool:
-    """Whether a clause says where it ends."""
     paths = [p for p in goal_paths(tree, root) if tree.nodes[p].landmark1]
     return bool(paths or goal_places(tree, root)) or goal_within(tree, root) is not None
 
@@ -242,7 +241,7 @@ def _facing(tree: Tree, root: int) -> Kinds:
 
 
 def _is_toward(tree: Tree, way: int) -> bool:
-    """Whether a PATH leads towards a thing, not to a side: "to your left"."""
+    """Check that a PATH leads towards a thing, not to a side: "to your left"."""
     if "to" not in concepts(field_words(tree.nodes[way].relation)):
         return False
     marks = tree.below(way, _ARGUMENTS, "OBJECT", "PLACE")
@@ -268,7 +267,7 @@ def _parking(tree: Tree, root: int) -> Kinds:
 
 
 def _ends_there(tree: Tree, root: int) -> bool:
-    """Whether a clause ends where earlier ones lead: "stop when you get there"."""
+    """Check that a clause ends where earlier ones lead: "stop when you get there"."""
     end = goal_within(tree, root)
     words = set(bare_words(all_words(tree.nodes[end]))) if end is not None else set()
     return bool(words) and words <= WORDS["it"] | {"there", "here"}

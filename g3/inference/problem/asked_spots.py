@@ -1,4 +1,4 @@
-"""What words ask of candidates that few commands need: far spots, corners, so many things."""
+"""Candidates that only some words ask for: far spots, corners, so many things."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PAIR = 2
 
 
 def spots_asked(tree: Tree, node: int) -> SpotsAsked:
-    """What the words of a PLACE, or of what tells a place, ask of spots."""
+    """Return the spots that the words of a PLACE, or of another clause for a place, ask for."""
     sdc = tree.nodes[node]
     relation = field_words(sdc.relation)
     said = concepts(relation)
@@ -48,6 +48,6 @@ def scene_asked(tree: Tree, state: State) -> Scene:
 
 
 def counts_said(tree: Tree) -> tuple[int, ...]:
-    """How many things OBJECTs name, where that is more than two."""
+    """Return the numbers of things that OBJECTs name, where they are more than two."""
     said = {group(sdc).count or 0 for sdc in tree.nodes if sdc.type == "OBJECT" and sdc.is_leaf}
     return tuple(sorted(count for count in said if count > PAIR))

@@ -1,4 +1,4 @@
-"""What parts the clauses inside a top-level clause play: what is handled, whence and where to."""
+"""Roles of the clauses inside a top-level clause: theme, source and goal."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 
 
 def is_source(sdc: SDC) -> bool:
-    """Whether a PATH or a PLACE tells where something is taken from: "off the truck"."""
+    """Check that a PATH or a PLACE tells where something is taken from: "off the truck"."""
     named = concepts(field_words(sdc.relation))
     emptied = sdc.type == "PATH" and field_words(sdc.relation) == ("of",)  # "clear it of crates"
     return emptied or ("from" in named and "to" not in named)
 
 
 def is_company(path: SDC) -> bool:
-    """Whether a PATH tells what goes along: "with the pallet"."""
+    """Check that a PATH tells what goes along: "with the pallet"."""
     return bare_words(path.relation) == ["with"]
 
 
 def is_goal(path: SDC) -> bool:
-    """Whether a PATH says where it leads: "to the truck"."""
+    """Check that a PATH says where it leads: "to the truck"."""
     return "to" in concepts(field_words(path.relation))
 
 
 def tells_place(path: SDC) -> bool:
-    """Whether a PATH tells where something is to be put as a PLACE does: "beside the crate"."""
+    """Check that a PATH tells where something is to be put as a PLACE does: "beside the crate"."""
     return bool(path.landmark1) and bool(BESIDE & concepts(field_words(path.relation)))
 
 
 def names_again(tree: Tree, node: int) -> bool:
-    """Whether a clause names by its kind what an earlier one named: "the truck", "its bed"."""
+    """Check that a clause names by its kind what an earlier one named: "the truck", "its bed"."""
     return node in tree.once(_named_again)
 
 
@@ -95,7 +95,7 @@ def stands_for_other(sdc: SDC) -> bool:
 
 
 def subjects(tree: Tree, root: int) -> list[int]:
-    """What is somewhere or goes somewhere, if not the robot; not who does something to a thing.
+    """Return the things that are or go somewhere, if not the robot; not those who handle a thing.
 
     In "the boxes, lift them" they are one.
     """
@@ -152,7 +152,7 @@ def ways(tree: Tree, root: int) -> list[int]:
 
 
 def names_own_forks(tree: Tree, root: int) -> bool:
-    """Whether a clause is about the robot's forks: "lower the forks", "raise your forklift"."""
+    """Check that a clause is about the robot's forks: "lower the forks", "raise your forklift"."""
     named = [tree.nodes[n] for n in tree.below(root, _ARGUMENTS, "OBJECT")]
     words = set(bare_words(tree.nodes[root].relation))
     lifts = bool(words & (WORDS["raising"] | WORDS["lowering"]))

@@ -66,7 +66,7 @@ class Tree:
     _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def once(self, compute: Callable[..., T], *of: Hashable) -> T:
-        """What a function gives for the command, or for something of it, computed once."""
+        """Compute a function of the command, or of something of it, once."""
         key = (compute, of)
         if key not in self._known:
             self._known[key] = compute(self, *of)

@@ -1,4 +1,4 @@
-"""What a factor's groundings cost: learned, or random as in the paper's baseline."""
+"""Costs of a factor's groundings: learned, or random as in the paper's baseline."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ _JOINED = len(" and ")
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What a clause asks for.
+    """Request of a clause: its verb, arguments and directions.
 
     Parameters
     ----------
@@ -114,27 +114,27 @@ class Frame:
 
     @property
     def handles(self) -> bool:
-        """Whether it asks for something to be done to a load."""
+        """Check that it asks for something to be done to a load."""
         return bool(self.classes & HANDLING_VERBS)
 
     @property
     def sends(self) -> bool:
-        """Whether it says where something is in the end: "deliver it to the truck"."""
+        """Check that it says where something is in the end: "deliver it to the truck"."""
         return not WORDS["sending"].isdisjoint(map(normalise, self.verb[:1]))
 
     @property
     def empties(self) -> bool:
-        """Whether it may name what something is taken off: "unload the truck"."""
+        """Check that it may name what something is taken off: "unload the truck"."""
         return not WORDS["emptying"].isdisjoint(self.verb[:1])
 
     @property
     def places_load(self) -> bool:
-        """Whether it may ask for something to be put down."""
+        """Check that it may ask for something to be put down."""
         return "placing" in self.classes
 
     @property
     def takes_unnamed(self) -> bool:
-        """Whether it picks something up without saying what: "drive to the crate and pick up"."""
+        """Check that it picks up something without a name: "drive to the crate and pick up"."""
         takes = not self.guessed and "taking" in self.classes
         return takes and not (
             self.objects or self.forks or self.classes & {"going", "placing", "staying"}
@@ -142,7 +142,7 @@ class Frame:
 
     @property
     def leaves_open(self) -> bool:
-        """Whether it puts something down without saying where: where the robot was sent."""
+        """Check that it puts something down without saying where: where the robot was sent."""
         return self.places_load and not (self.places or self.ways)
 
 
@@ -204,13 +204,12 @@ def _relation(tree: Tree, node: int) -> list[str]:
 
 
 def _has_arguments(tree: Tree, node: int) -> bool:
-    """Whether a clause says more than that something is done."""
     named = tree.below(node, _ARGUMENTS, "OBJECT", "PLACE", "PATH")
     return bool(named) or bool(told_ways(tree, node))
 
 
 def _passes_on(tree: Tree, root: int) -> bool:
-    """Whether a top-level clause only leads on to the next one: "go and", "let's".
+    """Check that a top-level clause only leads on to the next one: "go and", "let's".
 
     Trees don't have the words between clauses, so that the room between them tells.
     """
@@ -320,7 +319,7 @@ def _is_spoken_of(tree: Tree, named: Sequence[int]) -> bool:
 
 
 def _has_led(tree: Tree, node: int) -> bool:
-    """Whether an earlier clause says where to: "bring it to the truck and load it"."""
+    """Check that an earlier clause says where to: "bring it to the truck and load it"."""
     before = (n for n in asked(tree) if n < node and tree.nodes[n].type == "EVENT")
     return any(
         goal_places(tree, n) or any(is_goal(tree.nodes[p]) for p in goal_paths(tree, n))
@@ -329,7 +328,7 @@ def _has_led(tree: Tree, node: int) -> bool:
 
 
 def _is_down(place: SDC) -> bool:
-    """Whether a place is only the ground, or "there"."""
+    """Check that a place is only the ground, or "there"."""
     if is_there(place):
         return True
     return len(place.landmark1) == 1 and is_floor(place.landmark1[0]) and not place.landmark2
@@ -340,14 +339,14 @@ def _is_end(tree: Tree, node: int) -> bool:
 
 
 def _guessed(*, theme: bool, leads: bool) -> frozenset[str]:
-    """What a verb asks for by its arguments alone; what is on the forks tells the rest."""
+    """Return the classes of an unknown verb by its arguments; the forks' load tells the rest."""
     if theme:
         return frozenset(("carrying",) if leads else ("taking", "placing"))
     return frozenset(("going",))
 
 
 def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
-    """Whether a clause leads onto the robot, which has some labels: "onto your forklift".
+    """Check that a clause leads onto the robot, which has some labels: "onto your forklift".
 
     But not where it leads elsewhere, too: "put the pallet on your forks on the truck".
     """
@@ -364,7 +363,7 @@ def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
 
 
 def spares(tree: Tree, node: int, held: str | None) -> bool:
-    """Whether a clause tells what to leave alone: "leave the crate", with nothing on the forks.
+    """Check that a clause tells what to leave alone: "leave the crate", with nothing on the forks.
 
     But not "leave it there", or on the truck. "Leave it where it is" does.
     """
@@ -384,12 +383,12 @@ def later(tree: Tree, node: int) -> Iterator[Frame]:
 
 
 def is_put_later(tree: Tree, node: int) -> bool:
-    """Whether a later clause puts something down, whatever it is."""
+    """Check that a later clause puts something down, whatever it is."""
     return any(_puts(own) for own in later(tree, node))
 
 
 def is_itself_put_later(tree: Tree, node: int) -> bool:
-    """Whether a later clause puts down what is spoken of now: "set it down"."""
+    """Check that a later clause puts down what is spoken of now: "set it down"."""
     own = next(filter(_puts, later(tree, node)), None)
     if own is None:
         return False

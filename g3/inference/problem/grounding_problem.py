@@ -1,4 +1,4 @@
-"""What the first pass grounds clauses in, and what it finds."""
+"""Problem of the first pass: its state, scene and cost, and its results."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def things_of(group: Group) -> list[PhysicalObject]:
 
 
 def group_key(group: Group) -> tuple[object, ...]:
-    """What tells groups of other things apart."""
+    """Return a key that tells groups apart."""
     return tuple(g.id if isinstance(g, PhysicalObject) else id(g) for g in group)
 
 
@@ -60,7 +60,7 @@ class Candidate:
 @short_repr
 @dataclass(frozen=True)
 class GroundingProblem:
-    """What the first pass grounds clauses in.
+    """State, scene and cost in which the first pass grounds clauses.
 
     Parameters
     ----------

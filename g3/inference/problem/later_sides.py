@@ -23,12 +23,12 @@ _ARGUMENTS: tuple[Field, ...] = ("f", "l", "l2")
 
 
 def is_seen_later(tree: Tree, node: int) -> bool:
-    """Whether a clause, or a noun that it is in, tells a side as it is when its clause begins."""
+    """Check that a clause, or its noun, tells a side as it is when its clause begins."""
     return node in tree.once(_seen_later)
 
 
 def says_later(tree: Tree, node: int) -> bool:
-    """Whether the words of such a clause say so: it isn't only told after a turn."""
+    """Check that the words of such a clause say so: it isn't only told after a turn."""
     return tree.once(_seen_later).get(node, False)
 
 
@@ -64,7 +64,7 @@ def _arguments(tree: Tree, root: int) -> Iterator[int]:
 
 
 def _follows(tree: Tree, root: int) -> bool:
-    """Whether a clause says what has been done before it: "when you are there", "once turned"."""
+    """Check that a clause says what was done before: "when you are there", "once turned"."""
     events = (tree.nodes[n] for n in tree.all_below(root) if tree.nodes[n].type == "EVENT")
     return any(not WORDS["when"].isdisjoint(bare_words(sdc.relation)) for sdc in events)
 
@@ -76,7 +76,6 @@ def _says_later(tree: Tree, below: Sequence[int]) -> bool:
 
 
 def _is_own_side(tree: Tree, node: int) -> bool:
-    """Whether a clause tells a side of the robot's; who turns around sees what was behind."""
     sdc = tree.nodes[node]
     sides = SIDES & concepts(field_words(sdc.relation))
     is_yours = not WORDS["you"].isdisjoint(bare_words(all_words(sdc)))
@@ -84,7 +83,7 @@ def _is_own_side(tree: Tree, node: int) -> bool:
 
 
 def _is_nearest(tree: Tree, node: int) -> bool:
-    """Whether a clause tells a thing by how near to the robot it is: "the closest crate"."""
+    """Check that a clause tells a thing by how near to the robot it is: "the closest crate"."""
     sdc = tree.nodes[node]
     ranks = not WORDS["nearest"].isdisjoint(field_words((*sdc.words, *sdc.relation)))
     marks = {bare(word.text) for mark in sdc.landmark1 for word in all_words(mark)}
@@ -92,7 +91,7 @@ def _is_nearest(tree: Tree, node: int) -> bool:
 
 
 def seen_from(tree: Tree, node: int, problem: GroundingProblem) -> GroundingProblem:
-    """What a clause is grounded in: where its side is told as it is later, the state then."""
+    """Return the problem of a clause: where its side is told as it is later, of the state then."""
     state = problem.later
     if state is None or not is_seen_later(tree, node):
         return problem

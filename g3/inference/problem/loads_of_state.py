@@ -15,7 +15,7 @@ from g3.sdc.clauses import Span, all_words
 
 
 def loads_of(state: State) -> dict[str, Load]:
-    """What could be picked up in a state, by id."""
+    """Return the loads of a state by id."""
     x, y, yaw = state.pose
     found = {}
     for thing in loads_of_context(state.context):

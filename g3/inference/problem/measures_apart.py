@@ -1,4 +1,4 @@
-"""How far and how much, apart from which way: "10 feet forward", "90 degrees clockwise".
+"""Measures apart from directions: "10 feet forward", "90 degrees clockwise".
 
 Trees have the words of a measure in a PLACE, in a PATH or in an OBJECT, with or without a side.
 Here it is an OBJECT of its own, and the side is the clause's.
@@ -66,7 +66,7 @@ def _with_distance(sdc: SDC) -> SDC:
 
 
 def _time(part: SDC) -> _Apart:
-    """How long to wait is told by the clause's own words: nothing is meant by it."""
+    """Make a time of waiting the clause's own words: nothing is meant by it."""
     words = tuple(sorted(all_words(part), key=lambda word: word.start))
     is_time = seconds_said(bare_words(words)) is not None
     return (None, words) if is_time else (part, ())

@@ -1,4 +1,4 @@
-"""What kind of phrase a clause is: a noun's complement, an area, "there"."""
+"""Kinds of phrases: a noun's complement, an area, "there"."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ALIKE = 0.8
 
 
 def is_complement(sdc: SDC) -> bool:
-    """Whether an OBJECT's landmark names the same thing: "the pallet of tires"."""
+    """Check that an OBJECT's landmark names the same thing: "the pallet of tires"."""
     return sdc.type == "OBJECT" and field_words(sdc.relation) == ("of",)
 
 
 def is_area(sdc: SDC) -> bool:
-    """Whether an OBJECT is a place: "the floor", "the space between the pallets"."""
+    """Check that an OBJECT is a place: "the floor", "the space between the pallets"."""
     if sdc.type != "OBJECT" or is_complement(sdc):
         return False
     noun = field_words(noun_leaf(sdc).words)
@@ -32,12 +32,12 @@ def is_area(sdc: SDC) -> bool:
 
 
 def names_thing(sdc: SDC) -> bool:
-    """Whether an OBJECT's noun names things, not a place."""
+    """Check that an OBJECT's noun names things, not a place."""
     return not WORDS["areas"].intersection(figure_words(sdc))
 
 
 def is_measure(sdc: SDC) -> bool:
-    """Whether an OBJECT tells how far, and names nothing: "a bit", "two squares"."""
+    """Check that an OBJECT tells how far, and names nothing: "a bit", "two squares"."""
     words = bare_words(sdc.words)
     if sdc.type != "OBJECT" or not words or words[0] == "the":
         return False
@@ -50,19 +50,19 @@ def factor_type(sdc: SDC) -> SDCType:
 
 
 def is_bare(sdc: SDC) -> bool:
-    """Whether an OBJECT names one thing by nothing but its kind: "the pallet of tires"."""
+    """Check that an OBJECT names one thing by nothing but its kind: "the pallet of tires"."""
     return sdc.type == "OBJECT" and not is_singled_out(sdc) and group(sdc).number == "singular"
 
 
 def is_floor(sdc: SDC) -> bool:
-    """Whether a clause means the ground alone."""
+    """Check that a clause means the ground alone."""
     return sdc.type == "OBJECT" and bool(
         WORDS["floor"].intersection(field_words(noun_leaf(sdc).words))
     )
 
 
 def is_uncounted(sdc: SDC) -> bool:
-    """Whether an OBJECT names by its kind one thing or what counts as one: "the tires"."""
+    """Check that an OBJECT names by its kind one thing or what counts as one: "the tires"."""
     said = group(sdc)
     if sdc.type != "OBJECT" or is_singled_out(sdc):
         return False
@@ -70,7 +70,7 @@ def is_uncounted(sdc: SDC) -> bool:
 
 
 def is_singled_out(sdc: SDC) -> bool:
-    """Whether an OBJECT says more than its kind: "the left pallet", "the one by the truck"."""
+    """Check that an OBJECT says more than its kind: "the left pallet", "the one by the truck"."""
     if not (sdc.is_leaf or is_complement(sdc)):
         return True
     words = field_words(all_words(sdc))
@@ -81,7 +81,7 @@ def is_singled_out(sdc: SDC) -> bool:
 
 
 def is_there(sdc: SDC) -> bool:
-    """Whether a PLACE is one that was spoken of: "there", "on top"."""
+    """Check that a PLACE is one that was spoken of: "there", "on top"."""
     if sdc.type != "PLACE" or sdc.landmark1:
         return False
     words = field_words(all_words(sdc))
@@ -89,18 +89,18 @@ def is_there(sdc: SDC) -> bool:
 
 
 def names_same(sdc: SDC) -> bool:
-    """Whether a leaf names what has been spoken of: "this table"."""
+    """Check that a leaf names what has been spoken of: "this table"."""
     words = bare_words(sdc.words)
     return len(words) > 1 and words[0] in WORDS["these"]
 
 
 def names_other(sdc: SDC) -> bool:
-    """Whether a leaf names something else than what was meant before: "the other truck"."""
+    """Check that a leaf names something else than what was meant before: "the other truck"."""
     return any(bare(w.text) in WORDS["others"] for w in sdc.words)
 
 
 def names_origin(sdc: SDC) -> bool:
-    """Whether a leaf names where something was at first: "its old position"."""
+    """Check that a leaf names where something was at first: "its old position"."""
     words = set(bare_words(sdc.words))
     return sdc.type == "OBJECT" and bool(
         words & WORDS["former"] and WORDS["areas"].intersection(figure_words(sdc))
@@ -108,12 +108,12 @@ def names_origin(sdc: SDC) -> bool:
 
 
 def names_forks(sdc: SDC) -> bool:
-    """Whether an OBJECT is the robot's forks."""
+    """Check that an OBJECT is the robot's forks."""
     return sdc.type == "OBJECT" and bool(WORDS["forks"].intersection(figure_words(sdc)))
 
 
 def names_lift(sdc: SDC) -> bool:
-    """Whether an OBJECT is the robot, or the part of it that lifts: "your forklift"."""
+    """Check that an OBJECT is the robot, or the part of it that lifts: "your forklift"."""
     words = figure_words(sdc)
     return sdc.type == "OBJECT" and bool(words) and words[-1] in WORDS["lifts"]
 
@@ -140,19 +140,19 @@ def named_places(sdc: SDC, names: Iterable[str]) -> frozenset[str]:
 
 
 def names_robot(sdc: SDC) -> bool:
-    """Whether a leaf is a word for who is spoken to: "you", "me"."""
+    """Check that a leaf is a word for who is spoken to: "you", "me"."""
     words = bare_words(sdc.words)
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in WORDS["robot"]
 
 
 def is_pronoun(sdc: SDC) -> bool:
-    """Whether an OBJECT is a pronoun that stands for something spoken of before."""
+    """Check that an OBJECT is a pronoun that stands for something spoken of before."""
     words = bare_words(sdc.words)
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in WORDS["it"]
 
 
 def side_by_side(before: SDC, sdc: SDC, most: int) -> bool:
-    """Whether a clause begins so many characters at most after another one ends."""
+    """Check that a clause begins so many characters at most after another one ends."""
     own, following = all_words(before), all_words(sdc)
     return bool(own and following) and 0 <= following[0].start - own[-1].end <= most
 

@@ -313,5 +313,4 @@ def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 
 def _names_load(sdc: SDC, nouns: Nouns) -> bool:
-    """Whether a noun is a label of a load, and not only like one."""
     return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))

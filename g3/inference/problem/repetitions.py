@@ -1,4 +1,4 @@
-"""What is said again of another load: "put the drum on the truck, then the crate"."""
+"""Repetitions for another load: "put the drum on the truck, then the crate"."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _said(sdc: SDC) -> list[str]:
 
 
 def _inside(part: SDC) -> tuple[SDC, ...]:
-    """What an argument names: "the drum" of "the same with the drum"."""
+    """Return the clauses that an argument names: "the drum" of "the same with the drum"."""
     said = {word for figure in part.figure for word in _said(figure)}
     same = WORDS["same_again"].issuperset(said - WORDS["articles"])
     if part.landmark1 and same and WORDS["same_again"].issuperset(verb_words(part)):
@@ -70,7 +70,7 @@ def _inside(part: SDC) -> tuple[SDC, ...]:
 
 
 def _may_be_load(sdc: SDC, nouns: Nouns) -> bool:
-    """Whether an OBJECT names a load, or leaves its noun out: "the other one", "the left"."""
+    """Check that an OBJECT names a load, or leaves its noun out: "the other one", "the left"."""
     noun = noun_leaf(sdc).words
     if not noun or nouns.name_load(noun):
         return bool(noun)
@@ -86,7 +86,7 @@ def _without_again(load: SDC) -> SDC:
 
 
 def _same(before: SDC, load: SDC) -> SDC | None:
-    """What a clause says, said of another load; None if it puts nothing anywhere."""
+    """Return a clause for another load; None if it puts nothing anywhere."""
     if before.type != "EVENT":
         return None
     goals = tuple(p for p in arguments_of(before) if p.type in ("PLACE", "PATH"))

@@ -30,7 +30,7 @@ MOST_TABLES = 1024
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """What a base feature, with one of the words, adds to a score.
+    """Contribution of a base feature, with one of the words, to a score.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ class Scorer:
         return np.where(found, self.model.weights_[place], 0.0)
 
     def reasons(self, batch: FactorBatch) -> list[Reason]:
-        """What speaks for and against the only row of a batch, the weightiest first."""
+        """Return the reasons for and against the only row of a batch, the weightiest first."""
         kind = SDC_TYPES[int(batch.type[0])]
         words = batch.words[int(batch.factor[0])]
         found: list[Reason] = []

@@ -73,7 +73,7 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
 
 
 def _closes(sdc: SDC) -> bool:
-    """Whether a clause says that the command is at its end: "that's it"."""
+    """Check that a clause says that the command is at its end: "that's it"."""
     said = set(bare_words(all_words(sdc)))
     return (
         said <= WORDS["closing"]
@@ -83,7 +83,7 @@ def _closes(sdc: SDC) -> bool:
 
 
 def _wishes(sdc: SDC, following: SDC) -> bool:
-    """Whether a clause says what is wanted, and the next one what is to be done about it.
+    """Check that a clause says what is wanted, and the next one what is to be done about it.
 
     "I want the crate by the gate. Lift it."
     """

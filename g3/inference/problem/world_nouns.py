@@ -1,4 +1,4 @@
-"""What nouns may name in a world."""
+"""Names of things in a world."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LIKELY = 0.6
 @short_repr
 @dataclass(frozen=True)
 class Nouns:
-    """What words may name in a world.
+    """Names of things in a world.
 
     Parameters
     ----------
@@ -72,12 +72,12 @@ class Nouns:
         return best_naming(noun, known)
 
     def call_robot(self, words: Sequence[Span]) -> bool:
-        """Whether words are a name of the robot: "forklift"."""
+        """Check that words are a name of the robot: "forklift"."""
         robot = self.state.context.agent.labels
         return bool(words) and all(is_called(bare(word.text), robot) for word in words)
 
     def stands_on(self, upper: Sequence[str], lower: Sequence[str]) -> bool:
-        """Whether something of one name stands on something of another."""
+        """Check that something of one name stands on something of another."""
         above = (n for n, own in self._labels.items() if own.intersection(upper))
         on = (
             carrier(self.state, n)

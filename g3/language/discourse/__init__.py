@@ -1,1 +1,1 @@
-"""What pronouns, negation and plurals mean within a command."""
+"""Pronouns, negation and plurals within a command."""

@@ -1,4 +1,4 @@
-"""What "it", "them" and "the other one" can stand for: earlier OBJECTs of the same command.
+"""Antecedents of "it", "them" and "the other one": earlier OBJECTs of the same command.
 
 Clauses are told by their places in breadth-first order (:func:`g3.sdc.clauses.breadth_first`), as
 groundings are. The words alone rarely settle what a pronoun stands for; the antecedents found here
@@ -43,7 +43,7 @@ _NO_NOUNS = WORDS["pronouns"] | WORDS["ones"] | WORDS["rest"]
 
 @dataclass(frozen=True, slots=True)
 class Features:
-    """What speaks for and against an antecedent.
+    """Evidence for and against an antecedent.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def anaphors(sdcs: Sequence[SDC]) -> tuple[Anaphor, ...]:
 
 
 def anaphor_kind(sdc: SDC) -> Kind | None:
-    """How an OBJECT stands for another one; None if it stands for itself."""
+    """Return how an OBJECT stands for another one; None if it stands for itself."""
     if sdc.type != "OBJECT":
         return None
     words = noun_words(sdc)
@@ -183,7 +183,7 @@ def anaphor_kind(sdc: SDC) -> Kind | None:
 
 
 def _is_partitive(sdc: SDC) -> bool:
-    """Whether it says itself of what it is one: "one of the pallets"."""
+    """Check that it says itself of what it is one: "one of the pallets"."""
     while sdc.figure:
         if sdc.relation and sdc.relation[0].text.lower() == "of":
             return True
@@ -212,7 +212,7 @@ class _Mention:
 
 
 class _Place(NamedTuple):
-    """Where a clause stands, as :class:`_Mention` says.
+    """Place of a clause, as :class:`_Mention` has it.
 
     `top` is the OBJECT that it is in the figure of, -1 for none.
     """
@@ -263,7 +263,7 @@ def _inside(sdc: SDC, index: int, place: _Place, field: Field) -> _Place:
 
 
 def _can_be(earlier: _Mention, anaphor: _Mention) -> bool:
-    """Whether one can be the other's antecedent.
+    """Check that one can be the other's antecedent.
 
     The robot can't, and arguments of the same clause are one thing only with a reflexive.
     """
@@ -309,7 +309,6 @@ def _features(anaphor: _Mention, mention: _Mention, *, first: bool) -> Features:
 
 
 def _is_reached(mention: _Mention, anaphor: _Mention) -> bool:
-    """Whether one is where the robot goes in the clause before, and the other one is taken."""
     goes = mention.verb == {"going"} and mention.role == "landmark"
     takes = anaphor.verb == {"taking"} and anaphor.role == "object"
     return goes and takes and mention.number == anaphor.number - 1

@@ -1,4 +1,4 @@
-"""How many things an OBJECT speaks of: "both tires", "the row of pallets"."""
+"""Numbers of things that OBJECTs speak of: "both tires", "the row of pallets"."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NOT_PLURAL = ("ss", "us", "is", "'s", "’s")
 @short_repr
 @dataclass(frozen=True, slots=True)
 class Group:
-    """How many things an OBJECT speaks of, as its words say.
+    """Number of things that the words of an OBJECT speak of.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Group:
 
 
 def group(sdc: SDC) -> Group:
-    """How many things an OBJECT speaks of.
+    """Return the number of things that an OBJECT speaks of.
 
     The grammar of the words is looked at, no more: "tires" is plural also where a map has all
     tires of a pallet as one object.
@@ -123,7 +123,7 @@ def is_partitive(sdc: SDC) -> bool:
 
 
 def _members(sdc: SDC) -> Group | None:
-    """What a group is a group of, if that is said: "the row *of pallets*"."""
+    """Return the members of a group, if they are named: "the row *of pallets*"."""
     while sdc.figure:
         if [word.text.lower() for word in sdc.relation] == ["of"] and sdc.landmark1:
             return group(sdc.landmark1[0])

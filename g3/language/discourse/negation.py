@@ -13,12 +13,12 @@ _BEFORE = re.compile(rf"(?<![^\W_])(?:{_PATTERN})(?:\s+(?:ever|please))?\s*$", r
 
 
 def is_negation(word: str) -> bool:
-    """Whether a word negates what follows: "not", "don't"."""
+    """Check that a word negates what follows: "not", "don't"."""
     return bool(_NEGATION.fullmatch(word))
 
 
 def negated(sdc: SDC, text: str = "") -> bool:
-    """Whether a clause says what must not be, so that its φ is False.
+    """Check that a clause says what must not be, so that its φ is False.
 
     A clause is negated by a word of its own relation. The clauses inside are not: of "don't
     touch the crate on the truck" only the EVENT is, not that the crate is on the truck.

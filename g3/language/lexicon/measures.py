@@ -17,7 +17,7 @@ LEAST_DEGREES = 10.0
 
 
 def metres_said(words: Sequence[str]) -> float | None:
-    """How far words say, in metres; None if they don't.
+    """Return the length that words state, in metres; None for none.
 
     >>> metres_said("about five metres to the left of".split()), metres_said(["10ft"])
     (5.0, 3.048)
@@ -29,7 +29,7 @@ def metres_said(words: Sequence[str]) -> float | None:
 
 
 def seconds_said(words: Sequence[str]) -> float | None:
-    """How long words say, in seconds; None if they don't.
+    """Return the time that words state, in seconds; None for none.
 
     >>> seconds_said(["for", "half", "a", "minute"]), seconds_said(["10", "seconds"])
     (30.0, 10.0)
@@ -38,7 +38,7 @@ def seconds_said(words: Sequence[str]) -> float | None:
 
 
 def radians_said(words: Sequence[str]) -> float | None:
-    """How much words about turning say to turn, in radians; None if they don't.
+    """Return the angle that words about turning state, in radians; None for none.
 
     >>> round(radians_said("one hundred eighty degrees to the right".split()), 2)
     3.14
@@ -118,7 +118,7 @@ def _add(found: list[float | str], more: float) -> None:
 
 
 def is_amount(words: Sequence[str]) -> bool:
-    """Whether a noun's words say a length or an angle: "10 m", "a quarter turn", "180".
+    """Check that a noun's words say a length or an angle: "10 m", "a quarter turn", "180".
 
     >>> is_amount(["10", "m"]), is_amount(["a", "quarter", "turn"]), is_amount(["180"])
     (True, True, True)

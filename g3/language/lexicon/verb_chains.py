@@ -72,7 +72,7 @@ def verb_of(words: tuple[str, ...]) -> Verb:
 
 
 def is_verb(word: str) -> bool:
-    """Whether a word is a verb that is known, by its class or as one that leads on to another.
+    """Check that a word is a verb that is known, by its class or as one that leads on to another.
 
     >>> is_verb("lift"), is_verb("must"), is_verb("truck"), is_verb("blick")
     (True, True, False, False)
@@ -82,7 +82,6 @@ def is_verb(word: str) -> bool:
 
 
 def _is_open(head: str) -> bool:
-    """Whether a word of no class of verbs may be a verb all the same."""
     stem = normalise(head)
     closed = (stem in WORDS["leading"] and stem not in WORDS["asking"]) or stem in WORDS[
         "regarding"
@@ -107,7 +106,6 @@ def _first(words: Sequence[str]) -> int:
 
 
 def _is_aside(word: str) -> bool:
-    """Whether a word only accompanies verbs."""
     polite = {"polite", "negating", "exactly"} & set(word_class(word).split("+"))
     contracted = word.endswith(("n't", "n’t")) or word in WORDS["beside_verbs"]
     return bool(polite) or contracted or word in WORDS["interjections"] or _is_manner(word)
@@ -118,7 +116,7 @@ def _is_manner(word: str) -> bool:
 
 
 def _led_to(words: Sequence[str], start: int) -> int | None:
-    """Where the verb stands that another one leads on to; None if it leads to none."""
+    """Return the place of the verb that another one leads on to; None if it leads to none."""
     if start >= len(words):
         return None
     linked, light = "", _leads_on(words[start])
@@ -142,7 +140,7 @@ def _leads_on(word: str) -> bool:
 
 
 def _may_be_verb(word: str) -> bool:
-    """Whether a word after "to" may be a verb that isn't known."""
+    """Check that a word after "to" may be a verb that isn't known."""
     if (
         _is_aside(word)
         or word in WORDS["linking"]
@@ -154,12 +152,12 @@ def _may_be_verb(word: str) -> bool:
 
 
 def _is_plain_verb(word: str) -> bool:
-    """Whether a word behind another verb is a verb itself, not a way: "go back"."""
+    """Check that a word behind another verb is a verb itself, not a way: "go back"."""
     return bool(_verb_classes(word)) and not set(_NO_VERBS) & set(word_class(word).split("+"))
 
 
 def is_nominal(word: str) -> bool:
-    """Whether a noun says what to do: "a lift", "a delivery".
+    """Check that a noun says what to do: "a lift", "a delivery".
 
     >>> is_nominal("turn"), is_nominal("pickup"), is_nominal("truck")
     (True, True, False)

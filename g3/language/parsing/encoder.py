@@ -110,7 +110,7 @@ class Encoder:
 
     @property
     def width(self) -> int:
-        """How many numbers a word has."""
+        """Length of a word's vector."""
         return int(self.words.shape[1])
 
     @cached_property

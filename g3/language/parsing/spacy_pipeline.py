@@ -152,7 +152,7 @@ _Typed = tuple[str, tuple[Span, ...], list[int], str]
 
 
 def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
-    """What spaCy reads; what was typed, and where its words stand in what spaCy reads."""
+    """Return the text for spaCy, the typed one, and the places of its words in the former."""
     from spacy.tokens import Doc  # noqa: PLC0415 - spaCy is loaded when it is needed
 
     words: list[str] = []
@@ -174,7 +174,7 @@ def _prepare(nlp: Language, text: str) -> tuple[Doc, _Typed]:
 
 
 def _may_be_imperative(word: str, following: str) -> bool:
-    """Whether a sentence that begins with two words can be an imperative.
+    """Check that a sentence that begins with two words can be an imperative.
 
     Before a noun such as "tires", "you must" would make it a verb. An unknown verb is told by
     what follows it: "scoop the tires".
@@ -185,7 +185,7 @@ def _may_be_imperative(word: str, following: str) -> bool:
 
 
 def _tokens(nlp: Language, text: str) -> Iterator[tuple[int, int, str]]:
-    """Where the words of a text begin and end, and how they are read."""
+    """Yield the begin, the end and the reading of each word of a text."""
     for match in _CHUNKS.finditer(text):
         at = match.start()
         for token in nlp.tokenizer(match.group()):

@@ -58,7 +58,7 @@ class Parse:
         return self.trees[0].sdcs if self.trees else ()
 
     def __len__(self) -> int:
-        """How many trees there are."""
+        """Return the number of trees."""
         return len(self.trees)
 
     def __iter__(self) -> Iterator[Tree]:

@@ -266,7 +266,7 @@ class _Tree:
             self.relation[word] = new
 
     def _free_leaves(self) -> None:
-        """What depends on a function word depends on that word's head instead."""
+        """Hang dependents of a function word from that word's head instead."""
         for word in range(len(self.head)):
             while self.relation[self.head[word]] in _LEAVES:
                 self.head[word] = self.head[self.head[word]]
@@ -282,7 +282,6 @@ class _Tree:
             self.head[word] = next(free, self.head[word])
 
     def _is_clear(self, word: int, head: int) -> bool:
-        """Whether an arc to a word that nothing depends on crosses no other."""
         above = self._path_up(head)
         low, high = sorted((word, head))
         return (

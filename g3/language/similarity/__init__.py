@@ -1,1 +1,1 @@
-"""How likely a word denotes a label of the semantic map (section 3.3)."""
+"""Likelihood that a word denotes a label of the semantic map (section 3.3)."""

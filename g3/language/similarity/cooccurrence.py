@@ -1,4 +1,4 @@
-"""How often words tag the same pictures, counted over any list of tags per image.
+"""Counts of words that tag the same pictures, over any list of tags per image.
 
 The paper had the tags of millions of Flickr images (section 3.3). Here the list may be of any
 length: it is read as a stream, twice, in memory that doesn't grow with it.

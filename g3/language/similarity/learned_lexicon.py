@@ -69,7 +69,7 @@ class Naming:
 
 
 class NamingCounts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was counted in one corpus.
+    """Counts of one corpus.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def term_of(words: str) -> Term:
 @short_repr
 @dataclass(frozen=True, slots=True, eq=False)
 class Lexicon:
-    """How much likelier words make names.
+    """Likelihood ratios of names given words.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ class Lexicon:
         return tuple(sorted({word for own in self.corpora.values() for word in own.words}))
 
     def count(self, term: Term) -> float:
-        """How many texts had a term."""
+        """Return the number of texts that had a term."""
         return sum(own.words.get(term.form, 0.0) for own in self.corpora.values())
 
     def log_odds(self, term: Term, name: str) -> float:
@@ -251,7 +251,7 @@ def _counted(namings: Sequence[Naming]) -> NamingCounts:
 
 
 def likeness_identity() -> str:
-    """What tells how likeness is measured here from other ways."""
+    """Return an identity of the way in which likeness is measured here."""
     measured = static_embeddings.identity() if static_embeddings.is_installed() else "form"
     try:
         return f"{measured}, WordNet {wordnet_identity()}"
@@ -261,7 +261,7 @@ def likeness_identity() -> str:
 
 @lru_cache(maxsize=65536)
 def likeness(words: str, name: str) -> float:
-    """How alike a word or two are to one label of a name or all of it, from 0 to 1.
+    """Return the likeness of a word or two to one label of a name or all of it, from 0 to 1.
 
     By embeddings where they are installed, else by form and WordNet.
     """

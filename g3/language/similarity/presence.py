@@ -1,4 +1,4 @@
-"""Whether a noun names any of the things that there are: evidence from words and labels alone.
+"""Evidence that a noun names any of the things that there are, from words and labels alone.
 
 A noun names a thing surely by its form, if it is spelt alike, is a known synonym, is more general
 than a label ("vehicle"), or was learned for such things. Else only how alike it is to the labels
@@ -44,7 +44,7 @@ def least_alike() -> float:
 
 @lru_cache(maxsize=4096)
 def may_be_absent(noun: str) -> bool:
-    """Whether a noun is one of which it can be told that it isn't there.
+    """Check that a noun is one of which it can be told that it isn't there.
 
     Never without WordNet, for words that it doesn't have, and for generic ones.
 
@@ -60,7 +60,7 @@ def may_be_absent(noun: str) -> bool:
 
 
 def best_naming(noun: str, things: Iterable[Labels], lexicon: Lexicon | None = None) -> float:
-    """How well a noun names the thing that it names best.
+    """Return how well a noun names the thing that it names best.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def best_naming(noun: str, things: Iterable[Labels], lexicon: Lexicon | None = N
 
 @lru_cache(maxsize=65536)
 def is_called(noun: str, labels: Labels) -> bool:
-    """Whether a noun is one of some labels, spelt alike, or a known synonym."""
+    """Check that a noun is one of some labels, spelt alike, or a known synonym."""
     words = [word for label in labels for word in label.lower().split()]
     forms = [noun], words
     if MEASURES["spelling"](*forms).max(initial=0.0) >= SPELT_ALIKE:
@@ -99,7 +99,7 @@ def is_called(noun: str, labels: Labels) -> bool:
 
 @lru_cache(maxsize=65536)
 def _is_more_general(noun: str, labels: Labels) -> bool:
-    """Whether one of some labels is a kind of what a noun names: a truck is a vehicle."""
+    """Check that one of some labels is a kind of what a noun names: a truck is a vehicle."""
     words = [word for label in labels for word in label.lower().split()]
     try:
         net = wordnet()
@@ -114,7 +114,7 @@ def _is_more_general(noun: str, labels: Labels) -> bool:
 
 @lru_cache(maxsize=65536)
 def _likeness(noun: str, labels: Labels) -> float:
-    """How alike a noun and labels are: by WordNet, and with embeddings the mean of both.
+    """Return the likeness of a noun and labels: by WordNet, and with embeddings the mean of both.
 
     Vectors of rare words are noisy, and WordNet has wide classes: where both agree they are right.
     A noun that is itself a label of another kind says of nothing else: a truck is no box.
@@ -148,7 +148,6 @@ def _usual(net: WordNet, word: str) -> tuple[int, ...]:
 
 
 def _was_learned(noun: str, labels: Labels, lexicon: Lexicon | None) -> bool:
-    """Whether a noun was learned for things with some labels."""
     if lexicon is None:
         return False
     term, name = term_of(noun), " ".join(labels)

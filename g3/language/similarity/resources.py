@@ -62,7 +62,7 @@ def wordnet() -> WordNet:
 
 
 def wordnet_identity() -> str:
-    """What tells one WordNet from another: a digest of its nouns."""
+    """Return an identity of WordNet: a digest of its nouns."""
     return _digest("WordNet", _INSTALL_WORDNET, *_wordnet_files(_wordnet_folder()))
 
 
@@ -72,7 +72,7 @@ def tag_table() -> TagTable:
 
 
 def tag_table_identity() -> str:
-    """What tells one tag table from another: a digest of its file."""
+    """Return an identity of the tag table: a digest of its file."""
     return _digest("the tag table", _MEND_TAGS, _tag_file())
 
 
@@ -82,7 +82,7 @@ def word_vectors() -> WordVectors:
 
 
 def word_vectors_identity() -> str:
-    """What tells one file of vectors from another: its digest."""
+    """Return an identity of the file of vectors: its digest."""
     return _digest("the vectors of words", _MEND_VECTORS, _vectors_file())
 
 

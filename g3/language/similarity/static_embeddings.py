@@ -17,12 +17,12 @@ MISSING = "needs the extra embeddings: pip install 'corpus-tools-g3[embeddings]'
 
 
 def is_installed() -> bool:
-    """Whether there are embeddings."""
+    """Check that there are embeddings."""
     return find_spec("wordllama") is not None
 
 
 def identity() -> str:
-    """What tells these embeddings from others: the package and its version."""
+    """Return an identity of the embeddings: the package and its version."""
     return f"wordllama {version('wordllama')}"
 
 

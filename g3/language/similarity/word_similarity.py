@@ -1,4 +1,4 @@
-"""How likely a word denotes a label of the semantic map (section 3.3).
+"""Likelihood that a word denotes a label of the semantic map (section 3.3).
 
 A measure takes words and labels and gives one number between 0 and 1 for each pair.
 Measures are registered by name; the feature sets of :mod:`g3.features.sets.label_words` use them.
@@ -51,7 +51,7 @@ def lemma(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
 
 
 def labels_in(words: Sequence[str], labels: Sequence[str]) -> int:
-    """How many of some words are in labels, whatever their form.
+    """Return the number of words that are in labels, whatever their form.
 
     >>> labels_in(["tires", "pallet", "left"], ["tire", "assembly pallet"])
     2
@@ -103,7 +103,7 @@ def domain(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
 
 
 def is_another_kind(noun: str, label: str) -> bool:
-    """Whether a noun is a label of things in a warehouse, but of others than some label.
+    """Check that a noun is a label of things in a warehouse, but of others than some label.
 
     Not with words for loads: people say "box" and "pallet" of whatever is to be moved.
 
@@ -171,7 +171,7 @@ def tag_npmi(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
 
 @measure("tag-given")
 def tag_given(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
-    """How often an image that has the word as a tag has the label too."""
+    """Share of the images tagged with the word that have the label, too."""
     given: FloatArray = tag_table().conditional(labels, words).T
     return given
 
@@ -240,7 +240,7 @@ def mean_match(
     labels: Sequence[str],
     patterns: npt.NDArray[np.bool_],
 ) -> FloatArray:
-    """How well names fit sets of labels: the mean over words of the closest label.
+    """Return how well names fit sets of labels: the mean over words of the closest label.
 
     Words that are like no label at all are left out, and two neighbours that are known as
     one ("loading dock") count as one word.

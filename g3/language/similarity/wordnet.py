@@ -143,7 +143,7 @@ class WordNet:
 
 
 def share_of_senses(net: WordNet, word: str, kinds: Sequence[str]) -> float:
-    """How much of what a noun means is of some kinds, from 0 to 1; 0 for what is no noun.
+    """Return the share of a noun's senses that are of some kinds; 0 for other words.
 
     Each sense counts once more than it was seen in tagged text.
 
