@@ -15,8 +15,7 @@ from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject, Place
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import added
-from g3.inference.problem.asked_amounts import amounts_said
-from g3.inference.problem.asked_kinds import asked_kinds, puts_here, returns
+from g3.inference.problem.asked_kinds import amounts_said, asked_kinds, puts_here, returns
 from g3.inference.problem.clause_roles import is_goal, is_source, tells_place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, frame, leads_aboard
