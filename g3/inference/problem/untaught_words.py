@@ -12,9 +12,12 @@ from g3.inference.problem.frames import asked
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.negation import is_negation, negated
 from g3.language.lexicon.field_words import bare, normalise
-from g3.language.lexicon.tables import rows, written
+from g3.language.lexicon.tables import WORDS, rows
 from g3.language.lexicon.verb_classes import word_class
 from g3.sdc.clauses import Span
+
+_OTHERS = ("class/", "cue/", "kind/", "kinds")
+"""Rows whose words say nothing of relations, or are looked up by their class."""
 
 
 def untaught_words(tree: Tree, nouns: Nouns) -> tuple[tuple[str, ...], float]:
@@ -63,7 +66,8 @@ def _is_taught(word: str) -> bool:
 
 
 @cache
-def _lexicon() -> frozenset[str]:
-    """All words of the tables, and their normal forms."""
-    words = frozenset[str]().union(*map(written, rows().values()))
-    return words.union(map(normalise, words))
+def _lexicon() -> set[str]:
+    """Words of the tables, and their normal forms, but for classes and kinds of things."""
+    shown = (row for row in rows().values() if not row.name.startswith(_OTHERS))
+    words = {word for row in shown for word in (*row.words.split(), *row.values, *row.forms)}
+    return words.union(WORDS["stressing"], map(normalise, words))

@@ -41,8 +41,8 @@ WordSet = Literal[
     "personal", "persons", "place_prepositions", "plural", "pronouns", "purposes", "quantifiers",
     "questions", "raising", "rear", "reflexives", "regarding", "rest", "returning", "robot", "rows",
     "same_again", "selves", "sending", "sentence_ends", "single", "singular", "stacking", "start",
-    "stating", "straight", "stressed", "subject_links", "swapping", "telling", "these", "touching",
-    "universal", "unloading", "until", "when", "whichever", "whole", "with_verb", "you",
+    "stating", "straight", "stressed", "stressing", "subject_links", "swapping", "telling", "these",
+    "touching", "universal", "unloading", "until", "when", "whichever", "whole", "with_verb", "you",
 ]
 # fmt: on
 """Names of the sets of words."""
