@@ -12,6 +12,7 @@ from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.modes import (
     DIVIDED,
+    LLM_TREES,
     HELD_OUT,
     PERTURB,
     SEED,
@@ -113,7 +114,9 @@ def report(*, folder: Path, form: str, **choices: Any) -> None:
     OptionSet(("--corpus", "--cv", "--train"), ("--l2",)),
     OptionSet(("--test", "--train"), ("--l2",)),
     OptionSet(("--test", "--model")),
-    OptionSet(("--test", "--parser")),
+    OptionSet(("--corpus", "--cv", "--parser"), ("--llm-trees",)),
+    OptionSet(("--test", "--train", "--parser"), ("--llm-trees",)),
+    OptionSet(("--test", "--parser"), ("--llm-trees",)),
     OptionSet(("--test",)),
 )
 @DIVIDED
@@ -135,9 +138,11 @@ def report(*, folder: Path, form: str, **choices: Any) -> None:
     "--parser",
     metavar="NAME",
     default="",
-    help="Test another parser on --test: llm, or one of an installed package.",
+    help="Test another parser: llm, or one of an installed package. It may learn from the other "
+    "parts of --corpus, or from --train.",
 )
 @language_model_options
+@LLM_TREES
 @L2
 @PERTURB
 @SEED
@@ -159,6 +164,7 @@ def sdc(
     model: Path | None,
     parser: str,
     endpoint: Endpoint | None,
+    llm_trees: int,
     l2: float | None,
     perturb: tuple[str, ...],
     seed: int,
@@ -175,7 +181,7 @@ def sdc(
     from eval.language_model.chat_endpoint import in_words
     from eval.parsing.sdc_scores import SDCChoices, render, run
 
-    another = parser_of(parser, endpoint) if parser else None
+    another = parser_of(parser, endpoint, llm_trees) if parser else None
     choices = SDCChoices(corpus, train, test, model, another, l2, perturb, seed, cv or "scenario")
     with progress_bar("analysing commands") as on_progress:
         tested, metadata = run(choices, on_progress)

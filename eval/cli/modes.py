@@ -406,6 +406,11 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
             value == NAME or (isinstance(value, tuple) and NAME in value)
             for value in map(options.get, _PURPOSES)
         )
+        if options.get("llm_trees", 1) > 1 and NAME not in (
+            options.get("parser"),
+            *options.get("parsers", ()),
+        ):
+            raise click.UsageError("--llm-trees is for --parser llm.")
         if bool(llm) != bool(endpoint):
             raise click.UsageError("Give --llm and --endpoint together.")
         if is_needed and not endpoint:
@@ -440,6 +445,16 @@ def language_model_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return decorated
 
 
+LLM_TREES = click.option(
+    "--llm-trees",
+    type=click.IntRange(1, 20),
+    default=1,
+    show_default=True,
+    help="How many trees of a text to ask the language model for, as a parser, at most, each with "
+    "its share.",
+)
+
+
 def judge_of(name: str, endpoint: Endpoint | None) -> PlanJudge:
     """Return the judge with a name; ``llm`` is the language model at an endpoint."""
     from eval.judging.judge_registry import judge_named  # noqa: PLC0415 - `ct --help` does without
@@ -448,12 +463,12 @@ def judge_of(name: str, endpoint: Endpoint | None) -> PlanJudge:
     return LanguageModelJudge(endpoint) if name == NAME and endpoint else judge_named(name)
 
 
-def parser_of(name: str, endpoint: Endpoint | None) -> TextParser:
+def parser_of(name: str, endpoint: Endpoint | None, trees: int = 1) -> TextParser:
     """Return the parser with a name; ``llm`` is the language model at an endpoint."""
     if name == NAME and endpoint:
         from eval.language_model.model_answers import LanguageModelParser  # noqa: PLC0415 - `ct --help` does without
 
-        return LanguageModelParser(endpoint)
+        return LanguageModelParser(endpoint, trees)
     from eval.parsing.parser_registry import parser_named  # noqa: PLC0415 - `ct --help` does without
 
     return parser_named(name)

@@ -14,6 +14,7 @@ from corpus_tools.runtime.terminal import note
 from eval.cli.modes import (
     FOLLOWED,
     HELD_OUT,
+    LLM_TREES,
     MOST,
     NAME,
     PERTURB,
@@ -85,6 +86,7 @@ if TYPE_CHECKING:
     "each command with its world, to be filled in",
 )
 @language_model_options
+@LLM_TREES
 @HELD_OUT
 @MOST
 @click.option(
@@ -121,6 +123,7 @@ def table_3(
     plans: tuple[Path, ...],
     tasks: Path | None,
     endpoint: Endpoint | None,
+    llm_trees: int,
     most: int,
     headings: tuple[str, ...],
     perturb: tuple[str, ...],
@@ -158,7 +161,7 @@ def table_3(
         tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
         return
     asked_judge, others = judge_of(judge, endpoint), _others(grounders, plans, endpoint)
-    parsed_by = [parser_of(name, endpoint) for name in dict.fromkeys(parsers)]
+    parsed_by = [parser_of(name, endpoint, llm_trees) for name in dict.fromkeys(parsers)]
     strength = l2 or 1.0
     settings = {
         "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],

@@ -13,7 +13,7 @@ import logging
 import os
 import random
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
@@ -188,6 +188,9 @@ KEY_VARIABLE = "CT_LLM_KEY"
 """The environment variable with the endpoint's key; local servers need none."""
 MISSING = "the package openai isn't installed: pip install 'corpus-tools-g3[llm]'"
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 30.0
+MILLION = 1e6
+CHARACTERS_A_TOKEN = 4
+"""Assumed before anything is sent; endpoints count tokens in other ways."""
 UNPAID_STATUS = 429
 """HTTP status of a request that was refused for its rate, and cost nothing."""
 
@@ -276,12 +279,7 @@ def ask(
     CorpusError
         If there is no reply after several tries, or the endpoint refuses the request.
     """
-    request = {
-        "model": endpoint.model,
-        "messages": list(messages),
-        "temperature": endpoint.temperature,
-        "seed": endpoint.seed,
-    } | _form(endpoint.form, purpose, dict(schema))
+    request = _request(endpoint, messages, schema, purpose)
     key, folder = key_of(endpoint.url, request), endpoint.replies
     reply = folder.reply(key)
     if reply is not None:
@@ -295,6 +293,51 @@ def ask(
             folder.keep(key, reply)
     folder.used(endpoint.run, purpose, key, origin)
     return reply
+
+
+def forecast(
+    endpoint: Endpoint,
+    requests: Iterable[tuple[Sequence[Message], Mapping[str, Any]]],
+    *,
+    purpose: str,
+    rounds: int,
+) -> str:
+    """State how many requests will be sent, and about what their prompts cost.
+
+    Parameters
+    ----------
+    requests
+        Messages with the schema of their reply, as :func:`ask` takes them.
+    rounds
+        Number of requests at most where replies are faulty.
+    """
+    every = {
+        key_of(endpoint.url, request): request
+        for messages, schema in requests
+        for request in [_request(endpoint, messages, schema, purpose)]
+    }
+    new = [request for key, request in every.items() if endpoint.replies.reply(key) is None]
+    if not new:
+        return f"language model, {purpose}: all {len(every)} replies are kept"
+    characters = sum(len(m["content"]) for request in new for m in request["messages"])
+    tokens = round(characters / CHARACTERS_A_TOKEN)
+    cost = f", ${tokens * endpoint.price[0] / MILLION:.4f}" if endpoint.price else ""
+    return (
+        f"language model, {purpose}: {len(new)} requests to {endpoint.url} "
+        f"({len(every) - len(new)} replies are kept), at most {rounds * len(new)} where replies "
+        f"are faulty; about {tokens} tokens of prompts{cost}, and replies"
+    )
+
+
+def _request(
+    endpoint: Endpoint, messages: Sequence[Message], schema: Mapping[str, Any], purpose: str
+) -> dict[str, Any]:
+    return {
+        "model": endpoint.model,
+        "messages": list(messages),
+        "temperature": endpoint.temperature,
+        "seed": endpoint.seed,
+    } | _form(endpoint.form, purpose, dict(schema))
 
 
 def _form(form: Form, purpose: str, schema: dict[str, Any]) -> dict[str, Any]:
@@ -404,9 +447,6 @@ def _client(endpoint: Endpoint) -> openai.OpenAI:
         timeout=endpoint.timeout_s,
         max_retries=0,  # they are counted here
     )
-
-
-MILLION = 1e6
 
 
 def usage(endpoint: Endpoint, purpose: str) -> Mapping[str, object]:

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
-from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import msgspec
 
+from corpus_tools.corpus.annotated_trees import Annotated
 from corpus_tools.corpus.answer_records import PlanStep, Probability, SceneShown
 from corpus_tools.following.plan_steps import ReadPlan, read_steps, scene_shown
 from corpus_tools.importers.treebank import trees_of
 from corpus_tools.runtime.progress import OnProgress
+from corpus_tools.runtime.terminal import note
 from eval.judging.judge import Verdict
 from eval.judging.judge_registry import JudgedPlan
-from eval.language_model.chat_endpoint import Endpoint, Message, ask, missing
-from eval.parsing.parser_registry import TextParser
+from eval.language_model.chat_endpoint import Endpoint, Message, ask, forecast, missing
+from eval.parsing.parser_registry import ParseTask, TextParser
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.actions.action_kinds import KINDS, ActionKind
 from g3.actions.action_words import described
@@ -29,10 +31,11 @@ from g3.actions.robot_state import State
 from g3.errors import CorpusError, FormatError, SDCError
 from g3.geometry.footprints import centre
 from g3.language.parsing.trees import Parse, Tree
+from g3.sdc.clauses import CHILD_FIELDS, SDC, breadth_first
+from g3.sdc.sdc_notation import format_brackets
 
 Form = TypeVar("Form", bound=msgspec.Struct)
 Value = TypeVar("Value")
-Question = TypeVar("Question")
 
 ROUNDS = 3
 """Usual number of requests for one reply; each states the error of the one before."""
@@ -43,17 +46,9 @@ class UnusableReplyError(CorpusError):
     """A language model has given no reply that can be used."""
 
 
-def ask_for(
-    endpoint: Endpoint,
-    messages: Sequence[Message],
-    form: type[Form],
-    use: Callable[[Form], Value],
-    *,
-    purpose: str,
-    choices: Mapping[str, Sequence[str]] = MappingProxyType({}),
-    rounds: int = ROUNDS,
-) -> Value:
-    """Ask for a reply in a form, and convert it.
+@dataclass(frozen=True)
+class Inquiry(Generic[Form, Value]):
+    """Messages that request a reply in a form, and the conversion of the reply.
 
     Parameters
     ----------
@@ -61,6 +56,21 @@ def ask_for(
         Converts the reply; raises a FormatError where that can't be done.
     choices
         Allowed values of the form's fields, by name, for servers that constrain a model to them.
+    """
+
+    messages: Sequence[Message]
+    form: type[Form]
+    use: Callable[[Form], Value]
+    choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+def ask_for(
+    endpoint: Endpoint, asked: Inquiry[Any, Value], *, purpose: str, rounds: int = ROUNDS
+) -> Value:
+    """Ask for a reply in a form, and convert it.
+
+    Parameters
+    ----------
     rounds
         Number of requests at most.
 
@@ -71,12 +81,12 @@ def ask_for(
     CorpusError
         If the endpoint gives no reply.
     """
-    said, schema = list(messages), _schema(form, choices)
+    said, schema = list(asked.messages), _schema(asked.form, asked.choices)
     problem = ""
     for _ in range(rounds):
         reply = ask(endpoint, said, schema, purpose=purpose)
         try:
-            return use(msgspec.json.decode(json_in(reply.text), type=form))
+            return asked.use(msgspec.json.decode(json_in(reply.text), type=asked.form))
         except (FormatError, msgspec.MsgspecError, RecursionError) as error:
             problem = str(error)
         said += [
@@ -163,23 +173,34 @@ and fields, in brackets:
 "f" holds words only in a clause that has no other field; "l" and "l2" hold clauses only, several in
 square brackets. "r" holds words only. Each word is written as it is in the command and used once;
 words that separate clauses, and politeness, are left out. A word with any of , ; ( ) [ ] = @ " is
-written as a JSON string. Clauses aren't numbered. Examples:
+written as a JSON string. Numbers after types mean nothing. Examples:
 
-Lift the tray by the sink.
-EVENT(r = Lift, l = OBJ(f = OBJ(f = the tray), r = by, l = OBJ(f = the sink)))
+{examples}
 
-Carry it to the porch and set it down next to the bench
+{reply}"""
+EXAMPLES = (
+    """Lift the tray by the sink.
+EVENT(r = Lift, l = OBJ(f = OBJ(f = the tray), r = by, l = OBJ(f = the sink)))""",
+    """Carry it to the porch and set it down next to the bench
 EVENT(r = Carry, l = OBJ(f = it), l2 = PATH(r = to, l = OBJ(f = the porch)))
-EVENT(r = set down, l = OBJ(f = it), l2 = PLACE(r = next to, l = OBJ(f = the bench)))
-
-please don't drive past the gate until the horn sounds
+EVENT(r = set down, l = OBJ(f = it), l2 = PLACE(r = next to, l = OBJ(f = the bench)))""",
+    """please don't drive past the gate until the horn sounds
 EVENT(r = don't drive, l = PATH(r = past, l = OBJ(f = the gate)), \
-l2 = EVENT(f = OBJ(f = the horn), r = until sounds))
-
-Reply with JSON: "trees", a list with a top-level clause for each thing that is to be done or must
-not be done, in the order in which it is to be done; if the command asks for nothing, it is empty;
-"taken_back", words that the person takes back, as "the red one" in "the red one, no, the blue one",
-or empty. These are in no clause."""
+l2 = EVENT(f = OBJ(f = the horn), r = until sounds))""",
+)
+"""Examples of the prompt where no corpus to learn from is given."""
+TREES = """\
+"trees", a list with a top-level clause for each thing that is to be done or must not be done, in
+the order in which it is to be done; if the command asks for nothing, it is empty; "taken_back",
+words that the person takes back, as "the red one" in "the red one, no, the blue one", or empty.
+These are in no clause."""
+ONE_READING = f"Reply with JSON: {TREES}"
+READINGS = f"""\
+Reply with JSON: "readings", the ways to understand the command, at most {{most}}, the likeliest
+first; one where nothing else is likely. Each has "share", from 0 to 1, how likely it is that this
+is meant; {TREES}"""
+MOST_EXAMPLES, LONGEST_EXAMPLE = 6, 160
+"""Number of examples from a corpus, and their longest text in characters."""
 
 
 class PlanReply(msgspec.Struct, frozen=True):
@@ -195,6 +216,18 @@ class ParseReply(msgspec.Struct, frozen=True):
 
     trees: tuple[str, ...]
     taken_back: str = ""
+
+
+class Reading(ParseReply, frozen=True, kw_only=True):
+    """One way to understand a command, as a language model is to give it."""
+
+    share: Probability
+
+
+class ReadingsReply(msgspec.Struct, frozen=True):
+    """Several ways to understand a command, as a language model is to give them."""
+
+    readings: tuple[Reading, ...]
 
 
 class VerdictReply(msgspec.Struct, frozen=True):
@@ -231,9 +264,65 @@ def judge_messages(plan: JudgedPlan) -> list[Message]:
     return _messages(judge_prompt(), asked)
 
 
-def parse_messages(text: str) -> list[Message]:
-    """Return the messages that request a command's clauses."""
-    return _messages(PARSING, f"Command: {text}")
+def parse_prompt(examples: Sequence[str] = EXAMPLES, most: int = 1) -> str:
+    """Return the text before any command whose clauses are requested."""
+    reply = ONE_READING if most == 1 else READINGS.format(most=most)
+    return PARSING.format(examples="\n\n".join(examples), reply=reply)
+
+
+def chosen_examples(commands: Sequence[Annotated]) -> tuple[str, ...]:
+    """Return commands with their trees that show as many kinds of fields as possible.
+
+    Of those that show as many new ones, it takes the shortest.
+    """
+    shown: set[tuple[str, str, str]] = set()
+    texts = {one.command.text.strip(): one for one in commands if one.sdcs}
+    left = {
+        " ".join(text.split()): (_kinds(one.sdcs), format_brackets(one.sdcs))
+        for text, one in texts.items()
+        if len(text) <= LONGEST_EXAMPLE
+    }
+    result = []
+    for _ in range(min(MOST_EXAMPLES, len(left))):
+        text = min(left, key=lambda text: (-len(left[text][0] - shown), len(text), text))
+        kinds, trees = left.pop(text)
+        shown |= kinds
+        result.append(f"{text}\n{trees}")
+    return tuple(result)
+
+
+def _kinds(sdcs: Sequence[SDC]) -> set[tuple[str, str, str]]:
+    """Return each field of clauses, by the clause's type, with the type of what is in it."""
+    return {
+        (sdc.type, field, child.type)
+        for sdc in breadth_first(sdcs)
+        for field in CHILD_FIELDS
+        for child in sdc.children(field)
+    }
+
+
+def check_trees(sdcs: Sequence[SDC]) -> None:
+    """Refuse trees that the notation can write, but no annotator would.
+
+    Raises
+    ------
+    FormatError
+        If a figure or a top-level clause is of another type than these have, or a word of the
+        command is in two clauses.
+    """
+    used: set[int] = set()
+    for sdc in sdcs:
+        if sdc.type not in ("EVENT", "OBJECT"):
+            raise FormatError(f"a top-level clause is a {sdc.type}", fix="make it an EVENT")
+    for sdc in breadth_first(sdcs):
+        for figure in sdc.figure:
+            if figure.type != "OBJECT":
+                raise FormatError(f"a figure is of the type {figure.type}", fix="make it an OBJ")
+        for word in (*sdc.words, *sdc.relation):
+            letters = set(range(word.start, word.start + len(word.text)))
+            if letters & used:
+                raise FormatError(f"the word {word.text!r} is in two clauses", fix="use it once")
+            used |= letters
 
 
 def _messages(system: str, user: str) -> list[Message]:
@@ -291,103 +380,174 @@ PLAN, PARSE, JUDGE = "plan", "parse", "judge"
 
 
 @dataclass(frozen=True)
-class LanguageModelGrounder(PlanGrounder):
+class _LanguageModel:
+    """A language model at an endpoint, asked for one purpose."""
+
+    endpoint: Endpoint
+
+    name = NAME
+    purpose: ClassVar[str]
+    rounds: ClassVar[int] = ROUNDS
+
+    @property
+    def prompt(self) -> str:
+        """The text before any question."""
+        raise NotImplementedError
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """The model, and a digest of its prompt."""
+        digest = sha256(self.prompt.encode()).hexdigest()
+        return {**self.endpoint.about, "prompt": f"sha256:{digest}"}
+
+    def missing(self) -> str:
+        """Return why no language model can be asked here; empty if one can."""
+        return missing()
+
+    def _ask(self, asked: Inquiry[Any, Value], otherwise: Callable[[str], Value]) -> Value:
+        """Return what a reply is converted to, or what is to be used without a usable one."""
+        try:
+            return ask_for(self.endpoint, asked, purpose=self.purpose, rounds=self.rounds)
+        except UnusableReplyError as error:
+            return otherwise(str(error))
+
+    def _ask_for_all(self, inquiries: Sequence[Inquiry[Any, Any]], on_progress: OnProgress) -> None:
+        """Ask several at a time, so that replies are kept; after a failure nothing more is asked.
+
+        What will be sent is announced first.
+        """
+        schemas = ((one.messages, _schema(one.form, one.choices)) for one in inquiries)
+        note(forecast(self.endpoint, schemas, purpose=self.purpose, rounds=self.rounds))
+        with ThreadPoolExecutor(self.endpoint.at_once) as threads:
+            asked = [threads.submit(self._ask, one, lambda _why: None) for one in inquiries]
+            try:
+                for count, done in enumerate(as_completed(asked), start=1):
+                    done.result()
+                    on_progress("asking the language model", count, len(asked))
+            except BaseException:
+                threads.shutdown(wait=False, cancel_futures=True)  # nothing more is to be paid for
+                raise
+
+
+@dataclass(frozen=True)
+class LanguageModelGrounder(_LanguageModel, PlanGrounder):
     """Plans by a language model.
 
     All plans are requested before the first is judged, several at the same time. An unusable reply
     is requested again; after three of them the command counts as refused.
     """
 
-    endpoint: Endpoint
-
-    name = NAME
+    purpose = PLAN
 
     @property
-    def about(self) -> Mapping[str, object]:
-        """The model, and a digest of its prompt."""
-        return {**self.endpoint.about, "prompt": _digest(plan_prompt())}
-
-    def missing(self) -> str:
-        """Return why the grounder can't be run here; empty if it can."""
-        return missing()
+    def prompt(self) -> str:
+        """The text before any command."""
+        return plan_prompt()
 
     def prepare(self, tasks: Sequence[PlanTask], on_progress: OnProgress) -> None:
         """Request plans for all tasks; after a failure, received ones are kept."""
-        _ask_for_all(self.endpoint, self.propose, tasks, on_progress)
+        self._ask_for_all(list(map(self._inquiry, tasks)), on_progress)
 
     def propose(self, task: PlanTask, learned: object = None) -> Proposal:
         """Make a plan."""
+        return self._ask(self._inquiry(task), lambda why: Proposal(note=why))
 
+    def _inquiry(self, task: PlanTask) -> Inquiry[PlanReply, Proposal]:
         def use(reply: PlanReply) -> Proposal:
             plan: ReadPlan = read_steps(reply.actions, task.start)
             if plan.why_not:
                 raise FormatError(plan.why_not)
             return Proposal(plan.actions, reply.probability, reply.reason)
 
-        try:
-            return ask_for(
-                self.endpoint,
-                plan_messages(task),
-                PlanReply,
-                use,
-                purpose=PLAN,
-                choices={"action": list(KINDS)},
-            )
-        except UnusableReplyError as error:
-            return Proposal(note=str(error))
+        return Inquiry(plan_messages(task), PlanReply, use, {"action": list(KINDS)})
 
 
 @dataclass(frozen=True)
-class LanguageModelParser(TextParser):
+class LanguageModelParser(_LanguageModel, TextParser):
     """Clauses by a language model, in bracket notation.
 
     All texts are sent before the first tree is compared, several at the same time. A reply that
     leaves the grammar, or has words that the text lacks, is requested once more with the error.
-    Where that fails, too, the text has no trees.
+    Where that fails, too, the text has no trees, and a note says why.
+
+    Parameters
+    ----------
+    most
+        Number of trees to ask for, at most; several come with the shares that the model states.
     """
 
-    endpoint: Endpoint
+    most: int = 1
 
     name = PARSER_ROW
+    purpose = PARSE
+    rounds = 2
 
     @property
-    def about(self) -> Mapping[str, object]:
-        """The model, and a digest of its prompt."""
-        return {**self.endpoint.about, "prompt": _digest(PARSING)}
+    def prompt(self) -> str:
+        """The text before any command, with the examples that stand in for a corpus's."""
+        return parse_prompt(most=self.most)
 
-    def prepare(self, texts: Sequence[str], on_progress: OnProgress) -> None:
+    @property
+    def learns(self) -> bool:
+        """True: its prompt has examples of the corpus to learn from."""
+        return True
+
+    def fit(self, commands: Sequence[Annotated]) -> tuple[str, ...]:
+        """Return the examples of its prompt."""
+        return chosen_examples(commands)
+
+    def prepare(self, tasks: Sequence[ParseTask], on_progress: OnProgress) -> None:
         """Request trees of all texts; after a failure, received ones are kept."""
-        _ask_for_all(self.endpoint, self.parse, texts, on_progress)
+        self._ask_for_all([self._inquiry(*task) for task in tasks], on_progress)
 
-    def parse(self, text: str) -> Parse:
-        """Parse a text into its tree."""
+    def parse(self, text: str, learned: Sequence[str] | None = None) -> Parse:
+        """Parse a text into its trees."""
+        return self._ask(self._inquiry(text, learned), lambda why: Parse(text, (), why))
 
-        def use(reply: ParseReply) -> Parse:
-            try:
-                sdcs, _ = trees_of(reply.trees, reply.taken_back, text)
-            except SDCError as error:
-                raise FormatError(error.what, where=error.where, fix=error.fix) from error
+    def _inquiry(self, text: str, learned: Sequence[str] | None) -> Inquiry[Any, Parse]:
+        prompt = parse_prompt(learned or EXAMPLES, self.most)
+        messages = _messages(prompt, f"Command: {text}")
+
+        def one(reply: ParseReply) -> Parse:
+            sdcs = _trees_in(reply, text)
             return Parse(text, (Tree(sdcs, 1.0),) if sdcs else ())
 
-        messages = parse_messages(text)
-        try:
-            return ask_for(self.endpoint, messages, ParseReply, use, purpose=PARSE, rounds=2)
-        except UnusableReplyError:
-            return Parse(text, ())
+        def several(reply: ReadingsReply) -> Parse:
+            shares: dict[tuple[SDC, ...], float] = defaultdict(float)
+            for reading in reply.readings:
+                shares[_trees_in(reading, text)] += reading.share
+            if reply.readings and not sum(shares.values()):
+                raise FormatError("all shares are 0")
+            total = max(1.0, sum(shares.values()))
+            likely = sorted(shares.items(), key=lambda item: -item[1])[: self.most]
+            trees = (Tree(sdcs, share / total) for sdcs, share in likely if sdcs and share)
+            return Parse(text, tuple(trees))
+
+        if self.most == 1:
+            return Inquiry(messages, ParseReply, one)
+        return Inquiry(messages, ReadingsReply, several)
+
+
+def _trees_in(reply: ParseReply, text: str) -> tuple[SDC, ...]:
+    """Return the trees of a reply to a text; FormatError where it leaves the grammar."""
+    try:
+        sdcs, _ = trees_of(reply.trees, reply.taken_back, text)
+    except SDCError as error:
+        raise FormatError(error.what, where=error.where, fix=error.fix) from error
+    check_trees(sdcs)
+    return sdcs
 
 
 @dataclass(frozen=True)
-class LanguageModelJudge:
+class LanguageModelJudge(_LanguageModel):
     """Verdicts by a language model."""
 
-    endpoint: Endpoint
-
-    name = NAME
+    purpose = JUDGE
 
     @property
-    def about(self) -> Mapping[str, object]:
-        """The model, and a digest of its prompt."""
-        return {**self.endpoint.about, "prompt": _digest(judge_prompt())}
+    def prompt(self) -> str:
+        """The text before any plan."""
+        return judge_prompt()
 
     @property
     def at_once(self) -> int:
@@ -400,36 +560,11 @@ class LanguageModelJudge:
         def use(reply: VerdictReply) -> Verdict:
             return Verdict(reply.correct, "" if reply.correct else reply.reason or "it says so")
 
-        try:
-            return ask_for(self.endpoint, judge_messages(plan), VerdictReply, use, purpose=JUDGE)
-        except UnusableReplyError as error:
-            return Verdict(False, str(error))
-
-
-def _ask_for_all(
-    endpoint: Endpoint,
-    ask_for_one: Callable[[Question], object],
-    questions: Sequence[Question],
-    on_progress: OnProgress,
-) -> None:
-    """Ask questions, so that their replies are kept; after a failure nothing more is asked."""
-    with ThreadPoolExecutor(endpoint.at_once) as threads:
-        asked = [threads.submit(ask_for_one, question) for question in questions]
-        try:
-            for count, done in enumerate(as_completed(asked), start=1):
-                done.result()
-                on_progress("asking the language model", count, len(questions))
-        except BaseException:
-            threads.shutdown(wait=False, cancel_futures=True)  # nothing more is to be paid for
-            raise
+        asked = Inquiry(judge_messages(plan), VerdictReply, use)
+        return self._ask(asked, lambda why: Verdict(False, why))
 
 
 def check_installed() -> None:
     """Refuse to go on without the extra for language models."""
     if why := missing():
         raise CorpusError(why, fix="or leave the language model out")
-
-
-def _digest(prompt: str) -> str:
-    """Return a digest that identifies a prompt; each kept reply has all of the prompt."""
-    return f"sha256:{sha256(prompt.encode()).hexdigest()}"

@@ -25,7 +25,7 @@ from corpus_tools.corpus.corpus_model import Corpus, Division
 from corpus_tools.corpus.estimate import Estimate, explained, named, part
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from eval.parsing.parser_registry import TextParser
+from eval.parsing.parser_registry import ParseTask, TextParser
 from eval.splits import Split, leave_one_out
 from eval.tables.formats import cell, document, figure_table, table_text
 from g3.annotation import Annotation
@@ -270,7 +270,8 @@ class SDCChoices:
     model
         a trained model, or
     parser
-        another parser; where there is none of these, the bundled parser.
+        another parser, which may learn from the other parts of `corpus`, or from `train`; where
+        there is none of these, the bundled parser.
     l2
         Strength of the regularisation; None for the default.
     perturb
@@ -332,20 +333,23 @@ def run(
     metadata |= asdict(reference_scores(corpus.annotations))
     if choices.perturb:
         metadata |= {"perturb": list(choices.perturb), "seed": choices.seed}
-    taught: list[Lesson] = []
+    others: list[Annotated] = []
     if choices.train:
         training = open_corpus(choices.train)
-        taught = _taught(training, items)
+        others = _others(training, items)
         metadata |= {"train": training.name, "train_hash": training.hash}
+    splits: list[Split] = []
     if choices.corpus:
         parts = corpus.select(item.command.id for item in items).parts(choices.cv)
-        splits = leave_one_out([parts[item.command.id] for item in items])
-        result = _cross_validated(tested, splits, taught, l2, on_progress)
-        return result, {**metadata, "cv": choices.cv, "l2": l2}
+        splits = list(leave_one_out([parts[item.command.id] for item in items]))
+        metadata |= {"cv": choices.cv}
     if choices.parser:
         parser = choices.parser
         metadata |= {"parser": parser.name, **({"parsed_by": parser.about} if parser.about else {})}
-        return _by_parser(parser, tested, on_progress), metadata
+        return _by_parser(parser, tested, splits, others, on_progress), metadata
+    taught = prepare(others)
+    if splits:
+        return _cross_validated(tested, splits, taught, l2, on_progress), {**metadata, "l2": l2}
     if choices.train:
         learned = SDCParser(l2=l2).fit(taught)
         metadata |= {"l2": l2}
@@ -358,12 +362,34 @@ def run(
 
 
 def _by_parser(
-    parser: TextParser, tested: Mapping[str, _Tested], on_progress: OnProgress
+    parser: TextParser,
+    tested: Mapping[str, _Tested],
+    splits: Sequence[Split],
+    others: Sequence[Annotated],
+    on_progress: OnProgress,
 ) -> dict[str, list[TestedCommand]]:
-    texts = (item.command.text for own in tested.values() for item in own.items)
-    parser.prepare(list(dict.fromkeys(texts)), on_progress)
+    """Parse all texts; a parser that learns does so from commands that aren't tested."""
+    items = tested[AS_TYPED].items
+    if others and not parser.learns:
+        raise CorpusError(f"the parser {parser.name} doesn't learn", fix="leave --train out")
+    learned: list[Any] = [parser.fit(others) if others else None] * len(items)
+    for split in splits if parser.learns else ():
+        value = parser.fit([items[i] for i in split.train])
+        for i in split.test:
+            learned[i] = value
+    tasks = {
+        kind: [
+            ParseTask(item.command.text, value)
+            for item, value in zip(own.items, learned, strict=True)
+        ]
+        for kind, own in tested.items()
+    }
+    parser.prepare([task for own in tasks.values() for task in own], on_progress)
     return {
-        kind: [_compared(item, parser.parse(item.command.text)) for item in own.items]
+        kind: [
+            _compared(item, parser.parse(*task))
+            for item, task in zip(own.items, tasks[kind], strict=True)
+        ]
         for kind, own in tested.items()
     }
 
@@ -377,7 +403,7 @@ def _prepared(corpus: Corpus) -> _Tested:
     return _Tested(items, prepare(items))
 
 
-def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
+def _others(training: Corpus, tested: Sequence[Annotated]) -> list[Annotated]:
     """Return another corpus's commands to train on; no scenario may be tested."""
     items = annotated_trees(training)
     both = {i.command.scenario for i in items} & {i.command.scenario for i in tested}
@@ -387,7 +413,7 @@ def _taught(training: Corpus, tested: Sequence[Annotated]) -> list[Lesson]:
             where="--train",
             fix="use --corpus with --cv scenario alone, or corpora of different scenarios",
         )
-    return prepare(items)
+    return items
 
 
 def seen_scenarios(parser: SDCParser, items: Iterable[Annotated]) -> list[str]:
@@ -438,6 +464,7 @@ def figures(tested: Sequence[TestedCommand]) -> dict[str, Any]:
     return result | {
         **named({"exact": exact}),
         "commands": len(comparisons),
+        "unparsed": sum(not one.parse.trees and bool(one.parse.note) for one in tested),
         "constituents": typed.gold,
         "types": {
             type_: named({figure: getattr(counts, figure) for figure in FIGURES})
@@ -473,6 +500,7 @@ def errors(tested: Sequence[TestedCommand]) -> list[dict[str, object]]:
             **named({"typed_f": one.comparison.typed.f}),
             "gold": format_brackets(one.annotated.sdcs),
             "predicted": format_brackets(one.parse.sdcs),
+            "note": one.parse.note,
         }
         for one in wrong
     ]
@@ -515,7 +543,9 @@ def render(
     }
     records = (result, *result["types"].values(), *perturbed.values())
     reasons = explained(field for record in records for field in record.values())
-    notes = (f"exact trees: {_shown(result, 'exact')} of {result['commands']} commands", *reasons)
+    notes = [f"exact trees: {_shown(result, 'exact')} of {result['commands']} commands", *reasons]
+    if result["unparsed"]:
+        notes.append(f"not parsed: {result['unparsed']} commands")
     return table_text(tables, notes, metadata, terminal=terminal)
 
 
@@ -559,5 +589,7 @@ def _errors_table(wrong: Sequence[Mapping[str, object]]) -> Table:
         for name in ("gold", "predicted"):
             for line in split_lines(str(error[name])):
                 table.add_row(name, cell(line))
+        if error["note"]:
+            table.add_row("note", cell(error["note"]))
         table.add_row("", "")
     return table

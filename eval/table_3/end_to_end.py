@@ -13,15 +13,16 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
-from corpus_tools.corpus.annotated_trees import with_perturbed_commands
+from corpus_tools.corpus.annotated_trees import Annotated, with_perturbed_commands
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Done, Workers
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from eval.judging.judge_registry import AUTOMATIC, PlanJudge, judge_named
-from eval.parsing.parser_registry import TextParser, parser_named
+from eval.parsing.parser_registry import ParseTask, TextParser, parser_named
 from eval.table_3.baselines import BASELINES
 from eval.table_3.following import (
     CONFIGURATIONS,
@@ -31,8 +32,15 @@ from eval.table_3.following import (
     plan_by_model,
     task_of,
 )
-from eval.table_3.grounder_registry import PlanGrounder, PlanTask, grounder_named
-from eval.table_3.held_out import calibrated, costs_without, parser_without, read_or_made, shared
+from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal, grounder_named
+from eval.table_3.held_out import (
+    calibrated,
+    costs_without,
+    parser_without,
+    read_or_made,
+    shared,
+    trees_without,
+)
 from eval.table_3.judged_commands import (
     Facts,
     JudgedCommand,
@@ -114,6 +122,7 @@ class _Lessons:
     annotations: Sequence[Annotation]
     cost_of: Callable[[str], Scorer]
     parser_of: Callable[[str], SDCParser]
+    trees_of: Callable[[str], Sequence[Annotated]]
     tested: Mapping[tuple[str, str], Sequence[JudgedCommand]]
 
 
@@ -132,9 +141,8 @@ def _lessons(asked: Asked, file: Path) -> _Lessons:
     }
     choices = load_choices_of(corpora)
     annotations = [a for corpus in corpora for a in corpus.annotations]
-    return _Lessons(
-        annotations, costs_without(data, choices, l2=asked.l2), parser_without(corpora), tested
-    )
+    costs, parsers = costs_without(data, choices, l2=asked.l2), parser_without(corpora)
+    return _Lessons(annotations, costs, parsers, trees_without(corpora), tested)
 
 
 def kept_by(which: str, kind: str) -> str:
@@ -186,14 +194,18 @@ def _models(
         grounder = model if name in MODELS else guesser
         result[name] = functools.partial(plan_by_model, name, grounder=grounder)
     for parser in asked.parsers:
-        result[parser.name] = functools.partial(_by_parser, parser, model)
+        learned = parser.fit(lessons.trees_of(scenario)) if parser.learns else None
+        result[parser.name] = functools.partial(_by_parser, parser, learned, model)
     return result
 
 
 def _by_parser(
-    parser: TextParser, grounder: Grounder, tested: JudgedCommand, _: Parse
+    parser: TextParser, learned: Any, grounder: Grounder, tested: JudgedCommand, _: Parse
 ) -> FollowedPlan:
-    return plan_by_model(parser.name, tested, parser.parse(tested.command.text), grounder)
+    parse = parser.parse(tested.command.text, learned)
+    if not parse.trees and parse.note:
+        return FollowedPlan(Proposal(note=parse.note))
+    return plan_by_model(parser.name, tested, parse, grounder)
 
 
 def _judged(
@@ -343,9 +355,14 @@ def run(
     tasks = tasks_of(tested, headings, most)
     for own in there:
         own.prepare(tasks, on_progress or no_progress)
-    texts = list(dict.fromkeys(t.command.text for t in commands))
+    trees_of = trees_without(corpora)
     for parser in others:
-        parser.prepare(texts, on_progress or no_progress)
+        learned = {name: parser.fit(trees_of(name)) for name in left} if parser.learns else {}
+        texts = dict.fromkeys((t.command.text, t.command.scenario) for t in commands)
+        parser.prepare(
+            [ParseTask(text, learned.get(name)) for text, name in texts if name in left],
+            on_progress or no_progress,
+        )
     failed: list[Done[str, Mapping[str, Sequence[Outcome]]]] = []
     for item in followed_scenarios(asked, corpora, left, workers or Workers(), on_progress):
         if item.result is None:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import sparse
 from scipy.special import expit
 
-from corpus_tools.corpus.annotated_trees import annotated_trees
+from corpus_tools.corpus.annotated_trees import Annotated, annotated_trees
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import forget_old
 from corpus_tools.runtime.parallel import Executor, WorkerDiedError, Workers, work_in_order
@@ -90,6 +90,21 @@ def costs_without(
         return Scorer(known.with_weights(model.space_, model.weights_, chooser_of(scenario)))
 
     return costs
+
+
+def trees_without(corpora: Sequence[Corpus]) -> Callable[[str], list[Annotated]]:
+    """Return a function that lists the commands with trees of all scenarios but one.
+
+    They are those of the first corpus that has any then, since corpora have conventions of their
+    own.
+    """
+    trees = [annotated_trees(corpus) for corpus in corpora if corpus.annotations]
+
+    def without(scenario: str) -> list[Annotated]:
+        left = ([one for one in own if one.command.scenario != scenario] for own in trees)
+        return next(filter(None, left), [])
+
+    return without
 
 
 def parser_without(corpora: Sequence[Corpus]) -> Callable[[str], SDCParser]:
