@@ -23,7 +23,7 @@ from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.statistics.intervals import bootstrap
 from eval.table_3.baselines import BASELINES, missing
-from eval.table_3.following import FollowedPlan, plan_by_grounder, plan_of
+from eval.table_3.following import FollowedPlan, papers_own, plan_by_grounder, plan_of
 from eval.table_3.grounder_registry import PlanTask, grounder_named
 from eval.table_3.held_out import costs_without, data_of
 from eval.table_3.outcomes import Outcome, reliability
@@ -34,9 +34,14 @@ from g3.geometry.footprints import centre
 from g3.geometry.plane import wrap
 from g3.groundings import FloatArray
 from g3.inference.grounder import Grounder
+from g3.inference.potentials.potential_registry import potentials
 from g3.inference.problem.costs import RandomCost, Scorer
 from g3.inference.problem.loads_of_state import loads_of
-from g3.language.parsing.trees import Parse
+from g3.inference.tree_choice import PARSES
+from g3.language.parsing.trees import Parse, Tree
+from g3.language.parsing.words import cut
+from g3.sdc.clauses import SDC
+from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 FOLDER = Path(__file__).parent / "written"
 NEAR_M, BESIDE_M, BETWEEN_M, SIDE_M = 6.5, 7.0, 2.6, 8.0
@@ -167,12 +172,43 @@ def learned_cost(corpora: Sequence[str]) -> Scorer:
     return costs_without(data_of(known), load_choices_of(known))("")
 
 
-def by_model(grounder: Grounder, parse: Parse | None = None) -> Plan:
+def by_model(grounder: Grounder, parse: Parse | None = None, *, parses: int = PARSES) -> Plan:
     """Return a function that follows commands with a model; with given trees, only one command."""
 
     def plan(text: str, start: State) -> FollowedPlan:
         command = text if parse is None else parse
-        return plan_of(grounder.follow(command, start, least=0.0, insist=True))
+        return plan_of(grounder.follow(command, start, least=0.0, parses=parses, insist=True))
+
+    return plan
+
+
+def ablated(cost: Scorer) -> dict[str, Plan]:
+    """Return the model with each of its parts off alone, and with all of them off."""
+    rules = {
+        "soft potentials": [p.name for p in potentials() if not p.is_hard],
+        "hard constraints": [p.name for p in potentials() if p.is_hard],
+        "learned plan weights": [p.name for p in potentials() if p.kind == "plan"],
+    }
+    return {
+        "the model": by_model(Grounder(cost)),
+        "a verb and a thing for trees": _by_verb_and_thing(Grounder(cost)),
+        "the best tree alone": by_model(Grounder(cost), parses=1),
+        "random costs": by_model(Grounder(RandomCost())),
+        **{f"no {name}": by_model(Grounder(cost, without=off)) for name, off in rules.items()},
+        "no rewriting": by_model(Grounder(cost, rewriting=False)),
+        "the paper's own": by_model(papers_own(cost), parses=1),
+        "all off": _by_verb_and_thing(papers_own(RandomCost())),
+    }
+
+
+def _by_verb_and_thing(grounder: Grounder) -> Plan:
+    """Follow commands as if the first word were what is done, and all others one thing."""
+
+    def plan(text: str, start: State) -> FollowedPlan:
+        verb, *thing = cut(text).spans
+        landmark = (SDC("OBJECT", words=tuple(thing)),) if thing else ()
+        sdc = SDC("EVENT", figure=IMPLICIT_FIGURE, relation=(verb,), landmark1=landmark)
+        return by_model(grounder, Parse(text, (Tree((sdc,), 1.0),)))(text, start)
 
     return plan
 
@@ -198,6 +234,8 @@ def parser_of(module: str, description: str | None) -> argparse.ArgumentParser:
 def main() -> None:
     parser = parser_of("written_commands", __doc__)
     parser.add_argument("--ablate", action="append", default=[], help="a potential to leave out")
+    parser.add_argument("--ablations", action="store_true", help="turn off each part of the model")
+    parser.add_argument("--every", type=int, default=1, help="follow every Nth command only")
     parser.add_argument("--wrong", action="store_true", help="show which commands go wrong")
     options = parser.parse_args()
     cost = learned_cost(options.train.split(","))
@@ -206,8 +244,10 @@ def main() -> None:
         "random costs": by_model(Grounder(RandomCost())),
         "the model": by_model(Grounder(cost, without=options.ablate)),
     }
+    if options.ablations:
+        ways = ablated(cost)
     for name in options.sets or SETS:
-        records = records_of(name)
+        records = records_of(name)[:: options.every]
         yards = np.array([record["world"] for record in records])
         for how, plan in ways.items():
             done = [followed(record, plan) for record in records]
@@ -221,7 +261,7 @@ def main() -> None:
                 f"  stated {stated:.2f}, error {reliability(done)[0].value:.2f}" if stated else ""
             )
             print(
-                f"{name:7} {how:13} {right.sum():4} of {len(right)}  "
+                f"{name:7} {how:28} {right.sum():4} of {len(right)}  "
                 f"{found.value:.2f} ({found.low:.2f} to {found.high:.2f}){curve}",
                 flush=True,
             )

@@ -151,6 +151,7 @@ def table_3(
     from eval.language_model.chat_endpoint import in_words
     from eval.table_3.baselines import missing
     from eval.table_3.end_to_end import run, tasks_of
+    from eval.table_3.following import CONFIGURATIONS
     from eval.table_3.given_plans import write_tasks
     from eval.table_3.plan_report import with_judge
     from g3.features.feature_registry import CATALOGUE_VERSION
@@ -174,6 +175,7 @@ def table_3(
         "perturb": list(perturb),
         "parses": parses,
         "most": most,
+        "rows": list(CONFIGURATIONS),
         "missing": sorted(missing()),
         "judge": {judge: dict(asked_judge.about)},
         "grounders": {grounder.name: dict(grounder.about) for grounder in others},

@@ -49,6 +49,7 @@ NAMES = {
     "nearest": "no model: the nearest load",
     "keywords": "no model: keywords",
     "embeddings": "no model: word embeddings",
+    "paper": "the paper's own model",
     "gold-top30": "annotated SDCs, top 30",
     "auto-top30": "extracted SDCs, top 30",
     "gold-all": "annotated SDCs, all",

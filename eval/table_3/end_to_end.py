@@ -28,6 +28,7 @@ from eval.table_3.following import (
     CONFIGURATIONS,
     FollowedPlan,
     judged,
+    papers_own,
     plan_by_grounder,
     plan_by_model,
     task_of,
@@ -50,7 +51,7 @@ from eval.table_3.judged_commands import (
     judged_commands,
 )
 from eval.table_3.outcomes import Outcome
-from eval.table_3.plan_rows import ALONE, MODELS, check_names
+from eval.table_3.plan_rows import ALONE, MODELS, PAPERS_OWN, check_names
 from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.features.feature_registry import FeatureSet
@@ -188,14 +189,16 @@ def _models(
     without = asked.without.potentials
     result: dict[str, Callable[[JudgedCommand, Parse], FollowedPlan]] = {}
     guesser = Grounder(RandomCost(asked.seed), without=without)
-    needs_model = asked.parsers or any(name in MODELS for name in asked.models)
-    model = Grounder(lessons.cost_of(scenario), without=without) if needs_model else guesser
+    by_name = {"random": guesser}
+    if asked.parsers or set(asked.models) - {"random"}:
+        cost = lessons.cost_of(scenario)
+        by_name |= dict.fromkeys(MODELS, Grounder(cost, without=without))
+        by_name[PAPERS_OWN] = papers_own(cost)
     for name in asked.models:
-        grounder = model if name in MODELS else guesser
-        result[name] = functools.partial(plan_by_model, name, grounder=grounder)
+        result[name] = functools.partial(plan_by_model, name, grounder=by_name[name])
     for parser in asked.parsers:
         learned = parser.fit(lessons.trees_of(scenario)) if parser.learns else None
-        result[parser.name] = functools.partial(_by_parser, parser, learned, model)
+        result[parser.name] = functools.partial(_by_parser, parser, learned, by_name["auto"])
     return result
 
 
@@ -227,7 +230,7 @@ def _extracted(
 ) -> Sequence[Parse]:
     """Return the extracted trees of a scenario's commands; none where nothing needs them."""
     needs_them = "auto" in asked.models or (
-        "random" in asked.models and not all(t.annotation for t in own)
+        {"random", PAPERS_OWN}.intersection(asked.models) and not all(t.annotation for t in own)
     )
     if not needs_them:
         return [Parse(t.command.text, ()) for t in own]
@@ -247,8 +250,9 @@ class EndToEnd:
     Parameters
     ----------
     outcomes
-        Of ``gold`` and ``auto``, the model with annotated and with extracted clauses, of ``random``
-        and the baselines, of other grounders, and of the model with the clauses of other parsers.
+        Of ``gold`` and ``auto``, the model with annotated and with extracted clauses, of
+        ``paper``, the paper's own model, of ``random`` and the baselines, of other grounders, and
+        of the model with the clauses of other parsers.
     missing
         Grounders that couldn't be run, with the reasons.
     perturbed
@@ -348,7 +352,7 @@ def run(
     judge = judge or judge_named(AUTOMATIC)
     ways = (tuple(headings), tuple(perturb), parses)
     asked = Asked(train, test, there, tuple(models), others, judge, l2, seed, left_out, *ways, most)
-    order = [*ALONE, *(g.name for g in grounders), *MODELS, *(p.name for p in others)]
+    order = [*ALONE, PAPERS_OWN, *(g.name for g in grounders), *MODELS, *(p.name for p in others)]
     chosen = [name for name in order if name in asked.names]
     outcomes_of = dict(done)
     left = [name for name in names if name not in outcomes_of]

@@ -11,20 +11,22 @@ from eval.judging.execution import planned
 from eval.judging.judge import Verdict, picked_up
 from eval.judging.judge_registry import AUTOMATIC, JudgedPlan, PlanJudge, judge_named
 from eval.judging.words_judge import judge_by_words, why_not_judged
-from eval.table_3.baselines import BASELINES
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from eval.table_3.judged_commands import JudgedCommand
 from eval.table_3.outcomes import Outcome
+from eval.table_3.plan_rows import ALONE, MODELS, PAPERS_OWN
 from g3.actions.robot_state import State, start_state
 from g3.annotation import Annotation
 from g3.groundings import PhysicalObject, object_ids
 from g3.inference.grounder import Grounder, Result
+from g3.inference.potentials.potential_registry import potentials
 from g3.inference.problem.command_tree import Tree
+from g3.inference.problem.costs import Cost
 from g3.language.discourse.groups import noun_leaf
 from g3.language.parsing.trees import Parse
 from g3.sdc.clauses import SDC, all_words
 
-CONFIGURATIONS = ("random", *BASELINES, "gold", "auto")
+CONFIGURATIONS = (*ALONE, PAPERS_OWN, *MODELS)
 NO_PLAN = "no plan was made"
 
 
@@ -72,19 +74,26 @@ def plan_by_model(
     Parameters
     ----------
     which
-        ``gold``, or ``random`` where the command is annotated, takes its annotated
-        clauses. All others take those that were extracted.
+        ``gold``, or ``random`` and ``paper`` where the command is annotated, take its annotated
+        clauses. All others take those that were extracted, ``paper`` the best tree alone.
     extracted
         The command's clauses as they are extracted from its text, maybe several trees.
     grounder
         With the costs of the configuration.
     """
-    annotation = tested.annotation if which in ("gold", "random") else None
+    annotation = tested.annotation if which in ("gold", "random", PAPERS_OWN) else None
     sdcs = annotation.sdcs if annotation else extracted
+    if which == PAPERS_OWN and isinstance(sdcs, Parse):
+        sdcs = replace(sdcs, trees=sdcs.trees[:1])
     result = grounder.follow(sdcs, tested.context, least=0.0, insist=True)
     followed = plan_of(result)
     grounded = annotation if result.plan else None
     return replace(followed, objects=_objects(grounded, result)) if grounded else followed
+
+
+def papers_own(cost: Cost) -> Grounder:
+    """Return the paper's own model: correspondence factors and the beam, without rules of ours."""
+    return Grounder(cost, without=[p.name for p in potentials()], rewriting=False)
 
 
 def plan_of(result: Result) -> FollowedPlan:

@@ -61,7 +61,8 @@ NOTES = (
     "and no other, so nothing where the robot only drove.",
     "95%: worlds resampled.",
     "chance: a load picked up at random; refused: commands without a plan, which count as wrong.",
-    "random is the search with random costs; the baselines under it have no model.",
+    "random is the search with random costs; the baselines under it have no model; paper is the",
+    "paper's own model, without potentials, rewriting and weights of plans.",
 )
 PEOPLE = "people: the interval for other worlds and other people."
 MORE = "--verbose adds comparisons, intervals for other people, and how far to trust probabilities."

@@ -24,6 +24,8 @@ from g3.short_repr import short_repr
 TOP = 30
 """Number of commands in the paper's top rows."""
 MODELS = ("gold", "auto")
+PAPERS_OWN = "paper"
+"""The paper's own model: correspondence factors and the beam, without rules of ours."""
 ALONE = ("random", *BASELINES)
 """Rows of every table, as baselines of a model."""
 ROWS: tuple[tuple[str, str, int], ...] = (
@@ -37,7 +39,7 @@ ROWS: tuple[tuple[str, str, int], ...] = (
 
 def check_names(others: Sequence[str]) -> None:
     """Refuse names of further rows that other rows have."""
-    taken = {*ALONE, *MODELS, *(name for name, *_ in ROWS)}
+    taken = {*ALONE, PAPERS_OWN, *MODELS, *(name for name, *_ in ROWS)}
     for name in others:
         if name in taken:
             raise CorpusError(

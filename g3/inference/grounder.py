@@ -277,6 +277,8 @@ class Grounder:
         Scores factors.
     without
         Names of potentials that are switched off.
+    rewriting
+        False to leave clauses as they are (:mod:`g3.inference.problem.plain_clauses`).
 
     Raises
     ------
@@ -284,9 +286,10 @@ class Grounder:
         If there is no potential of such a name.
     """
 
-    def __init__(self, cost: Cost, *, without: Iterable[str] = ()) -> None:
+    def __init__(self, cost: Cost, *, without: Iterable[str] = (), rewriting: bool = True) -> None:
         self.cost = cost
         self.without = check_potentials(without)
+        self.rewriting = rewriting
 
     @classmethod
     def load(cls, model: GroundingModel | Path | str, *, without: Iterable[str] = ()) -> Grounder:
@@ -474,7 +477,7 @@ class Grounder:
         insist: bool,
         text: str = "",
     ) -> _Reading:
-        tree = Tree(plain(sdcs, Nouns(start), text), text)
+        tree = Tree(plain(sdcs, Nouns(start), text) if self.rewriting else tuple(sdcs), text)
         problem = GroundingProblem(
             start,
             scene_asked(tree, start),

@@ -12,6 +12,7 @@ from eval.table_3.end_to_end import run
 from eval.table_3.outcomes import Outcome, kept_beside
 from eval.table_3.plan_report import render, table
 from g3.errors import ModelError
+from g3.inference.potentials.potential_registry import heard
 
 SCENARIOS = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
 
@@ -31,7 +32,7 @@ def test_table_3_says_who_judges_and_how_many_whoever_works(few, tmp_path):
     assert sorted(found["test_scenarios"]) == sorted(SCENARIOS)
     rows = {row["configuration"]: row for row in found["rows"] if row["subset"] == "all"}
     assert set(rows) == {
-        *("random", "nearest", "keywords", "embeddings"),
+        *("random", "nearest", "keywords", "embeddings", "paper"),
         *("gold-top30", "auto-top30", "gold-all", "auto-all"),
     }
     for row in rows.values():
@@ -73,6 +74,15 @@ def test_table_3_leaves_out_what_is_ablated(few):
     assert evidence("alone") == whole
 
 
+def test_no_potential_fires_in_the_papers_own_model(few):
+    fired = {}
+    for name in ("paper", "gold"):
+        with heard() as fired[name]:
+            assert len(run(few, few, configurations=(name,)).outcomes[name]) == 2
+    assert not fired["paper"]
+    assert fired["gold"]
+
+
 def test_an_unknown_name_is_told_with_those_that_there_are(few):
     asked = ["--table", "3", "--judge", "automatic", "--train", few, "--test", few]
     done = CliRunner().invoke(evaluate, [*asked, "--ablate", "verb-takes"])
@@ -110,7 +120,7 @@ def test_what_is_done_is_kept_beside_the_table(tmp_path):
 
 
 def test_scenarios_that_are_done_are_not_done_again(few):
-    which = ("random", "nearest", "keywords", "embeddings", "gold", "auto")
+    which = ("random", "nearest", "keywords", "embeddings", "paper", "gold", "auto")
     done = {
         name: {own: [outcome_of(name, correct=own == "gold")] for own in which}
         for name in SCENARIOS

@@ -72,7 +72,7 @@ def test_there_are_rows_without_a_log_for_all_parts(folders, tmp_path):
     found = json.loads(out.read_text())
     rows = {(row["configuration"], row["subset"]): row for row in found["rows"]}
     subsets = ("all", "determined", "two-or-more")
-    names = (*BASELINES, "auto-top30", "auto-all")
+    names = (*BASELINES, "paper", "auto-top30", "auto-all")
     assert set(rows) == {(name, subset) for name in names for subset in subsets}
     for row in rows.values():
         assert set(KEYS) <= set(row)

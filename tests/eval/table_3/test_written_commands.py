@@ -5,11 +5,21 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.written_commands import ENDS, FOLDER, Done, is_right, state_of
+from benchmarks.written_commands import (
+    ENDS,
+    FOLDER,
+    Done,
+    is_right,
+    state_of,
+)
 from corpus_tools.following.plan_steps import carried_out
+from eval.table_3.following import papers_own
 from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import CARRY, GO_STRAIGHT, PICK_UP, TURN, WAIT
 from g3.groundings import Place
+from g3.inference.grounder import Grounder
+from g3.inference.problem.costs import RandomCost
+from g3.sdc.sdc_notation import parse_brackets
 from tests.worlds import prism
 
 YARD = {
@@ -98,3 +108,14 @@ def test_every_command_has_a_yard_and_ends_in_it():
                     assert np.isfinite(list(map(float, things))).all()
                 else:
                     assert set(things) <= names
+
+
+def test_the_papers_own_model_leaves_clauses_as_they_are():
+    start = state_of(YARD)
+    clauses = parse_brackets("EVENT(r = Give, l = OBJ(f = the crate a lift))")
+    for grounder, relation in (
+        (papers_own(RandomCost()), "Give"),
+        (Grounder(RandomCost()), "lift"),
+    ):
+        (sdc,) = grounder.follow(clauses, start, least=0.0, insist=True).sdcs
+        assert [word.text for word in sdc.relation] == [relation]
