@@ -10,8 +10,11 @@ from typing import Any
 
 import av
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from corpus_tools.tables.curve_file import CurveFile, read_header
 
 CAMERA, WRIST = "observation.images.top", "observation.images.wrist"
 FPS = 10
@@ -217,3 +220,12 @@ def image_dataset(
 
 def write_lines(path: Path, rows: list[dict[str, Any]]) -> None:
     path.write_text("".join(f"{json.dumps(row)}\n" for row in rows))
+
+
+def curves_of(file: Path) -> tuple[CurveFile, npt.NDArray[np.float32]]:
+    """The header of a file of curves, and its values, shape (samples, curves)."""
+    header = read_header(file)
+    content = file.read_bytes()
+    size = 4 * header.samples * len(header.curves)  # the values come last
+    values = np.frombuffer(content[len(content) - size :], "<f4")
+    return header, values.reshape(header.samples, len(header.curves))

@@ -129,7 +129,7 @@ for _importer in importers():
 
 
 def _episode_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add what all importers of episodes have: where from and where to, and which episodes."""
+    """Add what all importers of episodes have: where to, and which episodes and cameras."""
     for option in (
         FORMAT,
         click.option("--force", is_flag=True, help="Replace the tables that are there."),
@@ -137,6 +137,20 @@ def _episode_options(command: Callable[..., None]) -> Callable[..., None]:
             "--keep-going",
             is_flag=True,
             help="Leave out the episodes that can't be shown and list them, rather than fail.",
+        ),
+        click.option(
+            "--curves/--no-curves",
+            "has_curves",
+            default=True,
+            help="Show numbers, such as state and action, as curves below the videos "
+            "[default: yes].",
+        ),
+        click.option(
+            "--camera",
+            "cameras",
+            multiple=True,
+            help="A camera that people see, the large one first [default: all that are no depth "
+            "maps].",
         ),
         click.option(
             "--first", type=click.IntRange(1), metavar="N", help="Take the first N episodes."
@@ -148,9 +162,6 @@ def _episode_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _PATH = click.argument("path", type=PATH)
-_CAMERA = click.option(
-    "--camera", help="The camera that people see [default: the first that is no depth map]."
-)
 _FPS = click.option(
     "--fps",
     type=click.FloatRange(0, 1000, min_open=True),
@@ -189,7 +200,7 @@ def _write_recorded(
     from corpus_tools.episodes.study_tables import study_input
 
     def make(scratch: Path, on_progress: OnProgress) -> StudyInput:
-        return study_input(opened(), scratch, on_progress=on_progress, **options)
+        return study_input(opened(), out, scratch, on_progress=on_progress, **options)
 
     _write_tables(make, out, force=force, form=form)
 
@@ -200,18 +211,6 @@ def _write_recorded(
     "--repo-id", metavar="NAME", help="Fetch this dataset of the Hugging Face Hub: OWNER/NAME."
 )
 @_episode_options
-@click.option(
-    "--camera",
-    "cameras",
-    multiple=True,
-    help="A camera that people see, the large one first [default: all that are no depth maps].",
-)
-@click.option(
-    "--curves/--no-curves",
-    "has_curves",
-    default=True,
-    help="Show state and action as curves below the videos [default: yes].",
-)
 def lerobot(
     *,
     path: Path | None,
@@ -252,7 +251,6 @@ def lerobot(
 @import_.command("robomimic", short_help="Episodes of robomimic's HDF5, as tables for studies.")
 @_PATH
 @_episode_options
-@_CAMERA
 @_FPS
 def robomimic(
     *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any
@@ -278,7 +276,6 @@ def robomimic(
 @import_.command("rlds", short_help="Episodes of an RLDS dataset, as tables for studies.")
 @_PATH
 @_episode_options
-@_CAMERA
 @_FPS
 def rlds(
     *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any
@@ -303,7 +300,6 @@ def rlds(
 @import_.command("rosbag", short_help="MCAP files and ROS bags, as tables for studies.")
 @_PATH
 @_episode_options
-@_CAMERA
 @_FPS
 def rosbag(
     *, path: Path, out: Path, fps: float | None, force: bool, form: str, **options: Any

@@ -62,8 +62,10 @@ def decoded(content: bytes, where: str) -> Picture:
     return Picture(pixels, where)
 
 
-def write_film(pictures: Iterable[Picture], target: Path, fps: float, where: str) -> None:
-    """Write a video of pictures at a constant rate; an odd row or column at the end is left out.
+def write_film(pictures: Iterable[Picture], target: Path, fps: float, where: str) -> int:
+    """Write a video of pictures at a constant rate, and return the number of its frames.
+
+    An odd row or column at the end is left out.
 
     Parameters
     ----------
@@ -85,9 +87,11 @@ def write_film(pictures: Iterable[Picture], target: Path, fps: float, where: str
         raise FormatError("there are no pictures", where=where)
     shape = first.pixels.shape
     height, width = shape[0] // 2 * 2, shape[1] // 2 * 2
+    count = 0
 
     def frames() -> Iterator[Image]:
-        for picture in chain([first], every):
+        nonlocal count
+        for count, picture in enumerate(chain([first], every), start=1):  # noqa: B007 - returned
             if picture.pixels.shape != shape:
                 sizes = (f"{s[1]} by {s[0]} pixels" for s in (picture.pixels.shape, shape))
                 what = "the picture has {}, others {}".format(*sizes)
@@ -97,3 +101,4 @@ def write_film(pictures: Iterable[Picture], target: Path, fps: float, where: str
     target.parent.mkdir(parents=True, exist_ok=True)
     rate = Fraction(fps).limit_denominator(1001)
     encode(frames(), target, size=(width, height), fps=rate, quality="standard")
+    return count

@@ -8,13 +8,17 @@ the other, under the name ``steps/FEATURE``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
+from corpus_tools.episodes.curves import EpisodeCurves, drawable, named_curves
 from corpus_tools.episodes.films import RESTORE, Picture, decoded
 from corpus_tools.episodes.study_tables import OnError, RecordedEpisode
 from corpus_tools.episodes.tf_records import check_installed, example_of, records, values_of
@@ -26,8 +30,12 @@ STEPS = "steps/"
 FPS = 10.0
 """Frames a second at which episodes are shown: the format has no rate."""
 MOST_JSON = 16 << 20
+MOST_AXES = 4
+"""Largest number of axes of a tensor that is drawn."""
 LANGUAGE = re.compile(r"(?:(?:natural_)?language_)?instruction(?:_\d+)?|language|task")
 """Last names of features with texts of the task."""
+_DRAWN = re.compile(r"(?:action|observation)(?:[_/].*)?")
+"""Names of features that are drawn as curves, if they are numbers."""
 _FIX = "name the folder that holds dataset_info.json, features.json and the shards"
 _TEMPLATE = "{DATASET}-{SPLIT}.{FILEFORMAT}-{SHARD_X_OF_Y}"
 
@@ -57,6 +65,8 @@ class Feature:
     kind: str
     """``image``, ``text`` or ``tensor``."""
     is_depth: bool = False
+    numbers: int = 0
+    """How many numbers a step has of it, if it is a tensor of such with a constant size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +88,7 @@ class Steps:
     fps: float | None = None
     """Frames a second at which it was recorded, if they are known."""
     without_cameras: str = "take a dataset whose steps have images"
+    other_cameras: frozenset[str] = frozenset()
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -124,7 +135,7 @@ class Steps:
             except CorpusError as error:
                 on_error(error)
 
-    def episodes(self, camera: str, on_error: OnError) -> Iterator[RecordedEpisode]:
+    def episodes(self, cameras: Sequence[str], on_error: OnError) -> Iterator[RecordedEpisode]:
         """Yield the episodes in the order of splits and shards."""
         for index, source, example in self.examples(on_error):
             where = f"{self.path}, {source}"
@@ -134,8 +145,35 @@ class Steps:
             except CorpusError as error:
                 on_error(error)
                 continue
-            pictures = _pictures(values_of(example, f"{STEPS}{camera}"), f"{where}, {camera}")
-            yield RecordedEpisode(index, source, tasks, self.fps or FPS, pictures)
+            pictures = {
+                camera: _pictures(values, f"{where}, {camera}")
+                for camera in cameras
+                if (values := values_of(example, f"{STEPS}{camera}"))
+            }
+            curves = partial(self._curves, example, where)
+            yield RecordedEpisode(index, source, tasks, self.fps or FPS, pictures, curves=curves)
+
+    def _curves(self, example: Any, where: str, frames: int) -> EpisodeCurves | None:
+        """Return actions and observations that are numbers; each step is a frame."""
+        named = sorted(
+            (not feature.name.startswith("action"), feature.name, feature.numbers)
+            for feature in self.features
+            if _DRAWN.fullmatch(feature.name)
+        )
+        widths = drawable((name, numbers) for _, name, numbers in named)
+        columns = []
+        for name, width in widths.items():
+            values = values_of(example, f"{STEPS}{name}")
+            if len(values) != frames * width or not all(isinstance(v, int | float) for v in values):
+                what = f"{len(values)} values are no {width} numbers for each of {frames} steps"
+                raise FormatError(what, where=f"{where}, {name}", fix=RESTORE)
+            with np.errstate(over="ignore"):
+                columns.append(np.array(values, np.float64).astype(np.float32).reshape(-1, width))
+        if not columns:
+            return None
+        curves = [curve for name, width in widths.items() for curve in named_curves(name, width)]
+        pieces = iter([np.concatenate(columns, axis=1)])
+        return EpisodeCurves(curves, self.fps or FPS, frames, pieces)
 
 
 def open_steps(path: Path, *, fps: float | None = None) -> Steps:
@@ -179,7 +217,7 @@ def open_steps(path: Path, *, fps: float | None = None) -> Steps:
     if not steps:
         what = "there are no steps: this is no RLDS dataset"
         raise FormatError(what, where=str(folder / FEATURES), fix=_FIX)
-    named = tuple(Feature(f.name[len(STEPS) :], f.kind, f.is_depth) for f in steps)
+    named = tuple(replace(f, name=f.name[len(STEPS) :]) for f in steps)
     return Steps(folder, info, tuple(shards), named, fps)
 
 
@@ -246,7 +284,20 @@ def _features(node: Any, name: str, file: Path) -> Iterator[Feature]:
         is_text = "text" in node or (
             isinstance(tensor, Mapping) and tensor.get("dtype") in ("string", "object")
         )
-        yield Feature(name, "text" if is_text else "tensor")
+        numbers = _numbers(tensor) if isinstance(tensor, Mapping) else 0
+        yield Feature(name, "text" if is_text else "tensor", numbers=numbers)
+
+
+def _numbers(tensor: Mapping[str, Any]) -> int:
+    """Return the size of a tensor of numbers; 0 if it varies, or is encoded as something else."""
+    shape = tensor.get("shape") or {}
+    sizes = shape.get("dimensions", []) if isinstance(shape, Mapping) else None
+    is_plain = tensor.get("encoding", "none") in ("none", "ENCODING_NONE")
+    if not (re.match(r"u?int|float", str(tensor.get("dtype"))) and is_plain):
+        return 0
+    if not isinstance(sizes, list) or len(sizes) > MOST_AXES:
+        return 0
+    return prod(int(n) if re.fullmatch(r"\d{1,4}", str(n)) else 0 for n in sizes)
 
 
 def text_of(value: Any, where: str) -> str:

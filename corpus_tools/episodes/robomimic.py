@@ -10,18 +10,21 @@ A file may name other files as the place of its content. Such links are refused.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
 
+from corpus_tools.episodes.curves import EpisodeCurves, drawable, named_curves
 from corpus_tools.episodes.films import RESTORE, Picture
 from corpus_tools.episodes.study_tables import OnError, RecordedEpisode
 from corpus_tools.runtime.extras import import_extra
+from corpus_tools.tables.curve_file import Values
 from corpus_tools.video.picture_file import MOST_PIXELS
 from g3.errors import CorpusError, FormatError
 
@@ -31,6 +34,7 @@ FPS = 20.0
 FASTEST = 1000.0
 MOST_CHUNK = 256 << 20
 """Bytes of a part that is uncompressed at once."""
+ROWS_AT_ONCE = 1 << 12
 _DEPTH = re.compile(r"depth")
 _FIX_CAMERAS = (
     "write the pictures into the file with robomimic's dataset_states_to_obs.py and its option "
@@ -54,45 +58,53 @@ class Demonstrations:
     files: tuple[Path, ...]
     cameras: tuple[str, ...]
     depth_cameras: frozenset[str]
+    other_cameras: frozenset[str]
     fps: float | None
     """Frames a second instead of those of the files."""
     without_cameras: str = _FIX_CAMERAS
     notes: tuple[str, ...] = ()
 
-    def episodes(self, camera: str, on_error: OnError) -> Iterator[RecordedEpisode]:
+    def episodes(self, cameras: Sequence[str], on_error: OnError) -> Iterator[RecordedEpisode]:
         """Yield the episodes in the order of files and of the numbers in their names."""
-        index = 0
-        for file in self.files:
+        for index, file, data, name in demonstrations(self.files, on_error):
             try:
-                with _opened(file) as hdf5:
-                    data = _child(hdf5, "data", file)
-                    for name in _names(data):
-                        number, index = index, index + 1
-                        try:
-                            yield self._episode(data, name, file, number, camera)
-                        except CorpusError as error:
-                            on_error(error)
+                yield self._episode(data, name, file, index, cameras)
             except CorpusError as error:
                 on_error(error)
 
     def _episode(
-        self, data: Any, name: str, file: Path, index: int, camera: str
+        self, data: Any, name: str, file: Path, index: int, cameras: Sequence[str]
     ) -> RecordedEpisode:
         place = f"{file}, data/{name}"
         demo = _child(data, name, place)
-        pictures = _child(_child(demo, "obs", place), camera, f"{place}/obs")
-        where = f"{place}/obs/{camera}"
-        _check_pictures(pictures, where)
-        rate = self.fps or _rate(data, file)
+        obs = _child(demo, "obs", place)
         # MuJoCo draws from the bottom up; robosuite says so where it didn't turn pictures over.
         is_upside_down = _text(data.attrs.get("macros_image_convention")) == "opengl"
+        views = {
+            camera: _pictures(obs, camera, f"{place}/obs", is_upside_down=is_upside_down)
+            for camera in cameras
+        }
+        rate = self.fps or _rate(data, file)
+        curves = partial(_curves, demo, place, rate)
         return RecordedEpisode(
-            index,
-            f"{file.name}/{name}",
-            _tasks(data, demo, place),
-            rate,
-            _pictures(pictures, where, is_upside_down=is_upside_down),
+            index, f"{file.name}/{name}", _tasks(data, demo, place), rate, views, curves=curves
         )
+
+
+def demonstrations(
+    files: Sequence[Path], on_error: OnError
+) -> Iterator[tuple[int, Path, Any, str]]:
+    """Yield the number of each episode, its file, the group of episodes, and its name there."""
+    index = 0
+    for file in files:
+        try:
+            with _opened(file) as hdf5:
+                data = _child(hdf5, "data", file)
+                for name in _names(data):
+                    yield index, file, data, name
+                    index += 1
+        except CorpusError as error:
+            on_error(error)
 
 
 def open_demonstrations(path: Path, *, fps: float | None = None) -> Demonstrations:
@@ -124,9 +136,10 @@ def open_demonstrations(path: Path, *, fps: float | None = None) -> Demonstratio
             raise FormatError("there are no episodes", where=f"{files[0]}, data", fix=RESTORE)
         place = f"{files[0]}, data/{names[0]}"
         demo = _child(data, names[0], place)
-        cameras = tuple(_cameras(demo, place)) if "obs" in demo else ()
+        cameras = dict(_cameras(demo, place)) if "obs" in demo else {}
     depth = frozenset(name for name in cameras if _DEPTH.search(name))
-    return Demonstrations(path, files, cameras, depth, fps)
+    others = frozenset(name for name, kind in cameras.items() if kind != np.uint8)
+    return Demonstrations(path, files, tuple(cameras), depth, others, fps)
 
 
 @contextmanager
@@ -191,12 +204,12 @@ def _names(data: Any) -> list[str]:
     return sorted(data, key=lambda name: [int(d) for d in re.findall(r"\d{1,18}", name)] or [0])
 
 
-def _cameras(demo: Any, where: str) -> Iterator[str]:
+def _cameras(demo: Any, where: str) -> Iterator[tuple[str, Any]]:
     obs = _child(demo, "obs", where)
     for name in obs:
         member = _child(obs, name, f"{where}/obs")
         if len(getattr(member, "shape", ())) == 4 and member.shape[-1] in (1, 3):
-            yield name
+            yield name, member.dtype
 
 
 def _check_pictures(pictures: Any, where: str) -> None:
@@ -213,7 +226,10 @@ def _check_pictures(pictures: Any, where: str) -> None:
         raise FormatError("the pictures are too large", where=where, fix="make them smaller")
 
 
-def _pictures(pictures: Any, where: str, *, is_upside_down: bool) -> Iterator[Picture]:
+def _pictures(obs: Any, camera: str, of: str, *, is_upside_down: bool) -> Iterator[Picture]:
+    where = f"{of}/{camera}"
+    pictures = _child(obs, camera, of)
+    _check_pictures(pictures, where)
     for number in range(len(pictures)):
         place = f"{where}, frame {number}"
         with _content_of(place):
@@ -225,6 +241,45 @@ def _pictures(pictures: Any, where: str, *, is_upside_down: bool) -> Iterator[Pi
         if is_upside_down:
             pixels = pixels[::-1]
         yield Picture(np.ascontiguousarray(pixels), place)
+
+
+def _curves(demo: Any, where: str, rate: float, frames: int) -> EpisodeCurves | None:
+    """Return the actions, and the observations that are numbers; each row is a frame."""
+    members = {}
+    for name in ("actions", *(f"obs/{name}" for name in demo["obs"])):
+        group, _, last = name.rpartition("/")
+        parent = demo[group] if group else demo
+        if last in parent:
+            members[name] = _child(parent, last, f"{where}/{group}")
+    widths = drawable(
+        (name, member.shape[1] if member.ndim == 2 else 1)
+        for name, member in members.items()
+        if getattr(member, "dtype", np.dtype("O")).kind in "fiu"
+        and member.ndim in (1, 2)
+        and len(member) == frames
+        and _chunk_bytes(member) <= MOST_CHUNK
+    )
+    if not widths:
+        return None
+    curves = [curve for name, width in widths.items() for curve in named_curves(name, width)]
+    drawn = {name: members[name] for name in widths}
+    return EpisodeCurves(curves, rate, frames, _rows(drawn, frames, where))
+
+
+def _rows(members: Mapping[str, Any], frames: int, where: str) -> Iterator[Values]:
+    for first in range(0, frames, ROWS_AT_ONCE):
+        columns = []
+        for name, member in members.items():
+            with _content_of(f"{where}/{name}"), np.errstate(over="ignore"):
+                part = member[first : first + ROWS_AT_ONCE].astype(np.float32)
+            columns.append(part.reshape(len(part), -1))
+        yield np.concatenate(columns, axis=1)
+
+
+def _chunk_bytes(member: Any) -> float:
+    """Return the number of bytes that are uncompressed at once."""
+    rows: tuple[int, ...] = member.chunks or (ROWS_AT_ONCE, *member.shape[1:])
+    return float(np.prod(rows, dtype=float)) * float(member.dtype.itemsize)
 
 
 def _as_grey(distances: Any) -> Any:

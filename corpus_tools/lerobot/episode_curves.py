@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.episodes.curves import MOST_NUMBERS, named_curves
 from corpus_tools.lerobot.dataset_files import (
     content_of,
     damaged,
@@ -27,12 +28,10 @@ from corpus_tools.lerobot.episode_frames import (
 from corpus_tools.lerobot.episode_reading import Dataset
 from corpus_tools.runtime.parquet import import_pyarrow
 from corpus_tools.runtime.progress import OnProgress
-from corpus_tools.tables.curve_file import LONGEST_NAME, SUFFIX, Curve, Values, write_curves
+from corpus_tools.tables.curve_file import LONGEST_NAME, SUFFIX, Values, write_curves
 from g3.errors import CorpusError
 
 FEATURES = ("observation.state", "action")
-MOST_NUMBERS = 64
-"""Largest number of numbers of a feature in a frame."""
 MOST_APART = 100
 """Largest mean time between the frames of an episode, in frames of the dataset's rate."""
 
@@ -68,7 +67,13 @@ def write_episode_curves(
         if features != curves:
             on_error(damaged(data, f"{', '.join(FEATURES)} have other numbers than before"))
             continue
-        named = [c for name, n in curves.items() for c in _named(dataset, name, n)]
+        named = [
+            curve
+            for name, count in curves.items()
+            for curve in named_curves(
+                name, count, _texts(dataset.info.features.get(name, {}).get("names"))
+            )
+        ]
         try:
             for index, pieces in groupby(_pieces(data, curves) if named else (), itemgetter(0)):
                 one = wanted.get(index)
@@ -181,13 +186,6 @@ def _regular(
         here: npt.NDArray[np.int64] = shown[(shown >= row) & (shown < row + len(piece))] - row
         yield piece[here]
         row += len(piece)
-
-
-def _named(dataset: Dataset, feature: str, count: int) -> Iterator[Curve]:
-    """Yield the curves of a feature, with the names of the metadata if these are as many."""
-    stated = _texts(dataset.info.features.get(feature, {}).get("names"))
-    names = stated if len(stated) == count else [str(n) for n in range(1, count + 1)]
-    yield from (Curve(feature, name) for name in names)
 
 
 def _texts(names: Any) -> list[str]:

@@ -1,8 +1,7 @@
 """Tables for a study of a LeRobot dataset: its videos, and the dataset's own language.
 
 No video is copied: tables name files and parts of them (``start_s``, ``end_s``). Only episodes
-whose frames are pictures get videos, beside the tables. Further cameras have numbered columns
-(``video_2``, ``start_s_2``, ``end_s_2``, ``camera_2``).
+whose frames are pictures get videos, beside the tables.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from corpus_tools.episodes.curves import CURVES
 from corpus_tools.episodes.depth import DepthScale
 from corpus_tools.episodes.study_tables import (
     EPISODES,
@@ -27,8 +27,13 @@ from corpus_tools.episodes.study_tables import (
     VIDEO_COLUMNS,
     StudyInput,
     Table,
+    View,
+    camera_cells,
+    camera_columns,
     check_errors,
     choose_cameras,
+    curve_cells,
+    curve_columns,
     depth_note,
     episode_name,
     written,
@@ -54,8 +59,6 @@ from corpus_tools.lerobot.language_rows import (
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError
 
-CURVES = "curves"
-"""The folder beside the tables with state and action of each episode."""
 _OF_SUBTASKS = ("episode", "style", "timestamp", "camera", "dataset")
 EVENT_S = 3.0
 """Longest part of an episode that is shown with a text about a moment, in seconds."""
@@ -65,27 +68,11 @@ Seconds = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class _View:
-    """The part of a camera's video that shows an episode; `path` is as tables have it."""
-
-    path: str
-    start_s: float = 0.0
-    is_whole: bool = True
-    """True if the file shows nothing else."""
-
-    def cells(self, since_s: float, until_s: float, *, is_part: bool) -> tuple[object, ...]:
-        """Return the file and the part between two times of the episode, as tables have them."""
-        if self.is_whole and not is_part:
-            return self.path, "", ""
-        return self.path, round(self.start_s + since_s, 6), round(self.start_s + until_s, 6)
-
-
-@dataclass(frozen=True, slots=True)
 class _Shown:
     """An episode with its view by each camera; the first one is shown large."""
 
     framed: FramedEpisode
-    views: tuple[_View, ...]
+    views: tuple[View, ...]
 
 
 def study_input(
@@ -139,7 +126,7 @@ def study_input(
     framed = [one for one in every if one.episode.frames]
     files: dict[str, bytes | Path] = {}
     longer: dict[int, None] = {}
-    views: dict[str, Mapping[int, _View]] = {}
+    views: dict[str, Mapping[int, View]] = {}
     scales: dict[str, DepthScale] = {}
     for number, camera in enumerate(cameras, start=1):
         there = framed
@@ -166,7 +153,7 @@ def study_input(
                 films = write_films(
                     dataset, there, camera, scratch / place, on_progress=on_progress
                 )
-            views[camera] = {index: _View(f"{place}/{film.name}") for index, film in films.items()}
+            views[camera] = {index: View(f"{place}/{film.name}") for index, film in films.items()}
             files |= {f"{place}/{film.name}": film for film in films.values()}
     shown = [
         _Shown(one, tuple(of_camera[one.episode.index] for of_camera in views.values()))
@@ -183,7 +170,7 @@ def study_input(
         *(depth_note(c, scales.get(c)) for c in cameras if c in dataset.depth_cameras),
         *_notes(dataset, every, cameras, list(longer), is_all=first is None and not errors),
     ]
-    more = _more_columns(cameras)
+    more = camera_columns(cameras)
     curves: dict[int, str] = {}
     if has_curves and scratch is not None:
         without: list[CorpusError] = []
@@ -198,7 +185,7 @@ def study_input(
         notes += [*left_out, *(f"without curves: {error}" for error in without)]
         curves = {index: f"{CURVES}/{file.name}" for index, file in of_episodes.items()}
         files |= {curves[index]: file for index, file in of_episodes.items()}
-        more += [CURVES, f"{CURVES}_start_s"] if curves else []
+        more += curve_columns(curves)
     tables: dict[str, Table] = {
         EPISODES: (
             (*VIDEO_COLUMNS, "episode", "task", "camera", "dataset", *more),
@@ -253,7 +240,7 @@ def _parts(
     *,
     on_error: OnError,
     on_progress: OnProgress,
-) -> tuple[dict[int, _View], dict[int, None]]:
+) -> tuple[dict[int, View], dict[int, None]]:
     """Return the parts of a camera's videos that show episodes, and the episodes with longer ones.
 
     Both are by the numbers of the episodes.
@@ -274,7 +261,7 @@ def _parts(
         except CorpusError as error:
             looked_at[file] = None
             on_error(error)
-    views: dict[int, _View] = {}
+    views: dict[int, View] = {}
     longer: dict[int, None] = {}
     for one in framed:
         part = one.episode.videos[camera]
@@ -293,7 +280,7 @@ def _parts(
         times = looked.frame_times
         is_whole = bool(start_s - margin_s < times[0] and times[-1] < end_s - _ROUNDING_S)
         path = _linked(dataset, part.file) or os.path.relpath(part.file, folder.resolve())
-        views[one.episode.index] = _View(path, start_s, is_whole)
+        views[one.episode.index] = View(path, start_s, is_whole)
     return views, longer
 
 
@@ -357,23 +344,6 @@ def _notes(
         yield f"{INFO} has {stated!r:.20} as total_episodes, and there are {len(every)}"
 
 
-def _more_columns(cameras: Sequence[str]) -> list[str]:
-    """Return the columns of the cameras after the first one."""
-    names = ("video", "start_s", "end_s", "camera")
-    return [f"{name}_{number}" for number in range(2, len(cameras) + 1) for name in names]
-
-
-def _more_views(
-    one: _Shown, cameras: Sequence[str], since_s: float, until_s: float, *, is_part: bool
-) -> Iterator[object]:
-    for camera, view in zip(cameras[1:], one.views[1:], strict=True):
-        yield from (*view.cells(since_s, until_s, is_part=is_part), camera)
-
-
-def _its_curves(index: int, curves: Mapping[int, str], since_s: float) -> tuple[object, ...]:
-    return () if not curves else (curves.get(index, ""), since_s or "")
-
-
 def _episodes(
     dataset: Dataset, shown: Sequence[_Shown], cameras: Sequence[str], curves: Mapping[int, str]
 ) -> Iterator[Sequence[object]]:
@@ -384,8 +354,8 @@ def _episodes(
         yield (
             path, episode_name(episode.index), *part,
             episode.index, tasks, cameras[0], str(dataset.folder),
-            *_more_views(one, cameras, 0.0, length_s, is_part=False),
-            *_its_curves(episode.index, curves, 0.0),
+            *camera_cells(one.views, cameras, 0.0, length_s, is_part=False),
+            *curve_cells(episode.index, curves, 0.0),
         )  # fmt: skip
 
 
@@ -475,8 +445,8 @@ def _of_texts(
         yield (
             path, name, *part, text.content, index, text.style, text.timestamp, cameras[0],
             str(dataset.folder),
-            *_more_views(text.shown, cameras, *part_s, is_part=True),
-            *_its_curves(index, curves, text.since_s),
+            *camera_cells(text.shown.views, cameras, *part_s, is_part=True),
+            *curve_cells(index, curves, text.since_s),
         )  # fmt: skip
 
 

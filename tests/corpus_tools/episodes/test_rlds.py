@@ -18,8 +18,17 @@ from corpus_tools.episodes.rlds import open_steps
 from corpus_tools.episodes.rlds_writing import write_rlds
 from corpus_tools.lerobot.language_rows import Language
 from corpus_tools.lerobot.language_writing import EpisodeLanguage
-from tests.lerobot_datasets import shade
-from tests.rlds_datasets import LENGTHS, TASKS, dataset, example, masked, record, steps
+from tests.lerobot_datasets import curves_of, shade
+from tests.rlds_datasets import (
+    LENGTHS,
+    TASKS,
+    dataset,
+    example,
+    features,
+    masked,
+    record,
+    steps,
+)
 
 FIRST = "toy-train.tfrecord-00000-of-00002"
 SECOND = "toy-train.tfrecord-00001-of-00002"
@@ -50,6 +59,52 @@ def test_a_record_is_an_episode(tmp_path: Path, capsys, is_sequence: bool):
         assert abs(frames[-1].mean() - shade(number, len(frames) - 1)) < 4
     commands = [row["command"] for row in rows(tmp_path / "tables", "tasks.csv")]
     assert commands == [TASKS[0], TASKS[2]]
+
+
+def test_cameras_side_by_side_with_curves(tmp_path: Path, capsys):
+    folder = dataset(tmp_path / "toy")
+    wanted = ["observation/image", "observation/depth"]
+    assert run(call(folder, *(one for name in wanted for one in ("--camera", name)))) == 0
+    for number, row in enumerate(rows(tmp_path / "tables")):
+        assert [row["camera"], row["camera_2"]] == wanted
+        for name in (row["video"], row["video_2"]):
+            with av.open(str(tmp_path / "tables" / name)) as container:
+                assert len([*container.decode(video=0)]) == LENGTHS[number]
+        header, values = curves_of(tmp_path / "tables" / row["curves"])
+        assert [(c.group, c.name) for c in header.curves] == [
+            ("action", str(n)) for n in range(1, 8)
+        ]
+        assert (header.rate, len(values)) == (10.0, LENGTHS[number])
+        assert (values == 0.5).all()
+    assert run(call(folder, "--no-curves")) == 0
+    assert "curves" not in rows(tmp_path / "tables")[0]
+    assert "video_2" not in rows(tmp_path / "tables")[0]
+
+
+def test_numbers_that_are_too_few(tmp_path: Path, capsys):
+    folder = dataset(tmp_path / "toy")
+    values = steps(0, LENGTHS[0], TASKS[0])
+    (folder / FIRST).write_bytes(record(example(values | {"steps/action": [0.5] * 8})))
+    assert run(call(folder)) == 0
+    assert "1 episodes without curves, the first because: " in capsys.readouterr().err
+    assert [bool(row["curves"]) for row in rows(tmp_path / "tables")] == [False, True, True]
+
+
+@pytest.mark.parametrize(
+    "tensor",
+    [
+        {"shape": {"dimensions": ["7", "-1"]}}, {"shape": {"dimensions": 3}}, {"shape": [7]},
+        {"shape": {"dimensions": ["9999"] * 4}}, {"shape": {"dimensions": ["65"]}},
+        {"dtype": "bfloat16?"}, {"encoding": "zlib"}, {"dtype": None},
+    ],
+)  # fmt: skip
+def test_shapes_that_are_none(tmp_path: Path, tensor):
+    folder = dataset(tmp_path / "toy")
+    usual = {"shape": {"dimensions": ["7"]}, "dtype": "float32", "encoding": "none"}
+    content = features(action={"tensor": usual | tensor})
+    (folder / "features.json").write_text(json.dumps(content))
+    assert run(call(folder)) == 0
+    assert "curves" not in rows(tmp_path / "tables")[0]
 
 
 def test_a_version_below_and_another_rate(tmp_path: Path, capsys):
@@ -83,7 +138,7 @@ def test_corrected_tasks_take_the_place_of_wrong_ones(tmp_path: Path, is_sequenc
     (note,) = write_rlds(source, tmp_path / "copy", language, {}, attachments={})
     assert note == "1 texts of the style memory are in no record: RLDS has no such style"
     copy = open_steps(tmp_path / "copy")
-    tasks = [one.tasks for one in copy.episodes("observation/image", lambda error: None)]
+    tasks = [one.tasks for one in copy.episodes(["observation/image"], lambda error: None)]
     assert tasks == [("Lift the cube.",), (), (TASKS[2],)]
 
 

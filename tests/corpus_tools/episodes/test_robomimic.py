@@ -16,6 +16,7 @@ pytest.importorskip("h5py", reason="the extra `hdf5` is not installed")
 import h5py
 
 from corpus_tools.cli.console import run
+from tests.lerobot_datasets import curves_of
 
 LENGTHS = {"demo_0": 6, "demo_2": 4, "demo_10": 5}
 ENV = {"env_name": "Lift", "type": 1, "env_kwargs": {"control_freq": 20}}
@@ -31,7 +32,7 @@ def dataset(file: Path, **attributes: Any) -> Path:
         for number, (name, frames) in enumerate(LENGTHS.items()):
             demo = data.create_group(name)
             demo.attrs["num_samples"] = frames
-            demo["actions"] = np.zeros((frames, 7))
+            demo["actions"] = np.arange(frames * 7.0).reshape(frames, 7)
             pictures = np.zeros((frames, 48, 64, 3), np.uint8)
             pictures[:, :24] = 40 + 60 * number  # the upper half
             options = {"compression": "gzip", "chunks": (1, 48, 64, 3)}
@@ -65,6 +66,36 @@ def test_episodes_in_the_order_of_their_numbers(tmp_path: Path):
         assert abs(film[1] - shade) < 4
         assert film[2] < 4
     assert not (tmp_path / "tables/tasks.csv").exists()
+
+
+def test_cameras_side_by_side_with_curves(tmp_path: Path, capsys):
+    file = dataset(tmp_path / "lift.hdf5")
+    with h5py.File(file, "a") as hdf5:
+        for name, frames in LENGTHS.items():
+            obs = hdf5[f"data/{name}/obs"]
+            obs["wrist_image"] = np.full((frames + (name == "demo_2"), 32, 32, 3), 90, np.uint8)
+            obs["gripper"] = np.full(frames, np.inf)
+            obs["features"] = np.zeros((frames, 65))
+            obs["mask"] = np.zeros((frames, 48, 64, 1), np.int32)
+        del hdf5["data/demo_10/obs/wrist_image"]
+    found = imported(file)
+    assert [(r["camera"], r["camera_2"]) for r in found[:2]] == [
+        ("agentview_image", "wrist_image")
+    ] * 2
+    told = capsys.readouterr().err
+    assert "1 episodes without wrist_image, the first because: " in told
+    assert not found[2]["video_2"]
+    assert not found[2]["camera_2"]
+    # As many frames as the first camera has.
+    assert halves(tmp_path / "tables" / found[1]["video_2"])[0] == LENGTHS["demo_2"]
+    header, values = curves_of(tmp_path / "tables" / found[0]["curves"])
+    groups = {c.group: None for c in header.curves}
+    assert list(groups) == ["actions", "obs/gripper", "obs/robot0_eef_pos"]
+    assert values[:, :7].tolist() == np.arange(42.0).reshape(6, 7).tolist()
+    assert np.isnan(values[:, 7]).all()
+    call = ["import", "robomimic", str(file), "--out", str(tmp_path / "x"), "--camera"]
+    assert run([*call, "agentview_image", "--camera", "wrist_image"]) == 2
+    assert "there is no wrist_image" in capsys.readouterr().err
 
 
 def test_what_libero_adds(tmp_path: Path):
@@ -110,6 +141,34 @@ def _outside(hdf5: Any) -> None:
     hdf5.create_dataset(
         "data/demo_2/obs/agentview_image", (2, 48, 64, 3), "u1", external=[(file, 0, 18432)]
     )
+
+
+def _numbers_outside(hdf5: Any) -> None:
+    del hdf5["data/demo_2/actions"]
+    hdf5["data/demo_2/actions"] = h5py.ExternalLink("/etc/passwd", "/")
+
+
+def _numbers_too_large(hdf5: Any) -> None:
+    del hdf5["data/demo_2/actions"]
+    chunks = (1 << 25, 7)
+    hdf5.create_dataset(
+        "data/demo_2/actions", (4, 7), "f8", maxshape=(None, 7), chunks=chunks, compression="gzip"
+    )
+
+
+@pytest.mark.parametrize("change", [_numbers_outside, _numbers_too_large])
+def test_numbers_are_not_trusted(tmp_path: Path, capsys, change):
+    file = dataset(tmp_path / "lift.hdf5")
+    with h5py.File(file, "a") as hdf5:
+        change(hdf5)
+    found = imported(file)
+    told = capsys.readouterr().err
+    if change is _numbers_outside:
+        assert "1 episodes without curves, the first because: " in told
+        assert not found[1]["curves"]
+    else:
+        header, _ = curves_of(tmp_path / "tables" / found[1]["curves"])
+        assert {c.group for c in header.curves} == {"obs/robot0_eef_pos"}
 
 
 def _virtual(hdf5: Any) -> None:

@@ -9,14 +9,17 @@ import sqlite3
 import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import av
 import lz4.frame
 import numpy as np
 import pytest
+import yaml
 import zstandard
 
 pytest.importorskip("rosbags", reason="the extra `ros` is not installed")
@@ -29,13 +32,14 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_protobuf.writer import Writer as ProtobufWriter
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from corpus_tools.cli.console import run
+from corpus_tools.episodes import bag_reading
 from corpus_tools.episodes.rosbag import open_recordings
-from tests.lerobot_datasets import HEIGHT, WIDTH, png, shade
+from tests.lerobot_datasets import HEIGHT, WIDTH, curves_of, png, shade
 
 TOPIC = "/camera/color/image_raw/compressed"
 FRAMES = 8
@@ -57,8 +61,11 @@ def image2(number: int, content: bytes | None = None) -> bytes:
     return bytes(STORE2.serialize_cdr(message, message.__msgtype__))
 
 
-def bag2(folder: Path, plugin: Any = StoragePlugin.SQLITE3) -> Path:
-    with Writer2(folder, version=9, storage_plugin=plugin) as writer:
+def bag2(folder: Path, plugin: Any = StoragePlugin.SQLITE3, compressed: str = "") -> Path:
+    writer = Writer2(folder, version=9, storage_plugin=plugin)
+    if compressed:
+        writer.set_compression(CompressionMode[compressed], CompressionFormat.ZSTD)
+    with writer:
         kind = "sensor_msgs/msg/CompressedImage"
         camera = writer.add_connection(TOPIC, kind, typestore=STORE2)
         state = writer.add_connection("/state", "std_msgs/msg/Float64", typestore=STORE2)
@@ -77,9 +84,12 @@ def database(folder: Path) -> Path:
     return next(bag2(folder).glob("*.db3"))
 
 
-def bag1(file: Path) -> Path:
+def bag1(file: Path, compressed: str = "") -> Path:
     types = STORE1.types
-    with Writer1(file.with_suffix(".bag")) as writer:
+    writer = Writer1(file.with_suffix(".bag"))
+    if compressed:
+        writer.set_compression(Writer1.CompressionFormat[compressed])
+    with writer:
         camera = writer.add_connection(TOPIC, "sensor_msgs/msg/CompressedImage", typestore=STORE1)
         for i, time_ns in enumerate(TIMES):
             stamp = types["builtin_interfaces/msg/Time"](sec=1, nanosec=i)
@@ -160,6 +170,13 @@ def in_json(file: Path, compression: CompressionType = CompressionType.LZ4) -> P
     return file
 
 
+FILE_ZSTD = partial(bag2, compressed="FILE")
+MESSAGE_ZSTD = partial(bag2, compressed="MESSAGE")
+FILE_MCAP = partial(bag2, plugin=StoragePlugin.MCAP, compressed="FILE")
+MESSAGE_MCAP = partial(bag2, plugin=StoragePlugin.MCAP, compressed="MESSAGE")
+BAG1_LZ4, BAG1_BZ2 = partial(bag1, compressed="LZ4"), partial(bag1, compressed="BZ2")
+
+
 def call(path: Path, *options: str) -> list[str]:
     out = str(path.parent / "tables")
     return ["import", "rosbag", str(path), "--out", out, "--force", *options]
@@ -177,8 +194,11 @@ def shown(folder: Path) -> list[tuple[dict[str, str], list[float]]]:
 
 @pytest.mark.parametrize(
     "write",
-    [bag2, bag2_mcap, database, bag1, raw_bag, protobuf, video, video_from_its_middle, in_json],
-)
+    [
+        bag2, bag2_mcap, database, bag1, raw_bag, protobuf, video, video_from_its_middle, in_json,
+        FILE_ZSTD, MESSAGE_ZSTD, FILE_MCAP, MESSAGE_MCAP, BAG1_LZ4, BAG1_BZ2,
+    ],
+)  # fmt: skip
 def test_a_recording_is_an_episode(tmp_path: Path, write: Callable[[Path], Path]):
     path = write(tmp_path / "run")
     assert run(call(path)) == 0
@@ -188,6 +208,155 @@ def test_a_recording_is_an_episode(tmp_path: Path, write: Callable[[Path], Path]
     assert row["source"].startswith("run")
     expected = [shade(0, i) for i in range(FRAMES)]
     assert frames == pytest.approx(expected, abs=4)
+
+
+def robot_bag(folder: Path) -> Path:
+    """Two cameras, of which one begins later and has half the rate, and joints in two messages."""
+    joints = STORE2.types["sensor_msgs/msg/JointState"]
+    nothing = np.zeros(0)
+    with Writer2(folder, version=9) as writer:
+        image, joint = "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/JointState"
+        front = writer.add_connection(TOPIC, image, typestore=STORE2)
+        wrist = writer.add_connection("/wrist/compressed", image, typestore=STORE2)
+        state = writer.add_connection("/joint_states", joint, typestore=STORE2)
+        header = STORE2.types["std_msgs/msg/Header"](
+            stamp=STORE2.types["builtin_interfaces/msg/Time"](sec=1, nanosec=0), frame_id=""
+        )
+
+        def write_joints(time_ns: int, names: list[str], position: list[float]) -> None:
+            message = joints(
+                header=header, name=names, position=np.array(position),
+                velocity=np.array([time_ns / 1e9 % 1] * len(names)), effort=nothing,
+            )  # fmt: skip
+            writer.write(state, time_ns, STORE2.serialize_cdr(message, joint))
+
+        write_joints(START_NS - STEP_NS, ["arm", "wrist"], [-1.0, -2.0])
+        for i, time_ns in enumerate(TIMES):
+            writer.write(front, time_ns, image2(i))
+            if i >= 2 and i % 2 == 0:
+                writer.write(wrist, time_ns, image2(i))
+            if i == 3:
+                write_joints(time_ns, ["gripper"], [0.5])
+            if i == 5:
+                write_joints(time_ns, ["wrist", "arm"], [8.0, 9.0])
+    return folder
+
+
+def test_cameras_in_step_with_curves(tmp_path: Path):
+    assert run(call(robot_bag(tmp_path / "run"))) == 0
+    ((row, _),) = shown(tmp_path / "tables")
+    assert (row["camera"], row["camera_2"]) == (TOPIC, "/wrist/compressed")
+    with av.open(str(tmp_path / "tables" / row["video_2"])) as container:
+        frames = [f.to_ndarray(format="rgb24").mean() for f in container.decode(video=0)]
+    assert frames == pytest.approx([shade(0, i) for i in (2, 2, 2, 2, 4, 4, 6, 6)], abs=4)
+    header, values = curves_of(tmp_path / "tables" / row["curves"])
+    places = {(c.group, c.name): n for n, c in enumerate(header.curves)}
+    groups = [c.group for c in header.curves]
+    assert groups == sorted(groups)
+    position = "/joint_states position"
+    arm, wrist, gripper = (values[:, places[position, n]] for n in ("arm", "wrist", "gripper"))
+    assert arm.tolist() == [-1.0] * 5 + [9.0] * 3
+    assert wrist.tolist() == [-2.0] * 5 + [8.0] * 3
+    assert np.isnan(gripper[:3]).all()
+    assert gripper[3:].tolist() == [0.5] * 5
+
+
+def test_one_topic_in_two_forms(tmp_path: Path, capsys):
+    file = tmp_path / "run.mcap"
+    raw = RawImage(width=2, height=2, encoding="rgb8", step=6, data=bytes(12))
+    with file.open("wb") as stream, ProtobufWriter(stream) as writer:
+        for i, time_ns in enumerate(TIMES):
+            image = CompressedImage(data=png(shade(0, i)), format="png")
+            writer.write_message("/top/compressed", image, time_ns, time_ns)
+            writer.write_message("/top", raw, time_ns, time_ns)
+    assert run(call(file)) == 0
+    ((row, _),) = shown(tmp_path / "tables")
+    assert row["camera"] == "/top/compressed"
+    assert "video_2" not in row
+    assert "cameras that aren't shown: /top" in capsys.readouterr().err
+
+
+NUMBERS = [
+    ("Float64", {"data": 1.5}, [("/n", "data", 1.5)]),
+    ("Float32MultiArray", {"data": [1, 2]}, [("/n", "1", 1.0), ("/n", "2", 2.0)]),
+    ("Twist", {"linear": {"x": 3.0}}, [("/n", "linear.x", 3.0)]),
+    ("PoseStamped", {"pose": {"orientation": {"w": 1}}}, [("/n", "orientation.w", 1.0)]),
+    ("JointState", {"name": ["a"], "effort": [2]}, [("/n effort", "a", 2.0)]),
+    ("JointState", {"name": ["a", "b"], "effort": [2]}, [("/n effort", "1", 2.0)]),
+]
+NO_NUMBERS = [
+    ("Float64", {"data": None}), ("Float64", {}), ("Twist", {"linear": 3}), ("JointState", {}),
+    ("Float32MultiArray", {"data": [0] * 65}), ("Pose", {"position": {"x": []}}),
+]  # fmt: skip
+BAD_NUMBERS = [
+    ("Float64", {"data": {"a": 1}}), ("Float64", {"data": "!"}),
+    ("JointState", {"name": 3, "position": [1]}), ("Float64MultiArray", {"data": [[1], [1, 2]]}),
+]  # fmt: skip
+
+
+def with_numbers(file: Path, kind: str, content: Any) -> Path:
+    in_json(file)
+    file = file.with_suffix(".mcap")
+    with file.open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start()
+        for topic, name in ((TOPIC, "foxglove.CompressedImage"), ("/n", f"std_msgs/msg/{kind}")):
+            schema = writer.register_schema(name, "jsonschema", b"{}")
+            channel = writer.register_channel(topic, "json", schema)
+            data = base64.b64encode(png(shade(0, 0))).decode()
+            said = {"data": data, "format": "png"} if topic == TOPIC else content
+            for time_ns in TIMES:
+                writer.add_message(channel, time_ns, json.dumps(said).encode(), time_ns)
+        writer.finish()
+    return file
+
+
+@pytest.mark.parametrize(("kind", "content", "expected"), NUMBERS)
+def test_numbers_of_messages(tmp_path: Path, kind: str, content: Any, expected: Any):
+    assert run(call(with_numbers(tmp_path / "run", kind, content))) == 0
+    ((row, _),) = shown(tmp_path / "tables")
+    header, values = curves_of(tmp_path / "tables" / row["curves"])
+    named = [(c.group, c.name) for c in header.curves]
+    assert [(*name, value) for name, value in zip(named, values[-1], strict=True)] == expected
+
+
+@pytest.mark.parametrize(("kind", "content"), [*NO_NUMBERS, *BAD_NUMBERS])
+def test_messages_without_numbers(tmp_path: Path, capsys, kind: str, content: Any):
+    assert run(call(with_numbers(tmp_path / "run", kind, content))) == 0
+    ((row, _),) = shown(tmp_path / "tables")
+    assert "curves" not in row
+    is_bad = (kind, content) in BAD_NUMBERS
+    assert ("without curves, the first because" in capsys.readouterr().err) == is_bad
+
+
+def test_compression_that_is_not_read(tmp_path: Path, capsys):
+    about = FILE_ZSTD(tmp_path / "run") / "metadata.yaml"
+    about.write_text(
+        about.read_text().replace("compression_format: zstd", "compression_format: lz4")
+    )
+    assert run(call(tmp_path / "run")) == 2
+    assert "compressed by 'lz4', which isn't read" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "names", [[".."], ["."], 3, ["/etc/passwd"], ["a\0b"], ["gone.db3.zstd"], [[]], None]
+)
+def test_names_of_compressed_files_are_not_trusted(tmp_path: Path, capsys, names: Any):
+    about = FILE_ZSTD(tmp_path / "run") / "metadata.yaml"
+    content = yaml.safe_load(about.read_text())
+    content["rosbag2_bagfile_information"]["relative_file_paths"] = names
+    about.write_text(yaml.safe_dump(content))
+    assert run(call(tmp_path / "run")) == 2
+    assert str(tmp_path / "run") in capsys.readouterr().err
+
+
+def test_files_are_not_uncompressed_beyond_a_limit(tmp_path: Path, capsys, monkeypatch):
+    """Half of the free disk can't be filled here, nor a gibibyte of memory."""
+    monkeypatch.setattr(bag_reading, "MOST_CHUNK", 100)
+    monkeypatch.setattr("shutil.disk_usage", lambda folder: SimpleNamespace(free=4000))
+    for number, write in enumerate((FILE_ZSTD, MESSAGE_ZSTD, BAG1_LZ4, BAG1_BZ2)):
+        assert run(call(write(tmp_path / f"run-{number}"))) == 2
+        assert "uncompressed, " in capsys.readouterr().err
 
 
 def test_a_folder_of_recordings(tmp_path: Path):
@@ -217,8 +386,8 @@ def test_memory_stays_flat_while_a_rate_is_measured(tmp_path: Path):
     path = protobuf(tmp_path / "run", [one] * count, times)
     tracemalloc.start()
     try:
-        (episode,) = open_recordings(path).episodes(TOPIC, lambda error: None)
-        assert len(list(islice(episode.pictures, 5))) == 5
+        (episode,) = open_recordings(path).episodes([TOPIC], lambda error: None)
+        assert len(list(islice(episode.views[TOPIC], 5))) == 5
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
