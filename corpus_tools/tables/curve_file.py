@@ -36,7 +36,8 @@ FEWEST = 256
 """An array of so few rows is the last one."""
 MOST_CURVES = 128
 LONGEST_NAME = 100
-_LARGEST_HEADER = 1 << 20
+HEAD_BYTES = 1 << 16
+"""Largest size of a header with its length, which ``curve-file.js`` reads at once."""
 _ROWS_AT_ONCE = 1 << 14
 _FIX = "import the dataset again"
 
@@ -77,6 +78,8 @@ def write_curves(
 ) -> None:
     """Write a file of curves; memory stays flat however long they are.
 
+    Names are shortened if the header would have more than `HEAD_BYTES`.
+
     Parameters
     ----------
     rate
@@ -88,6 +91,11 @@ def write_curves(
     """
     shapes = _shapes(samples, len(curves))
     header, offsets = _header(curves, rate, shapes)
+    longest = LONGEST_NAME
+    while len(header) > HEAD_BYTES:
+        longest //= 2
+        curves = [Curve(curve.group[:longest], curve.name[:longest]) for curve in curves]
+        header, offsets = _header(curves, rate, shapes)
     sizes = [4 * int(np.prod(shape, dtype=np.int64)) for shape in shapes]
     with file.open("wb") as content:
         content.write(header)
@@ -131,7 +139,7 @@ def read_header(file: Path) -> CurveFile:
         with regular_file.opened(file) as content:
             size = os.fstat(content.fileno()).st_size
             (length,) = struct.unpack("<Q", content.read(8))
-            if length > _LARGEST_HEADER:
+            if length > HEAD_BYTES - 8:
                 raise ValueError("its header is too long")
             arrays = msgspec.json.decode(content.read(length), type=dict[str, Any])
         metadata = msgspec.convert(arrays.pop("__metadata__", None), _Metadata)

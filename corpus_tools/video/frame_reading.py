@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from corpus_tools.video.picture_file import MOST_PIXELS
 from g3.errors import FormatError
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 CONTAINERS = "mov,matroska"
 """The formats that are opened, as FFmpeg calls them. Playlists, which name other files, aren't."""
-MOST_PIXELS = 1 << 26
-"""Largest number of pixels of a stored frame; larger ones aren't decoded."""
 WIDEST = 16_384
 """The greatest width and height of a picture as displayed."""
 

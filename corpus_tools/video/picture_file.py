@@ -165,23 +165,36 @@ def _bmp(content: bytes) -> tuple[int, int]:
     return abs(width), abs(height)
 
 
+def _grey_png(content: bytes) -> tuple[int, int]:
+    """Read width and height of a PNG; a ValueError if it has colours or transparency."""
+    if content[25:26] != b"\0":
+        raise ValueError
+    return _png(content)
+
+
 def _tiff(content: bytes) -> tuple[int, int]:
-    """Read width and height, tags 256 and 257, of the first picture."""
+    """Read width and height, tags 256 and 257, of the first picture.
+
+    A ValueError if a pixel has several numbers (tag 277), or more than 32 bits (258): decoded, a
+    few kilobytes would take gigabytes.
+    """
     order = "<" if content.startswith(b"II") else ">"
     (at,) = struct.unpack_from(f"{order}I", content, 4)
     (count,) = struct.unpack_from(f"{order}H", content, at)
     sizes = {}
     for number in range(count):
         tag, kind = struct.unpack_from(f"{order}HH", content, at + 2 + 12 * number)
-        if tag in (256, 257) and kind in (3, 4):
+        if tag in (256, 257, 258, 277):
+            if kind not in (3, 4) or tag in sizes:
+                raise ValueError
             value = f"{order}{'H' if kind == 3 else 'I'}"
             (sizes[tag],) = struct.unpack_from(value, content, at + 10 + 12 * number)
-    if len(sizes) < 2:
+    if not {256, 257} <= sizes.keys() or sizes.get(277, 1) != 1 or sizes.get(258, 1) > 32:
         raise ValueError
     return sizes[256], sizes[257]
 
 
-_DEPTHS = {b"\x89PNG\r\n\x1a\n": _png, b"II*\0": _tiff, b"MM\0*": _tiff}
+_DEPTHS = {b"\x89PNG\r\n\x1a\n": _grey_png, b"II*\0": _tiff, b"MM\0*": _tiff}
 _HEADERS = {
     b"\x89PNG\r\n\x1a\n": _png,
     b"\xff\xd8": _jpeg,

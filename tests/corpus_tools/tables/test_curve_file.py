@@ -12,7 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from safetensors.numpy import load_file
 
-from corpus_tools.tables.curve_file import FEWEST, STEP, Curve, read_header, write_curves
+import annotation_app
+from corpus_tools.tables.curve_file import (
+    FEWEST,
+    HEAD_BYTES,
+    MOST_CURVES,
+    STEP,
+    Curve,
+    read_header,
+    write_curves,
+)
 from g3.errors import FormatError
 
 
@@ -52,6 +61,19 @@ def test_missing_and_infinite_numbers_are_gaps(tmp_path: Path):
     file = tmp_path / "a.safetensors"
     write_curves(file, curves(1), 10, 4, [np.array([[1.0], [np.inf]], np.float32)])
     np.testing.assert_array_equal(load_file(file)["0"][:, 0], [1, np.nan, np.nan, np.nan])
+
+
+@pytest.mark.parametrize("sign", ["a", "𝄞", "\0"])
+def test_long_names_fit_into_what_the_page_reads_at_once(tmp_path: Path, sign: str):
+    file = tmp_path / "a.safetensors"
+    named = [Curve(sign * 100, f"{n} {sign * 90}") for n in range(MOST_CURVES)]
+    write_curves(file, named, 10, 1, [np.zeros((1, MOST_CURVES), np.float32)])
+    (length,) = struct.unpack("<Q", file.read_bytes()[:8])
+    assert 8 + length <= HEAD_BYTES
+    names = [curve.name for curve in read_header(file).curves]
+    assert [int(name.split()[0]) for name in names] == list(range(MOST_CURVES))
+    script = Path(annotation_app.__file__).parent / "static/js/curve-file.js"
+    assert f"HEAD_BYTES = 1 << {HEAD_BYTES.bit_length() - 1};" in script.read_text()
 
 
 def test_damage_is_named(tmp_path: Path):

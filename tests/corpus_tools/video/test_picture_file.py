@@ -11,7 +11,12 @@ import cv2
 import numpy as np
 import pytest
 
-from corpus_tools.video.picture_file import MOST_PIXELS, decoded, size_of
+from corpus_tools.video.picture_file import (
+    MOST_PIXELS,
+    decoded,
+    decoded_distances,
+    size_of,
+)
 from g3.errors import FormatError
 from tests.damage import damaged
 
@@ -74,3 +79,37 @@ def test_damaged_pictures_are_refused_or_small(suffix):
 def test_what_is_no_picture_is_refused(content):
     with pytest.raises(FormatError):
         decoded(content, where="x")
+
+
+def tiff(*tags: tuple[int, int, int]) -> bytes:
+    """A TIFF's header and first directory, without pixels."""
+    entries = b"".join(struct.pack("<HHII", tag, kind, 1, value) for tag, kind, value in tags)
+    return b"II*\0" + struct.pack("<IH", 8, len(tags)) + entries + bytes(4)
+
+
+SIZE = ((256, 3, 8000), (257, 3, 8000))
+
+
+@pytest.mark.parametrize(
+    "tags",
+    [
+        ((277, 3, 4),), ((277, 3, 4), (277, 3, 1)), ((277, 1, 4),), ((277, 3, 0),),
+        ((258, 3, 64),), ((258, 3, 32), (277, 3, 65535)),
+    ],
+)  # fmt: skip
+def test_distances_of_several_numbers_are_refused_without_being_decoded(tags):
+    with pytest.raises(FormatError, match="no depth map of a kind"):
+        decoded_distances(tiff(*SIZE, *tags), where="x")
+
+
+def test_distances_with_colours_are_refused():
+    colours = cv2.imencode(".png", np.zeros((4, 4, 3), np.uint16))[1].tobytes()
+    with pytest.raises(FormatError, match="no depth map of a kind"):
+        decoded_distances(colours, where="x")
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.uint16])
+def test_distances_of_one_number_are_read(kind):
+    values = np.arange(12, dtype=kind).reshape(3, 4)
+    content = cv2.imencode(".tiff", values)[1].tobytes()
+    assert np.array_equal(decoded_distances(content, where="x"), values)
