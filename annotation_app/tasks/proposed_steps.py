@@ -26,15 +26,9 @@ from annotation_app.tasks.step_alignment import (
     text_distance,
 )
 from annotation_app.tasks.task_record import Suggestion
+from corpus_tools.episodes.step_errors import BOTH, BOUNDARY, REMOVED, TEXT, UNCHANGED
 
 PROPOSED = "proposed"
-UNCHANGED, TEXT, BOUNDARY, BOTH, REMOVED = (
-    "unchanged", "text changed", "boundary moved", "text changed, boundary moved", "removed",
-)  # fmt: skip
-ADDED = "added"
-"""Fate of a step that nobody proposed."""
-STATES = (UNCHANGED, TEXT, BOUNDARY, BOTH, REMOVED)
-"""Fates of a proposed step."""
 SAME_S = 0.02
 """Largest difference of beginnings that are the same where frames have no constant rate."""
 

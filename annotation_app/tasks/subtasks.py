@@ -31,7 +31,7 @@ from annotation_app.tasks.agreement import CLOSE_S, Measured, times_f
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.model_errors import TABLES, model_errors
-from annotation_app.tasks.proposed_steps import ADDED, step_fates, step_likeness, suggested_steps
+from annotation_app.tasks.proposed_steps import step_fates, step_likeness, suggested_steps
 from annotation_app.tasks.step_alignment import (
     Step,
     steps_from,
@@ -54,6 +54,7 @@ from annotation_app.tasks.watched_videos import (
     with_watching,
 )
 from corpus_tools.corpus.estimate import Reason
+from corpus_tools.episodes.step_errors import ADDED
 from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, Language
 from corpus_tools.world.scenarios.documents import Problem
 

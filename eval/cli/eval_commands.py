@@ -12,8 +12,8 @@ from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli.modes import (
     DIVIDED,
-    LLM_TREES,
     HELD_OUT,
+    LLM_TREES,
     PERTURB,
     SEED,
     STUDY,
@@ -32,6 +32,7 @@ from eval.cli.modes import (
 )
 from eval.cli.prediction_commands import errors, learning_curve, table_1
 from eval.cli.rating_commands import end_to_end, judge_validity, power, table_2
+from eval.cli.step_commands import subtasks
 from eval.cli.table_3_commands import table_3
 
 if TYPE_CHECKING:
@@ -210,6 +211,7 @@ evaluate = Modes(
         judge_validity,
         report,
         power,
+        subtasks,
     ],
     help="""Measure models and plans: the paper's tables, and more.
 

@@ -181,11 +181,24 @@ def test_models_are_compared_by_their_errors(tmp_path: Path) -> None:
                 page = person.lease("subtasks", "robot").json
                 send(person, page, *RIGHT, decided=[0, 1, 2])
         found = json.loads(exported(app, "model-errors.json", "robot"))["models"]
+        (tmp_path / "proposed.csv").write_bytes(exported(app, "proposed-steps.csv", "robot"))
         reader = Browser(app, "adjudicator", study="robot")
         page = reader.client.get("/dashboard/robot").text
         agreed = reader.client.get("/api/dashboard/studies/robot/agreement").json["data"]
         served = reader.client.get("/api/dashboard/studies/robot/model-errors").json["data"]
     assert served == found
+    out = tmp_path / "figures.json"
+    assert (
+        run(["eval", "subtasks", str(tmp_path / "proposed.csv"), "--json", "--out", str(out)]) == 0
+    )
+    measured = json.loads(out.read_text())["models"]
+    counts = {"model": "source", "episodes": "items", "steps": "parts", "answers": "answers"}
+    counts |= {"proposal": "proposal", "undecided": "undecided"}
+    for by_command, on_dashboard in zip(measured, found, strict=True):
+        for name, other in counts.items():
+            assert by_command[name] == on_dashboard[other]
+        for one, other in zip(by_command["measures"], on_dashboard["measures"], strict=True):
+            assert one == {name: other[name] for name in one}
     assert [(m["source"], m["proposal"]) for m in found] == [
         ("times", "shown"), ("times", "not shown"), ("words", "shown"), ("words", "not shown"),
     ]  # fmt: skip

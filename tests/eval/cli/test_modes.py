@@ -15,7 +15,7 @@ OPTIONS = {
     for name, command in COMMANDS.items()
 }
 EVERY = set().union(*OPTIONS.values())
-FOLDER = {"end-to-end", "report"}
+FOLDER = {"end-to-end", "report", "subtasks"}
 MODES = {
     "table1": "--table 1",
     "table2": "--table 2",
@@ -27,6 +27,7 @@ MODES = {
     "judge-validity": "--judge-validity",
     "report": "--report",
     "power": "--power",
+    "subtasks": "--subtasks",
 }
 
 
