@@ -28,12 +28,13 @@ if TYPE_CHECKING:
 
 REPORT = "meta/people_report.json"
 """File of a copy of a LeRobot dataset with the dashboard's counts and agreement."""
-LEROBOT, RLDS = "lerobot", "rlds"
+LEROBOT, RLDS, ROBOMIMIC, ROSBAG = "lerobot", "rlds", "robomimic", "rosbag"
 """Written into a copy of a dataset, where `ct corpus export` makes a new one."""
 LANGUAGE = "language"
-OF_EPISODES = (LEROBOT, RLDS, LANGUAGE)
+COPIES = (LEROBOT, RLDS, ROBOMIMIC, ROSBAG)
+OF_EPISODES = (*COPIES, LANGUAGE)
 """Formats for studies of robot episodes."""
-TAKERS = {"--episodes": (LEROBOT, RLDS), "--push-to": (LEROBOT,), "--keep-from": (LEROBOT,)}
+TAKERS = {"--episodes": COPIES, "--push-to": (LEROBOT,), "--keep-from": (LEROBOT,)}
 """Formats that take an option."""
 
 STUDY_NAME = click.option(
@@ -52,14 +53,14 @@ STUDY_NAME = click.option(
     default="corpus",
     show_default=True,
     help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
-    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot, rlds: a "
-    "copy of the episodes' dataset with what people said; language: the same as JSON lines, for "
-    "episodes of any format.",
+    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot, rlds, "
+    "robomimic, rosbag: a copy of the episodes' dataset with what people said; language: the same "
+    "as JSON lines, for episodes of any format.",
 )
 @click.option(
     "--episodes",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Where the dataset is, if it has moved: lerobot, rlds.",
+    type=click.Path(path_type=Path, exists=True),
+    help="Where the dataset is, if it has moved: lerobot, rlds, robomimic, rosbag.",
 )
 @click.option(
     "--push-to",
@@ -201,7 +202,8 @@ def _check_options(
     for option, value in of_formats.items():
         takers = TAKERS[option]
         if value and form not in takers:
-            what = f"only {' and '.join(takers)} take{'s' * (len(takers) == 1)} {option[2:]}"
+            listed = " and ".join(", ".join(takers).rsplit(", ", 1))
+            what = f"only {listed} take{'s' * (len(takers) == 1)} {option[2:]}"
             raise FormatError(what, where=option, fix="leave it out")
 
 
@@ -242,7 +244,7 @@ def _write_language(
     force: bool,
 ) -> dict[str, int]:
     """Write people's answers about episodes, with a copy of their dataset; return the counts."""
-    from annotation_app.export.episode_language import PEOPLE, language_lines, rate_of
+    from annotation_app.export.episode_language import language_lines
     from annotation_app.export.lerobot_export import peoples_language
     from g3.storage.atomic_file import replacing
 
@@ -253,14 +255,38 @@ def _write_language(
     elif form == LEROBOT:
         _write_lerobot(session, study, said, out, dataset=dataset, force=force)
     else:
+        note_all(_write_copy(said, out, form, dataset or said.dataset, force=force))
+    return dict(said.counts)
+
+
+def _write_copy(
+    said: PeoplesLanguage, out: Path, form: str, dataset: Path, *, force: bool
+) -> list[str]:
+    """Write a copy of a dataset of another format; return notes."""
+    from annotation_app.export.episode_language import language_lines, rate_of
+    from corpus_tools.episodes.copies import PEOPLE
+
+    files = {PEOPLE: language_lines(said)}
+    rates = {i: rate for i, row in said.episodes.items() if (rate := rate_of(row))}
+    if form == RLDS:
         from corpus_tools.episodes.rlds import open_steps
         from corpus_tools.episodes.rlds_writing import write_rlds
 
-        rates = {i: rate for i, row in said.episodes.items() if (rate := rate_of(row))}
-        files = {PEOPLE: language_lines(said)}
-        steps = open_steps(dataset or said.dataset)
-        note_all(write_rlds(steps, out, said.language, rates, attachments=files, force=force))
-    return dict(said.counts)
+        steps = open_steps(dataset)
+        return write_rlds(steps, out, said.language, rates, attachments=files, force=force)
+    if form == ROBOMIMIC:
+        from corpus_tools.episodes.robomimic import open_demonstrations
+        from corpus_tools.episodes.robomimic_writing import write_robomimic
+
+        demos = open_demonstrations(dataset)
+        return write_robomimic(demos, out, said.language, rates, attachments=files, force=force)
+    from corpus_tools.episodes.bag_writing import write_recordings
+    from corpus_tools.episodes.rosbag import open_recordings
+
+    times = {index: str(row.get("start") or "") for index, row in said.episodes.items()}
+    starts = {index: int(time) for index, time in times.items() if time.isdecimal()}
+    recordings = open_recordings(dataset)
+    return write_recordings(recordings, out, said.language, starts, attachments=files, force=force)
 
 
 def _keep_from(least: tuple[str, ...]) -> KeepFrom:

@@ -9,9 +9,6 @@ import msgspec
 
 from annotation_app.export.lerobot_export import PeoplesLanguage
 
-PEOPLE = "people.jsonl"
-"""The file of a copy with the source of each text."""
-
 
 def language_lines(said: PeoplesLanguage) -> bytes:
     """Return a line for each text of people, then those of :attr:`PeoplesLanguage.files`.

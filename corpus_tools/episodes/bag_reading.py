@@ -71,25 +71,25 @@ class Recording:
         with content_of(self.path):
             if self.files:
                 return {topic: k for file in self.files for topic, k in _mcap_types(file).items()}
-            with self._reader() as reader:
+            with self.reader() as reader:
                 return {c.topic: _last_name(c.msgtype) for c in reader.connections}
 
     def messages(self, topics: Collection[str]) -> Iterator[Published]:
         """Yield the messages of some topics, nearly in the order of their times."""
         with content_of(self.path):
             for file in self.files:
-                yield from _mcap_messages(file, topics, self._plain)
+                yield from _mcap_messages(file, topics, self.plain)
             if not self.files:
                 yield from self._bag_messages(topics)
 
-    def _plain(self, content: bytes) -> bytes:
+    def plain(self, content: bytes) -> bytes:
         """Return the content of a message, uncompressed if need be."""
         if not self.has_compressed_messages:
             return content
         return _at_most(zstandard.ZstdDecompressor().stream_reader(content).read)
 
     def _bag_messages(self, topics: Collection[str]) -> Iterator[Published]:
-        with self._reader() as reader:
+        with self.reader() as reader:
             wanted = [c for c in reader.connections if c.topic in topics]
             if not wanted:
                 return
@@ -97,11 +97,12 @@ class Recording:
             types = reader.typestore
             decode = types.deserialize_cdr if reader.is2 else types.deserialize_ros1
             for connection, time_ns, content in reader.messages(connections=wanted):
-                of_message = partial(_decoded, decode, connection.msgtype, self._plain, content)
+                of_message = partial(_decoded, decode, connection.msgtype, self.plain, content)
                 yield Published(connection.topic, time_ns, of_message)
 
     @contextmanager
-    def _reader(self) -> Iterator[Any]:
+    def reader(self) -> Iterator[Any]:
+        """Open the bag with a reader of rosbags."""
         highlevel = import_extra("rosbags.highlevel", "ros", "ROS bags are read")
         types = import_extra("rosbags.typesys", "ros", "ROS bags are read")
         usual = types.get_typestore(types.Stores.ROS2_HUMBLE)
@@ -266,13 +267,14 @@ def _mcap_types(file: Path) -> dict[str, str]:
         schemas = {number: schema.name for number, schema in summary.schemas.items()}
         channels = list(summary.channels.values())
     else:
-        every = list(_mcap_records(file, with_messages=False))
+        every = list(mcap_records(file, with_messages=False))
         schemas = {r.id: r.name for r in every if isinstance(r, Schema)}
         channels = [r for r in every if isinstance(r, Channel)]
     return {c.topic: _last_name(schemas.get(c.schema_id, "")) for c in channels}
 
 
-def _mcap_records(file: Path, *, with_messages: bool) -> Iterator[Any]:
+def mcap_records(file: Path, *, with_messages: bool) -> Iterator[Any]:
+    """Yield the records of an MCAP file, those of chunks too."""
     with regular_file.opened(file) as stream:
         size = file.stat().st_size
         reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
@@ -306,7 +308,7 @@ def _mcap_messages(
 ) -> Iterator[Published]:
     schemas: dict[int, Schema] = {}
     decoders: dict[int, tuple[str, Callable[[bytes], Any]]] = {}
-    for record in _mcap_records(file, with_messages=True):
+    for record in mcap_records(file, with_messages=True):
         if isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel) and record.topic in topics:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from corpus_tools.episodes.copies import check_outside, check_written, style_counts, wordings
 from corpus_tools.episodes.films import RESTORE
 from corpus_tools.episodes.rlds import FEATURES, FPS, INFO, STEPS, Steps, text_of
 from corpus_tools.episodes.tf_records import example_of, framed, records, values_of
@@ -82,10 +82,8 @@ def write_rlds(
     FormatError
         If the copy would lie in the dataset, or a file can't be read or written.
     """
-    source, resolved = steps.path, target.resolve()
-    if source == resolved or source in resolved.parents:
-        fix = "name a folder elsewhere: the dataset stays as it is"
-        raise FormatError("the copy would lie in the dataset itself", where=str(target), fix=fix)
+    source = steps.path
+    check_outside(source, target)
     columns = _columns(steps, language)
     notes = [*_not_written(language)]
     seen: set[int] = set()
@@ -117,10 +115,7 @@ def write_rlds(
                     notes += [f"episode {index}: {note}" for note in found]
                     stream.write(framed(example.SerializeToString(deterministic=True)))
             sizes[name] = new.stat().st_size
-        if language and not seen & language.keys():
-            what = f"the dataset has no episode {min(language)}, nor any other of these"
-            fix = "name the dataset that the language is about"
-            raise FormatError(what, where=str(source), fix=fix)
+        check_written(source, language, seen)
         for path in sorted(source.iterdir()):
             if path.name not in shards and not path.name.startswith(".") and path.is_file():
                 file = file_inside(source, path.name, where=str(path))
@@ -134,20 +129,16 @@ def write_rlds(
 def _columns(steps: Steps, language: Mapping[int, EpisodeLanguage]) -> _Columns:
     names = {feature.name for feature in steps.features}
     instruction = steps.texts[0] if steps.texts else INSTRUCTION
-    most = max((len(_wordings(added)) for added in language.values()), default=0)
+    most = max((len(wordings(added)) for added in language.values()), default=0)
     numbered = (f"{instruction}_{number}" for number in range(2, 2 + len(names) + most))
     free = [name for name in numbered if name not in names]
     return _Columns(steps.texts, instruction, tuple(free[:most]), SUBTASKS)
 
 
 def _not_written(language: Mapping[int, EpisodeLanguage]) -> Iterator[str]:
-    styles = Counter(item.style for added in language.values() for item in added.said)
+    styles = style_counts(language)
     for style in sorted(styles.keys() - {TASK_AUG, SUBTASK}):
         yield f"{styles[style]} texts of the style {style} are in no record: RLDS has no such style"
-
-
-def _wordings(added: EpisodeLanguage) -> list[str]:
-    return list(dict.fromkeys(item.text for item in added.said if item.style == TASK_AUG))
 
 
 def _add_language(
@@ -162,12 +153,12 @@ def _add_language(
             _put(example, name, new)
     before = values_of(example, f"{STEPS}{columns.instruction}")
     has = any(text_of(value, where) for value in before)
-    wordings = _wordings(added)
+    texts = wordings(added)
     if not has:
-        text, *wordings = wordings or [""]
+        text, *texts = texts or [""]
         _put(example, columns.instruction, [text] * count)
     for number, name in enumerate(columns.more):
-        text = wordings[number] if number < len(wordings) else ""
+        text = texts[number] if number < len(texts) else ""
         _put(example, name, [text] * count)
     subtasks = [item for item in added.said if item.style == SUBTASK]
     if not subtasks and len(values_of(example, f"{STEPS}{columns.subtasks}")) == count:

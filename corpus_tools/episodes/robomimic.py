@@ -76,8 +76,8 @@ class Demonstrations:
         self, data: Any, name: str, file: Path, index: int, cameras: Sequence[str]
     ) -> RecordedEpisode:
         place = f"{file}, data/{name}"
-        demo = _child(data, name, place)
-        obs = _child(demo, "obs", place)
+        demo = child(data, name, place)
+        obs = child(demo, "obs", place)
         # MuJoCo draws from the bottom up; robosuite says so where it didn't turn pictures over.
         is_upside_down = _text(data.attrs.get("macros_image_convention")) == "opengl"
         views = {
@@ -87,19 +87,22 @@ class Demonstrations:
         rate = self.fps or _rate(data, file)
         curves = partial(_curves, demo, place, rate)
         return RecordedEpisode(
-            index, f"{file.name}/{name}", _tasks(data, demo, place), rate, views, curves=curves
+            index, f"{file.name}/{name}", tasks_of(data, demo, place), rate, views, curves=curves
         )
 
 
 def demonstrations(
-    files: Sequence[Path], on_error: OnError
+    files: Sequence[Path], on_error: OnError, *, is_written: bool = False
 ) -> Iterator[tuple[int, Path, Any, str]]:
-    """Yield the number of each episode, its file, the group of episodes, and its name there."""
+    """Yield the number of each episode, its file, the group of episodes, and its name there.
+
+    The files may be changed if they are opened so.
+    """
     index = 0
     for file in files:
         try:
-            with _opened(file) as hdf5:
-                data = _child(hdf5, "data", file)
+            with _opened(file, is_written=is_written) as hdf5:
+                data = child(hdf5, "data", file)
                 for name in _names(data):
                     yield index, file, data, name
                     index += 1
@@ -130,12 +133,12 @@ def open_demonstrations(path: Path, *, fps: float | None = None) -> Demonstratio
         fix = f"name a file, or a folder of files that end in {' or '.join(ENDINGS)}"
         raise FormatError("there are no HDF5 files", where=str(path), fix=fix)
     with _opened(files[0]) as hdf5:
-        data = _child(hdf5, "data", files[0])
+        data = child(hdf5, "data", files[0])
         names = _names(data)
         if not names:
             raise FormatError("there are no episodes", where=f"{files[0]}, data", fix=RESTORE)
         place = f"{files[0]}, data/{names[0]}"
-        demo = _child(data, names[0], place)
+        demo = child(data, names[0], place)
         cameras = dict(_cameras(demo, place)) if "obs" in demo else {}
     depth = frozenset(name for name in cameras if _DEPTH.search(name))
     others = frozenset(name for name, kind in cameras.items() if kind != np.uint8)
@@ -143,18 +146,19 @@ def open_demonstrations(path: Path, *, fps: float | None = None) -> Demonstratio
 
 
 @contextmanager
-def _opened(file: Path) -> Iterator[Any]:
+def _opened(file: Path, *, is_written: bool = False) -> Iterator[Any]:
     """Open a file; a FormatError names it, if it can't be read or is damaged."""
     h5py = import_extra("h5py", "hdf5", "HDF5 files are read")
     if not file.is_file():
         what = "this is no file" if file.exists() else "there is no such file"
         raise FormatError(what, where=str(file), fix="name an HDF5 file, or a folder of them")
-    with _content_of(str(file)), h5py.File(file, "r", locking=False) as hdf5:
+    mode = "r+" if is_written else "r"
+    with content_of(str(file)), h5py.File(file, mode, locking=False) as hdf5:
         yield hdf5
 
 
 @contextmanager
-def _content_of(where: str) -> Iterator[None]:
+def content_of(where: str) -> Iterator[None]:
     """Turn any error that damaged content causes into a FormatError."""
     try:
         yield
@@ -166,7 +170,7 @@ def _content_of(where: str) -> Iterator[None]:
         raise FormatError(what, where=where, fix=RESTORE) from error
 
 
-def _child(group: Any, name: str, where: object) -> Any:
+def child(group: Any, name: str, where: object) -> Any:
     """Return a member of a group that lies in the same file.
 
     Raises
@@ -175,7 +179,7 @@ def _child(group: Any, name: str, where: object) -> Any:
         If there is none, or it is a link or has its content in another file.
     """
     h5py = import_extra("h5py", "hdf5", "HDF5 files are read")
-    with _content_of(str(where)):
+    with content_of(str(where)):
         link = group.get(name, getlink=True) if isinstance(group, h5py.Group) else None
         if link is None:
             raise FormatError(
@@ -205,9 +209,9 @@ def _names(data: Any) -> list[str]:
 
 
 def _cameras(demo: Any, where: str) -> Iterator[tuple[str, Any]]:
-    obs = _child(demo, "obs", where)
+    obs = child(demo, "obs", where)
     for name in obs:
-        member = _child(obs, name, f"{where}/obs")
+        member = child(obs, name, f"{where}/obs")
         if len(getattr(member, "shape", ())) == 4 and member.shape[-1] in (1, 3):
             yield name, member.dtype
 
@@ -228,11 +232,11 @@ def _check_pictures(pictures: Any, where: str) -> None:
 
 def _pictures(obs: Any, camera: str, of: str, *, is_upside_down: bool) -> Iterator[Picture]:
     where = f"{of}/{camera}"
-    pictures = _child(obs, camera, of)
+    pictures = child(obs, camera, of)
     _check_pictures(pictures, where)
     for number in range(len(pictures)):
         place = f"{where}, frame {number}"
-        with _content_of(place):
+        with content_of(place):
             pixels = pictures[number]
         if pixels.dtype != np.uint8:  # distances
             pixels = _as_grey(pixels)
@@ -250,7 +254,7 @@ def _curves(demo: Any, where: str, rate: float, frames: int) -> EpisodeCurves | 
         group, _, last = name.rpartition("/")
         parent = demo[group] if group else demo
         if last in parent:
-            members[name] = _child(parent, last, f"{where}/{group}")
+            members[name] = child(parent, last, f"{where}/{group}")
     widths = drawable(
         (name, member.shape[1] if member.ndim == 2 else 1)
         for name, member in members.items()
@@ -270,7 +274,7 @@ def _rows(members: Mapping[str, Any], frames: int, where: str) -> Iterator[Value
     for first in range(0, frames, ROWS_AT_ONCE):
         columns = []
         for name, member in members.items():
-            with _content_of(f"{where}/{name}"), np.errstate(over="ignore"):
+            with content_of(f"{where}/{name}"), np.errstate(over="ignore"):
                 part = member[first : first + ROWS_AT_ONCE].astype(np.float32)
             columns.append(part.reshape(len(part), -1))
         yield np.concatenate(columns, axis=1)
@@ -291,7 +295,7 @@ def _as_grey(distances: Any) -> Any:
 
 def _rate(data: Any, file: Path) -> float:
     """Return the environment's control frequency, hertz."""
-    arguments = _json(data, "env_args", f"{file}, data")
+    arguments = json_of(data, "env_args", f"{file}, data")
     options = arguments.get("env_kwargs")
     rate = options.get("control_freq") if isinstance(options, Mapping) else None
     if rate is None:
@@ -303,21 +307,21 @@ def _rate(data: Any, file: Path) -> float:
     return float(rate)
 
 
-def _tasks(data: Any, demo: Any, where: str) -> tuple[str, ...]:
+def tasks_of(data: Any, demo: Any, where: str) -> tuple[str, ...]:
     """Return the task of an episode, else that of its file."""
-    texts = _json(demo, "ep_meta", where).get("lang")
+    texts = json_of(demo, "ep_meta", where).get("lang")
     if not texts:
-        texts = _json(data, "problem_info", where).get("language_instruction")
+        texts = json_of(data, "problem_info", where).get("language_instruction")
     listed = texts if isinstance(texts, list) else [texts]
     # LIBERO has texts in quotation marks, as in its task files.
     cleaned = (text.strip().strip('"').strip() for text in listed if isinstance(text, str))
     return tuple(dict.fromkeys(text for text in cleaned if text))
 
 
-def _json(group: Any, name: str, where: str) -> Mapping[str, Any]:
+def json_of(group: Any, name: str, where: str) -> Mapping[str, Any]:
     """Return the JSON of an attribute; nothing if there is no such attribute."""
     place = f"{where}, attribute {name}"
-    with _content_of(place):
+    with content_of(place):
         text = _text(group.attrs.get(name))
     try:
         return msgspec.json.decode(text, type=dict[str, Any]) if text else {}

@@ -146,4 +146,4 @@ def test_what_is_refused(study: Path, capsys: pytest.CaptureFixture[str]):
     assert run([*call, "lerobot", str(study / "other")]) == 2
     assert "this is no LeRobot dataset" in capsys.readouterr().err
     assert run([*call, "language", str(study / "x"), "--episodes", str(study)]) == 2
-    assert "only lerobot and rlds" in capsys.readouterr().err
+    assert "only lerobot, rlds, robomimic and rosbag take" in capsys.readouterr().err

@@ -223,7 +223,7 @@ def test_other_studies_are_no_datasets(tmp_path: Path, capsys: pytest.CaptureFix
     call = ["annotate", "export", str(tmp_path / "out"), "--format", "csv"]
     instance = ["--instance", str(tmp_path / "instance")]
     assert run([*call, "--episodes", str(tmp_path / "set"), *instance]) == 2
-    assert "only lerobot and rlds take episodes" in capsys.readouterr().err
+    assert "only lerobot, rlds, robomimic and rosbag take episodes" in capsys.readouterr().err
     (tmp_path / "set").rename(tmp_path / "moved")
     call = ["annotate", "export", str(tmp_path / "copy"), "--format", "lerobot"]
     assert run([*call, *instance]) == 2
