@@ -1,6 +1,6 @@
 """Messages of recordings: MCAP files, ROS 2 bags (MCAP or SQLite) and ROS 1 bags.
 
-Chunks, messages and files may be compressed. Each is uncompressed to a limit, whatever its headers
+Chunks, messages and files may be compressed. Each is uncompressed to a limit, not to what headers
 say: an MCAP chunk to its stated size, a file to half of what is free on the disk.
 """
 
@@ -145,7 +145,7 @@ def _at_most(read: Callable[[int], bytes]) -> bytes:
 
 
 def recordings_in(path: Path) -> Iterator[Path]:
-    """Yield the recordings in a folder, or the one that a path is."""
+    """Yield the recordings in a folder, or the path itself if it is a recording."""
     if path.suffix in ENDINGS and path.is_file():
         yield path
     elif (path / BAG).is_file():

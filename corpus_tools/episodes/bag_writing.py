@@ -128,7 +128,7 @@ def _free_topic(topics: set[str]) -> str:
 
 
 def _write_mcap(file: Path, new: Path, texts: list[tuple[int, bytes]]) -> None:
-    """Write an MCAP file anew, with the texts among the messages in the order of times."""
+    """Copy an MCAP file, with the texts among the messages in the order of times."""
     every = mcap_records(file, with_messages=True)
     header = next(every, None)
     is_ros = isinstance(header, Header) and header.profile == "ros2"
@@ -182,7 +182,7 @@ def _add_text(writer: Writer, channel: int, time_ns: int, text: bytes, *, is_ros
 
 
 def _write_bag(recording: Recording, new: Path, texts: list[tuple[int, bytes]]) -> None:
-    """Write a ROS 2 bag anew, in SQLite and uncompressed."""
+    """Copy a ROS 2 bag, in SQLite and uncompressed."""
     purpose = "ROS bags are written"
     rosbag2 = import_extra("rosbags.rosbag2", "ros", purpose)
     types = import_extra("rosbags.typesys", "ros", purpose)
