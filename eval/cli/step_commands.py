@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options.format_option import OUT, PATH, format_option
+from corpus_tools.options import OUT, PATH, format_option
 from eval.cli.modes import is_terminal, write
 
 if TYPE_CHECKING:
