@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from sqlalchemy import insert, select
+from sqlalchemy import func, insert, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
@@ -45,7 +45,8 @@ PER_ITEM, PER_PERSON, VIDEOS = 5, 200, 50
 """Answers to an item, and by a person."""
 OPEN = 0.2
 """Share of the items that wait for one more answer."""
-NOW = 1_700_000_000.0
+BEGIN = 1_700_000_000.0
+"""A second before the first answer; one comes each second."""
 OVERVIEW = (
     "progress by video", "times", "history", "collected", "people", "agreement", "at work",
     "forecast", "reports", "disputes",
@@ -59,11 +60,11 @@ def fill(session: Session, answers: int, name: str = "load") -> str:
     """Add a study whose items have been rated by people, in bulk; return its id."""
     config = StudyConfig(name=name, title="Load", tasks={"rate": TaskConfig(answers=PER_ITEM)})
     study = new_id()
-    about = {"id": study, "name": name, "config": stored(config), "created_at": NOW}
+    about = {"id": study, "name": name, "config": stored(config), "created_at": BEGIN}
     session.execute(insert(Study), [about])
     luck = np.random.default_rng(0)
     people = [new_id() for _ in range(max(answers // PER_PERSON, PER_ITEM) + 1)]
-    common = {"role": "worker", "provider": "load", "profile": {}, "created_at": NOW}
+    common = {"role": "worker", "provider": "load", "profile": {}, "created_at": BEGIN}
     session.execute(insert(Person), [{**common, "id": p, "external_hash": p} for p in people])
     queue = queue_of(study, "rate")
     items, slots, events, given, handouts = [], [], [], [], []
@@ -85,7 +86,7 @@ def fill(session: Session, answers: int, name: str = "load") -> str:
             seconds = round(float(luck.lognormal(3, 0.5)), 3)
             rating = int(np.clip(usual + luck.integers(-1, 2), 1, 5))
             body = {"rating": rating, "watched_s": round(seconds / 2, 2), "speed": 1.0}
-            common = {"item_id": item, "person_id": who, "at": NOW + number}
+            common = {"item_id": item, "person_id": who, "at": BEGIN + number}
             events.append({**common, "id": number, "uuid": f"{number}", "name": "submit",
                            "body": body})  # fmt: skip
             given.append(
@@ -94,7 +95,7 @@ def fill(session: Session, answers: int, name: str = "load") -> str:
                  "surplus": False, "adopted": True, "seconds": seconds,
                  "odd_below_s": odd_below(payload, body, None), "provenance": None}
             )  # fmt: skip
-            slots.append({"item_id": item, "person_id": who, "expires_at": NOW, "answered": True,
+            slots.append({"item_id": item, "person_id": who, "expires_at": BEGIN, "answered": True,
                           "queue": queue, "rank": items[-1]["rank"]})  # fmt: skip
             handouts.append({**common, "skipped_at": None})
         if luck.random() < OPEN:
@@ -108,16 +109,17 @@ def fill(session: Session, answers: int, name: str = "load") -> str:
 
 def seconds_of(session: Session, study: str) -> Mapping[str, float]:
     """Return the seconds that each part of the pages takes."""
+    now = session.scalars(select(func.max(Answer.at))).one()
     someone = session.scalars(select(Person.id).order_by(Person.id).limit(1)).one()
     parts: dict[str, Callable[[], object]] = {
-        "progress by video": lambda: progress_by_video(session, study, now=NOW),
+        "progress by video": lambda: progress_by_video(session, study, now=now),
         "times": lambda: durations(session, study),
-        "history": lambda: histories(session, study, now=NOW),
+        "history": lambda: histories(session, study, now=now),
         "collected": lambda: collected(session, study),
         "people": lambda: workers(session, study),
         "agreement": lambda: agreement(session, study),
-        "at work": lambda: at_work(session, study, now=NOW),
-        "forecast": lambda: forecast(session, study, [], [], now=NOW),
+        "at work": lambda: at_work(session, study, now=now),
+        "forecast": lambda: forecast(session, study, [], [], now=now),
         "reports": lambda: open_reports(session, study),
         "disagreements": lambda: disagreements(session, study),
         "disputes": lambda: disputes(session, study),

@@ -7,11 +7,12 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import TypeAlias
 
 import msgspec
 import numpy as np
-from sqlalchemy import ColumnElement, and_, case, func, literal, select
+from sqlalchemy import ColumnElement, and_, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import scene_of
@@ -71,15 +72,15 @@ def consensus(session: Session, study_id: str) -> Consensus:
 
     There is no value below `FEWEST_ITEMS` items. The others have an interval of 95 %.
     """
-    edges = _edges(session, study_id)
-    answered: _Answered = defaultdict(lambda: [[] for _ in range(WINDOWS)])
-    _add_gists(session, study_id, edges, answered)
-    _add_bodies(session, study_id, edges, answered)
+    answered: _Answered = defaultdict(list)
+    _add_gists(session, study_id, answered)
+    _add_bodies(session, study_id, answered)
+    edges, all_windows = _windows(answered)
     overall = []
     over_time = []
     for task in tasks():
         for group in (ALL,) if task.suggestion is None else (ALL, TOUCHED, UNSEEN):
-            windows = answered.get((task.name, group), [])
+            windows = all_windows.get((task.name, group), [])
             found = _estimated(task, [items for window in windows for items in window])
             overall += [replace(one, task=task.name, answers=group) for one in found]
             if group == ALL and found and found[0].value is not None:
@@ -143,45 +144,40 @@ def _bounded(one: Measured, values: Sequence[float], share: float) -> Measured:
 
 _Group: TypeAlias = tuple[TaskName, str]
 """A task, and which of its answers."""
-_Answered: TypeAlias = dict[_Group, list[list[list[Record]]]]
-"""The answers to each item that was finished in each window."""
+_Answered: TypeAlias = dict[_Group, list[tuple[int, list[Record]]]]
+"""The id of each item's last answer, and the answers to it. Ids grow with time."""
 
 
-def _edges(session: Session, study_id: str) -> list[int]:
-    """Return the ids of the answers that begin all windows but the first.
+def _windows(answered: _Answered) -> tuple[list[int], dict[_Group, list[list[list[Record]]]]]:
+    """Return the ids that begin all windows but the first, and the items finished in each."""
+    ids = [last for items in answered.values() for last, _ in items]
+    first, last = min(ids, default=0), max(ids, default=0)
+    edges = [first + (last - first) * n // WINDOWS for n in range(1, WINDOWS)]
+    windows = {}
+    for group, items in answered.items():
+        windows[group] = [list[list[Record]]() for _ in range(WINDOWS)]
+        # In an order of their own, so that samples of them are always the same.
+        for last, bodies in sorted(items, key=itemgetter(0)):
+            windows[group][bisect_right(edges, last)].append(bodies)
+    return edges, windows
 
-    Ids grow with time, and are in each index.
-    """
-    first, last = session.execute(
-        select(func.min(Answer.id), func.max(Answer.id)).where(*_compared(study_id))
-    ).one()
-    first, last = first or 0, last or 0
-    return [first + (last - first) * n // WINDOWS for n in range(1, WINDOWS)]
 
-
-def _add_gists(session: Session, study_id: str, edges: Sequence[int], answered: _Answered) -> None:
-    """Add the answers to the items of which all answers have gists.
-
-    Items with the same answers are counted by the database, and read once.
-    """
-    gists = func.aggregate_strings(Answer.gist, _BETWEEN)
-    last = func.max(Answer.id)
-    window = case(*((last < edge, literal(n)) for n, edge in enumerate(edges)), else_=len(edges))
-    items = (
-        select(Answer.task, window.label("window"), gists.label("gists"))
+def _add_gists(session: Session, study_id: str, answered: _Answered) -> None:
+    """Add the answers to the items of which all answers have gists; equal ones are read once."""
+    rows = session.execute(
+        select(Answer.task, func.max(Answer.id), func.aggregate_strings(Answer.gist, _BETWEEN))
         .where(*_compared(study_id), Answer.task.in_(_with_gists()))
         .group_by(Answer.task, Answer.item_id)
         .having(func.count(Answer.gist) == func.count())
-        .subquery()
     )
-    same = items.c.task, items.c.window, items.c.gists
-    rows = select(*same, func.count()).group_by(*same).order_by(*same)
-    for task, number, texts, count in session.execute(rows):
-        bodies = [msgspec.json.decode(text) for text in texts.split(_BETWEEN)]
-        answered[task, ALL][number].extend([bodies] * count)
+    read: dict[str, list[Record]] = {}
+    for task, last, texts in rows:
+        if texts not in read:
+            read[texts] = [msgspec.json.decode(text) for text in texts.split(_BETWEEN)]
+        answered[task, ALL].append((last, read[texts]))
 
 
-def _add_bodies(session: Session, study_id: str, edges: Sequence[int], answered: _Answered) -> None:
+def _add_bodies(session: Session, study_id: str, answered: _Answered) -> None:
     """Add the answers to the other items."""
     compared, with_gists = _compared(study_id), _with_gists()
     without = select(Answer.item_id).where(*compared, Answer.gist.is_(None))
@@ -201,8 +197,7 @@ def _add_bodies(session: Session, study_id: str, edges: Sequence[int], answered:
             for group in _groups(provenance):
                 found.setdefault((task, group), {}).setdefault(item_id, []).append(body)
         for key, items in found.items():
-            for item_id, bodies in items.items():
-                answered[key][bisect_right(edges, last[item_id])].append(bodies)
+            answered[key] += [(last[item_id], bodies) for item_id, bodies in items.items()]
 
 
 def _compared(study_id: str) -> tuple[ColumnElement[bool], ...]:

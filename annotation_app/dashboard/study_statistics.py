@@ -15,20 +15,32 @@ from sqlalchemy import (
     BindParameter,
     ColumnElement,
     Float,
-    Select,
     String,
     and_,
     bindparam,
+    case,
     func,
     select,
 )
 from sqlalchemy.orm import Session
 
-from annotation_app.store.models import Answer, Item, Person, Record, Slot, Study, TaskName
+from annotation_app.dashboard.workers import has_answered
+from annotation_app.store.models import (
+    Answer,
+    Item,
+    Person,
+    Record,
+    Slot,
+    Study,
+    TaskName,
+    queue_of,
+)
 from annotation_app.tasks.agreement import ModelErrors
 from annotation_app.tasks.task_registry import task_names, tasks
 
 QUARTILES = 0.25, 0.5, 0.75
+COUNTED = "usual", "adjudicated"
+"""Kinds of answers that count: not those to attention checks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,17 +116,25 @@ def durations(session: Session, study_id: str) -> list[Duration]:
         )
         count = session.scalars(select(func.count()).where(*timed)).one()
         if count:
-            in_order = select(Answer.seconds).where(*timed).order_by(Answer.seconds)
-            quartiles = (_quantile(session, in_order, part * (count - 1)) for part in QUARTILES)
+            quartiles = (_quantile(session, timed, part * (count - 1), count) for part in QUARTILES)
             found.append(Duration(task, count, *quartiles))
     return found
 
 
-def _quantile(session: Session, in_order: Select[float | None], place: float) -> float:
-    """Return a number at a place in an order, or between the two neighbours, as NumPy does."""
+def _quantile(
+    session: Session, timed: tuple[ColumnElement[bool], ...], place: float, count: int
+) -> float:
+    """Return the seconds at a place in their order, or between the neighbours, as NumPy does.
+
+    An index is read from its nearer end.
+    """
     before = math.floor(place)
-    beside = session.scalars(in_order.offset(before).limit(2)).all()
-    return float(np.percentile(np.array(beside, dtype=np.float64), 100 * (place - before)))
+    is_near = before <= count // 2
+    order = Answer.seconds if is_near else Answer.seconds.desc()
+    in_order = select(Answer.seconds).where(*timed).order_by(order)
+    offset = before if is_near else count - before - 2
+    beside = np.array(session.scalars(in_order.offset(offset).limit(2)).all(), dtype=np.float64)
+    return float(np.percentile(beside, 100 * (place - before)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,22 +200,28 @@ def histories(session: Session, study_id: str, *, now: float, moments: int = 40)
 
     Excluded answers don't count, nor do attention checks.
     """
-    rows = session.execute(
-        select(Answer.task, func.min(Answer.at), func.max(Answer.at))
-        .where(*_counting(study_id))
-        .group_by(Answer.task)
-    ).all()
-    if not rows:
+    ends = {
+        task: times
+        for task in task_names()
+        if (times := _first_and_last(session, study_id, task)) is not None
+    }
+    if not ends:
         return []
     # Clocks may have been set back since.
-    last = max(now, *(latest for _, _, latest in rows))
-    at = np.linspace(min(first for _, first, _ in rows), last, moments).tolist()
-    answered = {task for task, _, _ in rows}
-    return [
-        History(task, tuple(at), _cumulative(session, study_id, task, at))
-        for task in task_names()
-        if task in answered
+    last = max(now, *(latest for _, latest in ends.values()))
+    at = np.linspace(min(first for first, _ in ends.values()), last, moments).tolist()
+    return [History(task, tuple(at), _cumulative(session, study_id, task, at)) for task in ends]
+
+
+def _first_and_last(session: Session, study_id: str, task: TaskName) -> tuple[float, float] | None:
+    """Return the times of a task's first and last answer, found at the ends of an index."""
+    times = [
+        session.scalar(_END[end, kind], {"of_study": study_id, "of_task": task})
+        for kind in COUNTED
+        for end in ("first", "last")
     ]
+    known = [time for time in times if time is not None]
+    return (min(known), max(known)) if known else None
 
 
 def _cumulative(
@@ -214,11 +240,24 @@ def _counting(study_id: str | BindParameter[str]) -> tuple[ColumnElement[bool], 
     """Return the condition that an answer counts: neither excluded nor to an attention check."""
     return (
         Answer.study_id == study_id,
-        Answer.kind.in_(("usual", "adjudicated")),
+        Answer.kind.in_(COUNTED),
         Answer.excluded.is_(False),
     )
 
 
+_END = {
+    (end, kind): select(Answer.at)
+    .where(
+        Answer.study_id == bindparam("of_study", type_=String),
+        Answer.task == bindparam("of_task", type_=String),
+        Answer.kind == kind,
+        Answer.excluded.is_(False),
+    )
+    .order_by(order)
+    .limit(1)
+    for end, order in (("first", Answer.at), ("last", Answer.at.desc()))
+    for kind in COUNTED
+}
 _BETWEEN = select(func.count()).where(
     *_counting(bindparam("of_study", type_=String)),
     Answer.task == bindparam("of_task", type_=String),
@@ -231,33 +270,30 @@ def collected(session: Session, study_id: str) -> Record:
     """Return the amounts collected so far: the counts of all tasks, ``annotators``, ``surplus``."""
     counting = _counting(study_id)
     answers: dict[TaskName, list[tuple[Record, bool]]] = {}
+    late = case((Answer.surplus & (Answer.kind == "usual"), 1), else_=0)
+    surplus = 0
     gists = (
-        select(Answer.task, Answer.gist, Answer.adopted, func.count())
+        select(Answer.task, Answer.gist, Answer.adopted, func.count(), func.sum(late))
         .where(*counting, Answer.gist.is_not(None))
         .group_by(Answer.task, Answer.gist, Answer.adopted)
     )
-    for task_name, gist, adopted, count in session.execute(gists):
+    for task_name, gist, adopted, count, late_ones in session.execute(gists):
         same = [(msgspec.json.decode(gist or ""), adopted)] * count
         answers.setdefault(task_name, []).extend(same)
-    others = select(Answer.task, Answer.body, Answer.adopted)
-    for task_name, body, adopted in session.execute(
+        surplus += late_ones
+    others = select(Answer.task, Answer.body, Answer.adopted, late)
+    for task_name, body, adopted, is_late in session.execute(
         others.where(*counting, Answer.gist.is_(None)).order_by(Answer.id)
     ):
         answers.setdefault(task_name, []).append((body, adopted))
+        surplus += is_late
     found: Record = {}
     for task in tasks():
         if task.counts is not None:
             found |= dataclasses.asdict(task.counts.of(answers.get(task.name, [])))
-    # An index has them in this order, so that nothing is sorted.
-    people = select(Answer.person_id).where(Answer.study_id == study_id).group_by(Answer.person_id)
-    late = select(func.count()).where(
-        Answer.study_id == study_id,
-        Answer.kind == "usual",
-        Answer.excluded.is_(False),
-        Answer.surplus,
-    )
-    found["annotators"] = session.scalars(select(func.count()).select_from(people.subquery())).one()
-    found["surplus"] = session.scalars(late).one()
+    people = select(func.count()).select_from(Person).where(has_answered(study_id))
+    found["annotators"] = session.scalars(people).one()
+    found["surplus"] = surplus
     return found
 
 
@@ -311,9 +347,9 @@ def forecast(
     left = {p.task: p.wanted - p.answered for p in by_task if p.wanted > p.answered}
     medians = {d.task: d.median_s for d in times}
     timed = [count * medians[task] for task, count in left.items() if task in medians]
-    recent = Answer.at > now - PACE_S
+    recent = Answer.at > now - PACE_S, Answer.task.in_(task_names())
     count, first = session.execute(
-        select(func.count(), func.min(Answer.at)).where(*_counting(study_id), recent)
+        select(func.count(), func.min(Answer.at)).where(*_counting(study_id), *recent)
     ).one()
     calendar_s = None
     if count >= FEWEST_FOR_PACE and now - first >= SHORTEST_PACE_S:
@@ -343,23 +379,26 @@ LATELY_S = 3600.0
 
 def at_work(session: Session, study_id: str, *, now: float) -> list[AtWork]:
     """Return the people who have an item now, then those who answered in the last hour."""
-    having = (
-        select(Slot.person_id, Item.task)
-        .join(Item, Item.id == Slot.item_id)
-        .where(Item.study_id == study_id, Slot.answered.is_(False), Slot.expires_at >= now)
+    # By the columns at the beginning of an index, so that few rows are read.
+    queues = {queue_of(study_id, task): task for task in task_names()}
+    having = select(Slot.person_id, Slot.queue).where(
+        Slot.queue.in_(queues), Slot.answered.is_(False), Slot.expires_at >= now
     )
-    lately = (
-        select(Answer.person_id, Answer.task, func.max(Answer.at), func.count())
-        .where(Answer.study_id == study_id, Answer.at > now - LATELY_S)
-        .group_by(Answer.person_id, Answer.task)
+    lately = select(Answer.person_id, Answer.task, Answer.at).where(
+        Answer.study_id == study_id,
+        Answer.task.in_(task_names()),
+        Answer.kind.in_((*COUNTED, "attention")),
+        Answer.excluded.in_((False, True)),
+        Answer.at > now - LATELY_S,
     )
     found: dict[str, tuple[TaskName, float, int]] = {}
-    for person_id, task, at, count in session.execute(lately):
+    for person_id, task, at in session.execute(lately):
         known = found.get(person_id, (task, -math.inf, 0))
         latest = (task, at) if at > known[1] else known[:2]
-        found[person_id] = (*latest, known[2] + count)
-    for holder, task in session.execute(having):
+        found[person_id] = (*latest, known[2] + 1)
+    for holder, queue in session.execute(having):
         if holder is not None:
+            task = queues[queue]
             found[holder] = (task, math.inf, found.get(holder, (task, 0.0, 0))[2])
     people = session.scalars(select(Person).where(Person.id.in_(found)))
     rows = [AtWork(person, *found[person.id]) for person in people]

@@ -127,7 +127,7 @@ def measured(
     units: Iterable[Sequence[Any]], levels: Sequence[Level] = ("nominal",)
 ) -> Iterator[Measured]:
     """Yield Krippendorff's α and Fleiss' κ of people's choices for each unit."""
-    rated = [unit for unit in units if len(unit) > 1]
+    rated = [tuple(unit) for unit in units if len(unit) > 1]
     for level in levels:
         yield _figure(f"Krippendorff's α, {level}", krippendorff_alpha(rated, level), len(rated))
     yield _figure("Fleiss' κ", fleiss_kappa(rated), len(rated))
