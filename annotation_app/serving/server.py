@@ -186,6 +186,8 @@ def serve(
         _warm_up(config)
         listening()
         with app.app_context():
+            if attempts().folder.is_dir():  # somebody has tried commands here before
+                attempts().warm_up()
             while not end.is_set():
                 connections.wait(WAIT_S)
         if not connections.finish(FINISH_S):

@@ -24,6 +24,7 @@ from annotation_app.trying.start_scene import (
     kept_look,
     on_map,
     scenario_state,
+    scenarios,
     write_scene,
 )
 from g3.errors import AnswerError, CorpusError
@@ -217,13 +218,20 @@ def _grounder(model: Path | None, on_progress: OnProgress) -> Grounder:
     return _grounders[model]
 
 
-def prepare(folder: Path, scenario: str, model: Path | None) -> None:
-    """Write a scenario's scene, and get ready to follow a command in it."""
+def warm_up(model: Path | None) -> None:
+    """Load the model and the language, and follow a command, so that the first one isn't slow."""
+    try:
+        grounder = _grounder(model, lambda _what, _done, _total: None)
+        start = scenario_state(next(iter(sorted(scenarios()))))
+        grounder.follow("Go to the truck", start, top=PLANS, parses=1)
+    except CorpusError:
+        log.info("the model that follows commands isn't ready", exc_info=True)
+
+
+def prepare(folder: Path, scenario: str) -> None:
+    """Write a scenario's scene."""
     try:
         write_scene(folder, scenario)
-        grounder = _grounder(model, lambda _what, _done, _total: None)
-        # What is computed at the first command is there then.
-        grounder.follow("Go to the truck", scenario_state(scenario), top=PLANS, parses=1)
     except CorpusError:
         log.info("a scene wasn't prepared", exc_info=True)
 

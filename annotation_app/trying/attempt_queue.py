@@ -24,6 +24,7 @@ from annotation_app.trying.attempt import (
     attempt,
     prepare,
     read_state,
+    warm_up,
     write_state,
 )
 from annotation_app.trying.start_scene import Scene, read_scene
@@ -43,7 +44,7 @@ def attempts() -> Attempts:
 
 
 class Attempts:
-    """The attempts of an installation; the process starts with the first one.
+    """The attempts of an installation, which a process follows one by one.
 
     Attempts are files, so that any server process can show what another one's has made. The model
     that follows commands is the bundled one if there is none.
@@ -78,6 +79,11 @@ class Attempts:
             self._waiting.append(future)
             return name
 
+    def warm_up(self) -> None:
+        """Get the process ready for the first command, in the background."""
+        with self._lock:
+            self._process()
+
     def scene(self, scenario: str) -> Scene | None:
         """Return a scenario's scene; None while it is made, which this begins."""
         folder = self.scene_folder(scenario)
@@ -86,7 +92,7 @@ class Attempts:
             if scenario not in self._prepared or (
                 found is None and self._prepared[scenario].done()
             ):
-                future = self._process().submit(prepare, folder, scenario, self.model)
+                future = self._process().submit(prepare, folder, scenario)
                 future.add_done_callback(self._lost)
                 self._prepared[scenario] = future
         return found
@@ -103,6 +109,7 @@ class Attempts:
                 1, mp_context=context, initializer=_begin, initargs=(ended,)
             )
             self._prepared.clear()
+            self._pool.submit(warm_up, self.model).add_done_callback(self._lost)
         return self._pool
 
     def state(self, name: str) -> Shown | None:

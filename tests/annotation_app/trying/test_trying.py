@@ -95,7 +95,7 @@ def test_a_scene_has_outlines_and_a_place_has_its_name(
 ) -> None:
     grounders: dict[Path | None, Grounder] = {tmp_path: Grounder(RandomCost(1))}
     monkeypatch.setattr(attempt_module, "_grounders", grounders)
-    prepare(tmp_path / "scene", AISLES, tmp_path)
+    prepare(tmp_path / "scene", AISLES)
     scene = read_scene(tmp_path / "scene")
     assert scene is not None
     assert (tmp_path / "scene" / PICTURE).stat().st_size > 10_000
