@@ -160,7 +160,7 @@ def take(
             return _handed_out(session, item_id, person, now=now, until=until)
     taken = _take_any(session, queue) if in_random_order else session.scalar(_TAKE, queue)
     if taken is None:
-        return _reason(session, about)
+        return _reason(session, queue)
     return _handed_out(session, taken, person, now=now, until=until)
 
 
@@ -307,12 +307,9 @@ _SKIP = (
     .where(HANDOUT.c.item_id == _ITEM_ID, HANDOUT.c.person_id == _WHO)
     .values(skipped_at=_NOW)
 )
-_DONE = (
-    select(func.count(), func.count().filter(ITEM.c.attention))
-    .select_from(ANSWER)
-    .join(ITEM)
-    .where(*_OF_TASK, ANSWER.c.person_id == _WHO)
-)
+# An index has the answers of a study by person and task.
+_OWN_ANSWERS = (ANSWER.c.study_id == _STUDY, ANSWER.c.person_id == _WHO, ANSWER.c.task == _TASK)
+_DONE = select(func.count(), func.count().filter(ANSWER.c.kind == "attention")).where(*_OWN_ANSWERS)
 _ATTENTION = (
     select(ITEM.c.id)
     .where(*_OF_TASK, ITEM.c.attention, *_is_new())
@@ -322,11 +319,11 @@ _ATTENTION = (
 _UNANSWERED = (
     select(SLOT.c.id)
     .join(ITEM)
-    .where(*_OF_TASK, ITEM.c.attention.is_(False), SLOT.c.answered.is_(False))
+    .where(SLOT.c.queue == _QUEUE, ITEM.c.attention.is_(False), SLOT.c.answered.is_(False))
     .limit(1)
 )
 _UNANSWERED_NEW = _UNANSWERED.where(*_is_new())
-_ANSWERED = select(ANSWER.c.id).join(ITEM).where(*_OF_TASK, ANSWER.c.person_id == _WHO).limit(1)
+_ANSWERED = select(ANSWER.c.id).where(*_OWN_ANSWERS).limit(1)
 _HELD = select(SLOT.c.rank, SLOT.c.item_id).where(
     SLOT.c.queue == _QUEUE, SLOT.c.person_id == _WHO, SLOT.c.answered.is_(False)
 )
@@ -395,7 +392,7 @@ def _hand_out(dialect: str) -> UpdateBase:
     return statement.returning(HANDOUT.c.at)
 
 
-def _reason(session: Session, about: Mapping[str, str]) -> Reason:
+def _reason(session: Session, about: Mapping[str, Any]) -> Reason:
     if session.scalar(_UNANSWERED_NEW, about) is not None:
         return "all taken"
     if session.scalar(_ANSWERED, about) is not None:
