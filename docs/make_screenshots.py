@@ -37,7 +37,7 @@ from tests.annotation_app.in_browser import (  # noqa: E402
     width_of,
 )
 
-SIZES = ((390, 844), (1024, 768), (1280, 800))
+SIZES = ((390, 844), (768, 1024), (1280, 800))
 SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
