@@ -18,6 +18,7 @@ from corpus_tools.options import FORMAT, tell
 
 if TYPE_CHECKING:
     from annotation_app.store.models import AuditEntry, Role
+    from annotation_app.work.assigning import Way
 
 NOTHING = "nothing like this was noted"
 LOGIN = click.argument("login", metavar="LOGIN")
@@ -137,7 +138,7 @@ def invite(*, role: Role, url: str, days: int, place: Place, form: str) -> None:
 @INSTALLATION
 @FORMAT
 def list_(*, place: Place, form: str) -> None:
-    """List everybody with a login, and open invitations.
+    """List everybody with a login, open invitations and groups.
 
     \b
     Examples:
@@ -146,21 +147,28 @@ def list_(*, place: Place, form: str) -> None:
     """
     from annotation_app.dashboard.login_admin import moment
     from annotation_app.people import account_links, accounts
+    from annotation_app.people.person_names import shown_name
+    from annotation_app.work import assigning
 
     with changing(place, is_new_fine=False) as session:
         found = accounts.accounts(session)
         links = account_links.open_invitations(session)
+        of_groups = {
+            name: [shown_name(one) for one in members]
+            for name, members in assigning.groups(session).items()
+        }
     lines = [
         f"{a.login}: {a.role}, {a.state}, last signed in {moment(a.last_signed_in)}" for a in found
     ]
     lines += [
         f"an invitation: {i.role}, by {i.made_by}, until {moment(i.expires_at)}" for i in links
     ]
+    lines += [f"group {name}: {', '.join(members)}" for name, members in of_groups.items()]
     names = ("role", "made_by", "expires_at")
     invitations = [{name: getattr(link, name) for name in names} for link in links]
     tell(
         form,
-        {"people": found, "invitations": invitations},
+        {"people": found, "invitations": invitations, "groups": of_groups},
         *(lines or ["nobody has a login yet (ct annotate people invite --role admin)"]),
     )
 
@@ -254,6 +262,83 @@ def remove(*, login: str, yes: bool, place: Place, form: str) -> None:
     if not yes:
         click.confirm(f"Remove the login {login}? This can't be undone", abort=True, err=True)
     _change(form, place, login, "remove", "removed")
+
+
+@people.command()
+@click.argument("name", metavar="GROUP")
+@click.argument("logins", nargs=-1, metavar="[LOGIN]...")
+@INSTALLATION
+@FORMAT
+def group(*, name: str, logins: tuple[str, ...], place: Place, form: str) -> None:
+    """Make a group of people with a login, to whom items can be assigned.
+
+    It then has exactly these members; without any it is removed.
+
+    \b
+    Examples:
+      ct annotate people group "night shift" maria bob
+      ct annotate people group "night shift"
+    """
+    from annotation_app.people import accounts
+    from annotation_app.store.audit import COMMAND_LINE
+    from annotation_app.work import assigning
+
+    with changing(place, " ".join(logins), is_new_fine=False) as session:
+        members = [accounts.required_login(session, login).id for login in logins]
+        name = assigning.set_group(session, name, members, actor=COMMAND_LINE)
+    told = f"group {name}: {', '.join(logins)}" if logins else f"group {name}: removed"
+    tell(form, {"group": name, "logins": logins}, told)
+
+
+@people.command()
+@click.argument("study", metavar="STUDY")
+@click.argument("task", metavar="TASK")
+@click.option("--to", "logins", multiple=True, metavar="LOGIN", help="Somebody who gets items.")
+@click.option("--group", "groups", multiple=True, metavar="GROUP", help="A group that gets items.")
+@click.option("--video", default="", metavar="VIDEO", help="Only the items of this video.")
+@click.option(
+    "--way",
+    type=click.Choice(["share", "each", "anybody"]),
+    default="share",
+    show_default=True,
+    help="Share items out, give each to all, or give them to anybody again.",
+)
+@INSTALLATION
+@FORMAT
+def assign(
+    *,
+    study: str,
+    task: str,
+    logins: tuple[str, ...],
+    groups: tuple[str, ...],
+    video: str,
+    way: Way,
+    place: Place,
+    form: str,
+) -> None:
+    """Assign a task's open items to people with a login, and to groups.
+
+    \b
+    Examples:
+      ct annotate people assign my-study describe --group "night shift"
+      ct annotate people assign my-study describe --way anybody
+    """
+    from annotation_app.core.problems import Refusal
+    from annotation_app.people import accounts
+    from annotation_app.store.audit import COMMAND_LINE
+    from annotation_app.work import assigning
+    from annotation_app.work.handing_out import find_study
+
+    with changing(place, study, is_new_fine=False) as session:
+        found = find_study(session, study)
+        if task not in found.config["tasks"]:
+            raise Refusal(422, f"The study has no task {task}.")
+        people = [accounts.required_login(session, login).id for login in logins]
+        count = assigning.assign(
+            session, found, task, people, groups, actor=COMMAND_LINE, way=way, video=video
+        )
+    told = f"{count} open item{'' if count == 1 else 's'} of {task} assigned"
+    tell(form, {"study": study, "task": task, "items": count}, told)
 
 
 def _change(form: str, place: Place, login: str, change: str, done: str, **more: Any) -> None:

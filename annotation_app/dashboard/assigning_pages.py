@@ -1,4 +1,4 @@
-"""The page on which items are assigned to people."""
+"""The page on which items are assigned to people and groups."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from annotation_app.core.problems import Refusal
 from annotation_app.dashboard import answer_browsing as browsing
 from annotation_app.people.person_names import shown_name
+from annotation_app.store.audit import name_of
 from annotation_app.store.models import Person
 from annotation_app.studies.study_file import restored
 from annotation_app.web.who_asks import changed_by, refused, refused_on, seen_by
@@ -32,6 +33,10 @@ def _assign_page(session: Session, person: Person, study_name: str, problem: str
         form=flask.request.form,
         tasks=list(restored(study.config).tasks),
         videos=browsing.videos(session, study.id),
+        groups={
+            name: [shown_name(one) for one in members]
+            for name, members in assigning.groups(session).items()
+        },
         people=[
             (
                 one.id,
@@ -61,9 +66,33 @@ def assign(study_name: str) -> ResponseReturnValue:
         ways = [one for one in assigning.WAYS if one == way]
         if not ways or task not in study.config["tasks"]:
             raise Refusal(422, "Choose a task, and who gets its items.")
-        people = form.getlist("people")
-        video = form.get("video", "").replace("\0", "")[:200]
-        count = assigning.assign(session, study, task, people, person, way=ways[0], video=video)
+        count = assigning.assign(
+            session,
+            study,
+            task,
+            form.getlist("people"),
+            form.getlist("groups"),
+            actor=name_of(person),
+            way=ways[0],
+            video=form.get("video", "").replace("\0", "")[:200],
+        )
     items = "item" if count == 1 else "items"
     flask.flash(f"{count} open {items} of {task} assigned.")
+    return flask.redirect(flask.url_for(".assign_page", study_name=study_name), 303)
+
+
+@blueprint.post("/<study_name>/assign/groups")
+@refused_on(_assign_page, "adjudicator")
+def set_group(study_name: str) -> ResponseReturnValue:
+    """Make a group of the chosen people, or remove one."""
+    form = flask.request.form
+    with changed_by("adjudicator") as (session, person):
+        removed = form.get("remove", "")
+        people = [] if removed else form.getlist("people")
+        if not people and not removed:
+            raise Refusal(422, "Choose the people of the group.")
+        name = assigning.set_group(
+            session, removed or form.get("group", ""), people, actor=name_of(person)
+        )
+    flask.flash(f"The group {name} is {'removed' if removed else 'saved'}.")
     return flask.redirect(flask.url_for(".assign_page", study_name=study_name), 303)

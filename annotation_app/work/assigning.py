@@ -1,4 +1,7 @@
-"""Items for some people only: each for all of them, or shared out among them."""
+"""Items for some people or groups only: each for all of them, or shared out among them.
+
+A group is a name in the profiles of its members, of all studies.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,17 @@ from sqlalchemy import delete, exists, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.problems import Refusal
+from annotation_app.core.sent_text import clean_text
 from annotation_app.items.new_items import REPLACED
-from annotation_app.store.audit import name_of, note
+from annotation_app.store.audit import note
 from annotation_app.store.models import Answer, Assignment, Item, Person, Slot, Study, TaskName
 from annotation_app.studies.study_file import TaskConfig, restored
 
 Way: TypeAlias = Literal["share", "each", "anybody"]
 WAYS: tuple[Way, ...] = get_args(Way)
 """Shared out evenly; each item for all of them; for anybody again."""
+LONGEST_GROUP = 100
+_GROUPS = "groups"
 
 
 def assign(
@@ -25,12 +31,13 @@ def assign(
     study: Study,
     task: TaskName,
     people: Sequence[str],
-    by: Person,
+    in_groups: Sequence[str] = (),
     *,
+    actor: str,
     way: Way,
     video: str = "",
 ) -> int:
-    """Assign the open items of a task, or of one of its videos, to people by their ids.
+    """Assign the open items of a task, or of one of its videos, to people, and groups by name.
 
     Where they are shared out, each item goes to as many people as it wants answers.
 
@@ -40,7 +47,14 @@ def assign(
         The number of items.
     """
     wanted = restored(study.config).tasks.get(task, TaskConfig()).answers
-    chosen = [person.id for person in assignable(session, study.id) if person.id in people]
+    known = groups(session)
+    for group in in_groups:
+        if group not in known:
+            raise Refusal(
+                422, f"There is no group {group}. There are: {', '.join(known) or 'none'}."
+            )
+    among = {*people, *(member.id for group in in_groups for member in known[group])}
+    chosen = [person.id for person in assignable(session, study.id) if person.id in among]
     if way != "anybody" and len(chosen) < wanted:
         raise Refusal(422, f"Choose {wanted} people or more: each item wants so many answers.")
     open_ = exists().where(Slot.item_id == Item.id, Slot.answered.is_(False))
@@ -66,7 +80,7 @@ def assign(
     session.flush()
     note(
         session,
-        name_of(by),
+        actor,
         "assigned items",
         study.name,
         task=task,
@@ -78,13 +92,53 @@ def assign(
 
 
 def assignable(session: Session, study_id: str) -> Sequence[Person]:
-    """Return the people to whom items may be assigned: with a login, or with answers."""
+    """Return the people to whom items may be assigned: with a login, a group, or answers."""
     answering = select(Answer.person_id).where(Answer.study_id == study_id)
     return session.scalars(
         select(Person)
-        .where(Person.blocked_at.is_(None), Person.login.is_not(None) | Person.id.in_(answering))
+        .where(
+            Person.blocked_at.is_(None),
+            Person.login.is_not(None) | Person.id.in_(answering) | _IN_GROUPS,
+        )
         .order_by(Person.login, Person.external_hash)
     ).all()
+
+
+def groups(session: Session) -> dict[str, list[Person]]:
+    """Return the members of each group, by its name."""
+    found: dict[str, list[Person]] = {}
+    members = select(Person).where(_IN_GROUPS).order_by(Person.login, Person.external_hash)
+    for person in session.scalars(members):
+        for group in person.profile[_GROUPS]:
+            found.setdefault(group, []).append(person)
+    return dict(sorted(found.items()))
+
+
+def set_group(session: Session, name: str, people: Sequence[str], *, actor: str) -> str:
+    """Make a group of exactly these people, by their ids; without people there is none any more.
+
+    Returns
+    -------
+    str
+        The name as it is kept.
+    """
+    name = clean_text(name)
+    if not name or len(name) > LONGEST_GROUP:
+        raise Refusal(422, f"Give the group a name of at most {LONGEST_GROUP} characters.")
+    before = groups(session).get(name, [])
+    chosen = session.scalars(select(Person).where(Person.id.in_(people))).all()
+    for person in {*before, *chosen}:
+        names = {*person.profile.get(_GROUPS, []), name}
+        if person not in chosen:
+            names.remove(name)
+        rest = {key: value for key, value in person.profile.items() if key != _GROUPS}
+        person.profile = {**rest, _GROUPS: sorted(names)} if names else rest
+    session.flush()
+    note(session, actor, "changed a group", name, people=len(chosen))
+    return name
+
+
+_IN_GROUPS = Person.profile[_GROUPS].as_string().is_not(None)
 
 
 def assigned(session: Session, study_id: str) -> Counter[tuple[str, TaskName]]:

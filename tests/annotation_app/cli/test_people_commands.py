@@ -241,3 +241,18 @@ def test_the_environments_admin_needs_a_password_that_can_be_one(
     status, told = people("serve", group="")
     assert status == 2
     assert "ANNOTATE_ADMIN_PASSWORD and ANNOTATE_ADMIN_LOGIN: a password has 10 to 200" in told
+
+
+def test_a_group_gets_items(app: Flask, people: People) -> None:
+    for name in ("ann", "bob"):
+        Member(app, name, "annotator")
+    assert people("group", "lab", "ann", "nobody")[0] == 2
+    assert people("group", "lab", "ann", "bob") == (0, "group lab: ann, bob\n")
+    assert json.loads(people("list", "--json")[1])["groups"] == {"lab": ["ann", "bob"]}
+    status, told = people("assign", "tests", "describe", "--group", "lab")
+    assert (status, told.endswith("of describe assigned\n")) == (0, True)
+    status, told = people("assign", "tests", "describe", "--group", "library")
+    assert (status, "no group library" in told) == (2, True)
+    assert people("assign", "tests", "describe", "--way", "anybody")[0] == 0
+    assert people("group", "lab") == (0, "group lab: removed\n")
+    assert json.loads(people("list", "--json")[1])["groups"] == {}

@@ -68,3 +68,32 @@ def test_items_are_for_one_video_or_for_anybody_again(app: Flask) -> None:
     assert assign(judge, "nonsense").status_code == 422
     assert judge.client.get(PAGE).status_code == 200
     assert Browser(app, "annotator").client.get(PAGE).status_code == 403
+
+
+def test_items_are_shared_out_in_a_group(app: Flask) -> None:
+    judge = signed_in(app, "judy", "adjudicator")
+    people = [Member(app, name, "annotator") for name in ("ann", "bob", "cy")]
+    for person in people:
+        person.sign_in()
+        person.agree()
+    items = set(rows_in(app, select(Item.id).where(Item.task == "describe")))
+
+    def group(name: str, *members: Browser, **form: str) -> str:
+        sent = {"csrf_token": judge.csrf, "group": name, **form}
+        ids = [one.person.id for one in members]
+        page = judge.client.post(
+            f"{PAGE}/groups", data={**sent, "people": ids}, follow_redirects=True
+        )
+        return str(page.text)
+
+    assert "Choose the people" in group("night shift")
+    assert "Give the group a name" in group(" ", *people)
+    assert "The group night shift is saved." in group("night shift", *people)
+    assert "The group night shift is saved." in group("night shift", *people[:2])
+    assert "There is no group day shift" in assign(judge, "share", groups="day shift").text
+    assert f"{len(items)} open items" in assign(judge, "share", groups="night shift").text
+    assert taken(people[2]) == set()
+    assert taken(people[0]) == taken(people[1]) == items
+    page = group("", remove="night shift")
+    assert "The group night shift is removed." in page
+    assert 'name="groups"' not in page
