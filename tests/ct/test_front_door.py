@@ -40,19 +40,13 @@ def model(corpus) -> GroundingModel:
     return ct.train(corpus)
 
 
-def test_it_is_imported_at_once():
-    program = "import sys, time; t = time.process_time(); import ct; print(time.process_time() - t)"
-    heavy = "print(sorted({'numpy', 'scipy', 'numba', 'rich', 'click'} & sys.modules.keys()))"
-    took = []
-    for _ in range(3):  # the machine may be busy
-        done = subprocess.run(
-            [sys.executable, "-c", f"{program}; {heavy}"],
-            capture_output=True, text=True, check=True, cwd=ROOT,
-        )  # fmt: skip
-        seconds, modules = done.stdout.splitlines()
-        assert modules == "[]"
-        took.append(float(seconds))
-    assert min(took) < 0.1
+def test_it_is_imported_without_what_is_heavy():
+    heavy = "sorted({'numpy', 'scipy', 'numba', 'rich', 'click'} & sys.modules.keys())"
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys, ct; print({heavy})"],
+        capture_output=True, text=True, check=True, cwd=ROOT,
+    )  # fmt: skip
+    assert done.stdout == "[]\n"
 
 
 def test_a_corpus_is_loaded_by_name_by_path_and_as_it_is(corpus, tmp_path):

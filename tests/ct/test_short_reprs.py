@@ -1,8 +1,7 @@
-"""Whatever a notebook shows is short, and comes at once."""
+"""Whatever a notebook shows is short."""
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -34,7 +33,7 @@ from g3.short_repr import brief, short_repr
 from tests.tiny_corpus import tiny_corpus
 
 PACKAGES = ("ct", "g3", "corpus_tools", "eval", "annotation_app")
-LONGEST, SLOWEST_S = 2000, 1e-3
+LONGEST = 2000
 EACH = 5
 """So many objects of a type are looked at."""
 
@@ -81,14 +80,9 @@ def reachable(*roots: object) -> dict[type, list[object]]:
 def check(found: dict[type, list[object]]) -> None:
     for cls, things in found.items():
         for thing in things:
-            took = []
-            for _ in range(5):  # the machine may be busy
-                start = time.perf_counter()
-                text = repr(thing)
-                took.append(time.perf_counter() - start)
+            text = repr(thing)
             assert len(text) <= LONGEST, f"{cls.__name__}: {text[:300]}"
             assert "\n" not in text, cls
-            assert min(took) < SLOWEST_S, f"{cls.__name__}: {min(took):.4f} s"
 
 
 @pytest.fixture(scope="module")

@@ -193,15 +193,14 @@ def test_the_head_of_a_request_must_come_soon() -> None:
 
 
 def test_unfinished_heads_of_one_client_shut_nobody_out() -> None:
-    with served(Room(200), connection_limit=300) as connect:
+    # Nobody waits until heads that never end are given up.
+    with served(Room(200, head_s=10 * PATIENCE_S), connection_limit=300) as connect:
         for _ in range(1010):
             connect("127.0.0.1").sendall(b"GET / HTTP/1.1\r\nX: ")
         for address in ("127.0.0.2", "127.0.0.1"):
-            start = time.monotonic()
             other = connect(address)
             other.sendall(request(b"let me in"))
             assert reply(other) == b"let me in"
-            assert time.monotonic() - start < 1
 
 
 @pytest.mark.parametrize("is_done", [True, False])
@@ -288,9 +287,7 @@ def test_the_server_itself_with_a_thousand_unfinished_requests(
         for number in range(20):
             client = server.client(person)
             client.connection.source_address = (f"127.0.0.{2 + number % 3}", 0)
-            start = time.monotonic()
             status, reply, _ = client.answer(item, described(), new_uuid())
             assert (status, reply["state"]) == (200, "repeated" if number else "accepted")
-            assert time.monotonic() - start < 1
         assert server.end() == 0
     assert server.logged() == []
