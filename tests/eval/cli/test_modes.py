@@ -54,9 +54,9 @@ def test_help_of_a_command_shows_its_options_and_no_others(name):
 @pytest.mark.parametrize("is_option", [False, True], ids=["name", "option"])
 def test_options_of_other_commands_are_refused_with_the_commands_that_have_them(name, is_option):
     chosen = [*(MODES[name] if is_option else name).split(), *(["x"] if name in FOLDER else [])]
-    foreign = EVERY - OPTIONS[name]
+    foreign = sorted(EVERY - OPTIONS[name])
     assert foreign
-    for option in foreign:
+    for option in foreign[:3] if is_option else foreign:
         done = ct(option, "1", *chosen)
         assert done.exit_code == 2
         said = " ".join(done.stderr.split())
