@@ -26,6 +26,12 @@ settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile("checks")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that have slow tests, so that none of them is left for the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
+
+
 @pytest.fixture(scope="session")
 def published_files() -> Path:
     """The authors' release, where it is at hand."""
