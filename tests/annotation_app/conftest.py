@@ -5,15 +5,19 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from flask import Flask
 from sqlalchemy import Engine, create_engine, text
 from sqlalchemy.engine import make_url
+from werkzeug.routing import Rule
 
 from annotation_app.core.config import DATABASE_FILE, Config, open_instance
+from annotation_app.people import accounts
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import opened, transaction
 from annotation_app.store.schema import migrate
@@ -56,6 +60,25 @@ STUDY = StudyConfig(
 @pytest.fixture(scope="session")
 def videos(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return render(tmp_path_factory.mktemp("videos"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def shortcuts() -> Iterator[None]:
+    """Hash passwords in no time, and compile each address once for all apps of the tests."""
+    compiled: dict[object, Any] = {}
+    compile_builder = Rule._compile_builder
+
+    def compile_once(rule: Rule, append_unknown: bool = True) -> Any:
+        key = (rule.rule, tuple((rule.defaults or {}).items()), append_unknown)
+        if key not in compiled:
+            compiled[key] = compile_builder(rule, append_unknown)
+        return compiled[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(accounts, "_METHOD", "scrypt:128:8:1")
+        patch.setattr(accounts, "_NOBODY", accounts._NOBODY.replace("32768", "128"))
+        patch.setattr(Rule, "_compile_builder", compile_once)
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -122,8 +145,8 @@ def config(
 @pytest.fixture
 def empty(config: Config) -> Iterator[Engine]:
     """A new database without a study."""
+    put_tables(config.database)
     with opened(config.database) as engine:
-        migrate(engine)
         yield engine
 
 
@@ -176,12 +199,31 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
     made.close()
 
 
+@cache
+def _tables() -> bytes:
+    """A database file without a study."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / DATABASE_FILE
+        with opened(file) as engine:
+            migrate(engine)
+        return file.read_bytes()
+
+
+def put_tables(database: str | Path) -> None:
+    """Make a database's tables, if it is new."""
+    if isinstance(database, str):
+        with opened(database) as engine:
+            migrate(engine)
+    elif not database.exists():
+        database.touch(mode=0o600)
+        database.write_bytes(_tables())
+
+
 def set_up(database: str | Path, study: StudyConfig, videos: Path) -> None:
     """Put a study into a new database."""
-    with opened(database) as engine:
-        migrate(engine)
-        with transaction(engine) as session:
-            put_study(session, study, rendered_videos(videos))
+    put_tables(database)
+    with opened(database) as engine, transaction(engine) as session:
+        put_study(session, study, rendered_videos(videos))
 
 
 def new_database(url: str, template: str | Path | None = None) -> str:

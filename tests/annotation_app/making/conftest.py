@@ -11,6 +11,7 @@ from annotation_app.core.config import open_instance
 from annotation_app.serving import server
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import opened
+from tests.annotation_app.conftest import put_tables
 from tests.annotation_app.signing_in import Member, signed_in
 from tests.annotation_app.study_setup.clips import clip
 
@@ -27,6 +28,7 @@ def root(tmp_path: Path) -> Path:
 def app(tmp_path: Path, root: Path) -> Iterator[Flask]:
     """An app without a study."""
     config = replace(open_instance(tmp_path / "instance"), rate_limits=False, studies=root)
+    put_tables(config.database)
     server.prepare(config)
     with opened(config.database) as engine:
         yield create_app(config, engine)

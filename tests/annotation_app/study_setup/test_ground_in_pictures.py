@@ -21,6 +21,7 @@ from annotation_app.store.database import opened
 from annotation_app.store.models import Answer
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, row_in
+from tests.annotation_app.conftest import put_tables
 from tests.annotation_app.in_browser import errors_of, look, serving, sign_in
 from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH, clip
 from tests.annotation_app.study_setup.test_coco_things import STUDY
@@ -41,6 +42,7 @@ def asked(
     (folder / "things.json").write_text(json.dumps(coco))
     (folder / "arm.yaml").write_text(json.dumps(study))
     config = replace(open_instance(folder / "instance"), rate_limits=False)
+    put_tables(config.database)
     server.prepare(config)
     served_studies.put_file(config, folder / "arm.yaml")
     with opened(config.database) as engine:

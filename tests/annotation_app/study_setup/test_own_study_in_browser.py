@@ -15,6 +15,7 @@ from annotation_app.serving import server
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import opened
 from tests.annotation_app.browser import Browser as Known
+from tests.annotation_app.conftest import put_tables
 from tests.annotation_app.in_browser import SERIOUS, errors_of, look, serving, sign_in
 from tests.annotation_app.study_setup.clips import clip
 
@@ -56,6 +57,7 @@ def test_people_practise_and_rate_with_the_studys_words(
     (tmp_path / "commands.csv").write_text("video,command\npush,Push the cup.\n")
     (tmp_path / "arm.yaml").write_text(json.dumps(STUDY))
     config = replace(open_instance(tmp_path / "instance"), rate_limits=False)
+    put_tables(config.database)
     server.prepare(config)
     served_studies.put_file(config, tmp_path / "arm.yaml")
     with opened(config.database) as engine:

@@ -23,6 +23,7 @@ from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_model import Corpus
 from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described
+from tests.annotation_app.conftest import put_tables
 from tests.annotation_app.study_setup.clips import clip
 
 TREE = "EVENT(r = Push, l = OBJ(f = the cup))"
@@ -39,6 +40,7 @@ def clips(tmp_path: Path) -> Path:
 def set_up(file: Path) -> Iterator[Flask]:
     """What `ct annotate FILE` sets up, without its server."""
     config = replace(open_instance(file.parent / "instance"), rate_limits=False)
+    put_tables(config.database)
     serving.prepare(config)
     served_studies.put_file(config, file)
     with opened(config.database) as engine:
