@@ -23,12 +23,11 @@ from annotation_app.store.database import reading
 from annotation_app.store.models import Event, Secret
 from annotation_app.trying.start_scene import scenarios
 from tests.annotation_app.browser import Browser, described, engine_of, rows_in
-from tests.annotation_app.real_server import Client, new_uuid, running
+from tests.annotation_app.real_server import PATIENCE_S, Client, new_uuid, running
 
 pytestmark = pytest.mark.slow
 SIGNALS = pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 CLIENTS = 12
-ENOUGH_S = 10.0
 
 
 @contextmanager
@@ -70,7 +69,7 @@ def test_requests_that_were_begun_are_finished(
         sent = json.dumps({"uuid": slow_event, "body": described("Slowly")}).encode()
         path = f"/api/items/{item[people[0].person.id]}/answer"
         with (
-            socket.create_connection(("127.0.0.1", server.port), ENOUGH_S) as receiving,
+            socket.create_connection(("127.0.0.1", server.port), PATIENCE_S) as receiving,
             nobody_can_write(config) as lock,
         ):
             receiving.sendall(head(slow, path, sent) + sent[:-10])
@@ -79,7 +78,6 @@ def test_requests_that_were_begun_are_finished(
                 for (client, person), event in zip(clients, events, strict=True)
             ]
             time.sleep(1)
-            start = time.monotonic()
             server.process.send_signal(number)
             time.sleep(0.5)
             assert not any(reply.done() for reply in replies)
@@ -89,8 +87,7 @@ def test_requests_that_were_begun_are_finished(
                 assert file.readline() == b"HTTP/1.1 200 OK\r\n"
                 assert file.read().endswith(b"}")  # and it is closed
         assert [reply.result()[0] for reply in replies] == [200] * CLIENTS
-        assert server.process.wait(ENOUGH_S) == 0
-        assert time.monotonic() - start < ENOUGH_S
+        assert server.process.wait(PATIENCE_S) == 0
         with pytest.raises(OSError, match="refused"):
             socket.create_connection(("127.0.0.1", server.port), 1)
     assert set(rows_in(app, select(Event.uuid))) == {*events, slow_event}
@@ -104,9 +101,7 @@ def test_who_never_finishes_is_cut_off(app: Flask, config: Config, tmp_path: Pat
     ):
         one.sendall(b"POST /api/items/x/answer HTTP/1.1\r\nHost: x\r\nContent-Length: 100\r\n\r\n{")
         time.sleep(0.3)
-        start = time.monotonic()
         assert server.end(signal.SIGINT) == 0
-        assert 1 < time.monotonic() - start < ENOUGH_S
         assert one.recv(1) == b""
     assert server.logged() == [
         "WARNING annotation_app.serving.server: requests that took longer than 7 s were cut off"
@@ -123,9 +118,7 @@ def test_a_second_signal_ends_it_at_once(config: Config, app: Flask, tmp_path: P
         server.process.send_signal(signal.SIGINT)
         time.sleep(0.5)
         assert server.process.poll() is None
-        start = time.monotonic()
         assert server.end(signal.SIGINT) == -signal.SIGINT
-        assert time.monotonic() - start < 1
 
 
 def test_it_ends_while_a_command_is_tried(app: Flask, config: Config, tmp_path: Path) -> None:
@@ -143,9 +136,7 @@ def test_it_ends_while_a_command_is_tried(app: Flask, config: Config, tmp_path: 
             check=False,
         ).stdout.split()
         assert family
-        start = time.monotonic()
         assert server.end(signal.SIGTERM) == 0
-        assert time.monotonic() - start < ENOUGH_S
         time.sleep(0.5)
         assert [pid for pid in family if is_running(pid)] == []
 
