@@ -17,7 +17,7 @@ from werkzeug.routing import Rule
 from tests.annotation_app.browser import Browser, described
 from tests.annotation_app.rendered import VIDEOS
 
-EXAMPLES = int(os.environ.get("CT_FUZZ_EXAMPLES", "12"))
+EXAMPLES = int(os.environ.get("CT_FUZZ_EXAMPLES", "6"))
 """Of each page and method, each sent by everybody: set it higher to look longer."""
 
 ROLES = (None, "worker", "annotator", "adjudicator", "admin")

@@ -25,7 +25,7 @@ OPERATIONS = [
     for method in operations
     if method != "parameters"
 ]
-CASES = int(os.environ.get("CT_FUZZ_CASES", "10000"))
+CASES = int(os.environ.get("CT_FUZZ_CASES", "3000"))
 """How many requests are sent in all, by people of all roles: set it higher to look longer."""
 EXAMPLES = -(-CASES // (len(OPERATIONS) * len(ROLES)))
 
