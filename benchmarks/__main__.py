@@ -41,6 +41,7 @@ def commands(corpus: str, slu_core: Path | None, folder: Path) -> Iterator[str]:
     yield "app_leases"
     yield "app_dashboard --databases sqlite --answers 1000 100000"
     yield "app_submissions"
+    yield "app_drags"
     yield "app --databases postgresql --processes 4 --workers 1000 --no-kill --seconds 90"
     yield shlex.join(["peers", "--folder", str(folder)])
 
