@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -21,7 +21,10 @@ from tests.annotation_app.conftest import PATIENCE_MS
 from tests.chromium import CHROMIUM
 
 FIREFOX = shutil.which("firefox") or shutil.which("firefox-esr")
+T = TypeVar("T")
+
 SMALLEST_PX = 8
+STEP_MS = 50
 SERIOUS = ("serious", "critical")
 ANY = ("minor", "moderate", *SERIOUS)
 """What axe finds, however little it matters."""
@@ -114,6 +117,15 @@ def drawn_anew(page: Page) -> None:
     """Wait until the page has drawn what a new size or a click has changed."""
     frame = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
     page.evaluate(frame)
+
+
+def becomes(page: Page, read: Callable[[], T], expected: T) -> None:
+    """Wait until what is read of a page is as it should be."""
+    for _ in range(PATIENCE_MS // STEP_MS):
+        if read() == expected:
+            return
+        page.wait_for_timeout(STEP_MS)
+    assert read() == expected
 
 
 def width_of(page: Page) -> int:

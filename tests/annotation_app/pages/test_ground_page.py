@@ -59,6 +59,7 @@ def test_everything_is_on_one_screen(
     for address in (f"/s/sea/{task}", f"/practice/{task}?study=sea"):
         page.goto(several_steps.url + address)
         kinds = page.locator(".clause-bar .clause")
+        expect(kinds).not_to_have_count(0)
         for at in range(kinds.count()):
             kinds.nth(at).click()
             assert out_of_sight(page, *ABOVE_THE_FOLD) == []

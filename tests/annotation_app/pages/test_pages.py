@@ -56,6 +56,7 @@ def test_text_of_people_is_shown_as_text(site: Site, context: BrowserContext) ->
     for task in TASKS[1:]:
         page.goto(f"{site.url}/s/sea/{task}")
         if task == "segment":
+            expect(page.locator(".word")).not_to_have_count(0)
             words = page.locator(".word").all_inner_texts()
             assert "script" in words
             assert "😀" in words

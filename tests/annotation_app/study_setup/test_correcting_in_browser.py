@@ -13,7 +13,15 @@ from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from tests.annotation_app.browser import Browser as Known
 from tests.annotation_app.browser import exported
-from tests.annotation_app.in_browser import ANY, errors_of, look, out_of_sight, serving, sign_in
+from tests.annotation_app.in_browser import (
+    ANY,
+    becomes,
+    errors_of,
+    look,
+    out_of_sight,
+    serving,
+    sign_in,
+)
 from tests.annotation_app.study_setup.test_corrected_steps import fates, study_with
 from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.annotation_app.study_setup.test_subtasks_in_browser import watch
@@ -23,7 +31,6 @@ ROWS = "video,start_s,command\n" + "".join(
     f"clip00,{start},{text}\n"
     for start, text in ((0, "reach for it"), (1, "grasp"), (2, "lift it"), (3, "paint it"))
 )
-FRAME_MS = 16.0
 pytestmark = pytest.mark.slow
 
 
@@ -44,6 +51,11 @@ def opened(context: BrowserContext, file: Path) -> Iterator[tuple[Flask, Page]]:
 def starts(page: Page) -> list[float]:
     inputs = page.get_by_label("Begins at, in seconds")
     return [float(inputs.nth(i).input_value()) for i in range(inputs.count())]
+
+
+def starting(page: Page, expected: list[float]) -> None:
+    """Wait until the steps begin there."""
+    becomes(page, lambda: starts(page), expected)
 
 
 def states(page: Page) -> list[str]:
@@ -77,13 +89,13 @@ def test_steps_are_corrected_by_mouse_and_keys(context: BrowserContext, tmp_path
         page.locator("#instructions > summary").click()
         needed = ("video", ".player-bar", ".step-timeline", "#add", ".subtask .what", "#submit")
         assert out_of_sight(page, *needed) == []
-        assert states(page) == ["proposed"] * 4
+        becomes(page, lambda: states(page), ["proposed"] * 4)
         assert look(page, "steps-proposed", ANY) == []
         watch(page)
         page.locator("h1").click()
         go(page, 0.5)
         page.keyboard.press("a")
-        assert states(page) == ["accepted", "proposed", "proposed", "proposed"]
+        becomes(page, lambda: states(page), ["accepted", "proposed", "proposed", "proposed"])
         # It goes on to the next one, whose text is typed; Enter goes on.
         page.keyboard.press("e")
         second = page.get_by_label("What is done").nth(1)
@@ -91,7 +103,7 @@ def test_steps_are_corrected_by_mouse_and_keys(context: BrowserContext, tmp_path
         second.fill("grasp the handle")
         page.keyboard.press("Enter")
         expect(page.get_by_label("What is done").nth(2)).to_be_focused()
-        assert states(page)[1] == "changed"
+        becomes(page, lambda: states(page)[1], "changed")
         # By the mouse, on whole frames; one step of undo for all of the way.
         x, y = middle(page.get_by_role("slider", name="Beginning of step 3"))
         page.mouse.move(x, y)
@@ -99,49 +111,49 @@ def test_steps_are_corrected_by_mouse_and_keys(context: BrowserContext, tmp_path
         for part in range(1, 6):
             page.mouse.move(x + 0.1 * part * second_px(page), y)
         page.mouse.up()
-        assert starts(page) == [0, 1, 2.5, 3]
-        assert states(page)[2] == "changed"
+        starting(page, [0, 1, 2.5, 3])
+        becomes(page, lambda: states(page)[2], "changed")
         page.get_by_role("button", name="Undo").click()
-        assert starts(page) == [0, 1, 2, 3]
+        starting(page, [0, 1, 2, 3])
         page.get_by_role("button", name="Redo").click()
-        assert starts(page) == [0, 1, 2.5, 3]
+        starting(page, [0, 1, 2.5, 3])
         # By keys: a frame, a second, never past its neighbours.
         handle = page.get_by_role("slider", name="Beginning of step 3")
         handle.focus()
         page.keyboard.press("ArrowRight")
-        assert starts(page)[2] == 2.6
+        becomes(page, lambda: starts(page)[2], 2.6)
         expect(handle).to_have_attribute("aria-valuenow", "2.6")
         page.keyboard.press("Shift+ArrowLeft")
-        assert starts(page)[2] == 1.6
+        becomes(page, lambda: starts(page)[2], 1.6)
         page.keyboard.press("Home")
-        assert starts(page)[2] == 1.1
+        becomes(page, lambda: starts(page)[2], 1.1)
         # To the frame that is shown.
         go(page, 2.25)
         page.keyboard.press("b")
-        assert starts(page) == [0, 1, 1.1, 2.2]
+        starting(page, [0, 1, 1.1, 2.2])
         page.keyboard.press("Control+z")
         page.keyboard.press("Control+z")
-        assert starts(page) == [0, 1, 1.6, 3]
+        starting(page, [0, 1, 1.6, 3])
         # The last one is wrong: removed, restored, removed.
         go(page, 3.5)
         page.keyboard.press("x")
         expect(page.locator("#gone")).to_contain_text("paint it")
         page.get_by_role("button", name="Restore").click()
-        assert starts(page) == [0, 1, 1.6, 3]
+        starting(page, [0, 1, 1.6, 3])
         page.locator(".subtask").nth(3).get_by_role("button", name="Remove").click()
-        assert states(page) == ["accepted", "changed", "changed"]
+        becomes(page, lambda: states(page), ["accepted", "changed", "changed"])
         # Split, and merged again.
         page.locator("h1").click()
         go(page, 2.05)
         page.keyboard.press("n")
         page.keyboard.type("turn around")
         page.locator("h1").click()
-        assert starts(page) == [0, 1, 1.6, 2]
-        assert states(page)[-1] == "added"
+        starting(page, [0, 1, 1.6, 2])
+        becomes(page, lambda: states(page)[-1], "added")
         assert look(page, "steps-corrected", ANY) == []
         page.keyboard.press("[")
         page.keyboard.press("m")
-        assert starts(page) == [0, 1, 1.6]
+        starting(page, [0, 1, 1.6])
         page.get_by_role("button", name="Undo").click()
         page.get_by_role("button", name="Send").click()
         expect(page.locator("h1")).not_to_have_text("Subtasks")
@@ -186,18 +198,21 @@ def test_beginnings_are_dragged_by_a_finger(chromium: Browser, tmp_path: Path) -
         for part in range(1, 9):
             touch("touchMove", (x + 6 + 0.1 * part * second_px(page), y))
         touch("touchEnd")
-        assert starts(page) == [0, 1.8, 2, 3]
+        starting(page, [0, 1.8, 2, 3])
         assert page.evaluate("scrollX") == 0
         # To a frame, with the player's buttons.
         go(page, 1.25)
         page.get_by_role("button", name="One frame on").click()
         page.wait_for_function("document.querySelector('video').currentTime > 1.3")
         page.get_by_role("button", name="Move a beginning here").click()
-        assert starts(page) == [0, 1.3, 2, 3]
+        starting(page, [0, 1.3, 2, 3])
         before = page.locator(".step-timeline .track").evaluate("track => track.clientWidth")
         page.get_by_role("button", name="Show a shorter part").click()
-        after = page.locator(".step-timeline .track").evaluate("track => track.clientWidth")
-        assert after == pytest.approx(2 * before, abs=2)
+        page.wait_for_function(
+            "twice => Math.abs(document.querySelector('.step-timeline .track').clientWidth - twice)"
+            " <= 2",
+            arg=2 * before,
+        )
     context.close()
 
 
@@ -219,31 +234,17 @@ def test_a_listed_step_is_chosen(context: BrowserContext, tmp_path: Path) -> Non
         assert json.loads(exported(app, "jsonl", "robot"))["body"]["subtasks"][0]["text"] == "Grasp"
 
 
-def test_an_hour_of_steps_is_dragged_within_a_frame(
-    context: BrowserContext, tmp_path: Path
-) -> None:
-    """Of ten minutes with 60 steps: the processor's time, as other work slows a clock's."""
-    minutes, steps, moves = 10, 60, 100
-    film(tmp_path / "films/clip00.mp4", [20 + i % 200 for i in range(60 * minutes * FPS)])
-    rows = "video,start_s,command\n" + "".join(
-        f"clip00,{10 * i},lift the cup off the table {i}\n" for i in range(steps)
-    )
+def test_one_of_many_steps_is_dragged(context: BrowserContext, tmp_path: Path) -> None:
+    """Of a minute with 60 steps; `benchmarks.app_drags` times it."""
+    steps = 60
+    film(tmp_path / "films/clip00.mp4", [20 + i % 200 for i in range(steps * FPS)])
+    rows = "video,start_s,command\n" + "".join(f"clip00,{i},lift cup {i}\n" for i in range(steps))
     with opened(context, study_with(tmp_path, rows, films=0)) as (_, page):
         expect(page.locator(".boundary")).to_have_count(steps)
         x, y = middle(page.get_by_role("slider", name="Beginning of step 4", exact=True))
         page.mouse.move(x, y)
         page.mouse.down()
-        session = context.new_cdp_session(page)
-        session.send("Performance.enable", {"timeDomain": "threadTicks"})
-
-        def spent() -> float:
-            metrics = session.send("Performance.getMetrics")["metrics"]
-            return float(next(m["value"] for m in metrics if m["name"] == "TaskDuration"))
-
-        before = spent()
-        for move in range(moves):
-            page.mouse.move(x + 20 * (move % 20) / 20, y)
-            page.wait_for_timeout(5)
-        assert 1000 * (spent() - before) / moves < FRAME_MS
+        page.mouse.move(x + 19, y, steps=5)
         page.mouse.up()
-        assert starts(page)[3] > 30
+        becomes(page, lambda: 3 < starts(page)[3] < 4, True)
+        assert [start for start in starts(page) if start % 1 == 0] == [0, 1, 2, *range(4, steps)]
