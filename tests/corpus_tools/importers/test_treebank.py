@@ -123,7 +123,7 @@ def test_problems_name_the_row_and_can_be_left_out(ct, treebank, tmp_path, old, 
 def test_the_bundled_treebank_has_what_its_readme_says():
     folder = bundled()["treebank"]
     commands, second = read_treebank(folder), read_second_trees(folder)
-    assert len(commands) == 3840
+    assert len(commands) == 6180
     assert len({one.person for one in commands}) == 80
     assert sum(not one.trees for one in commands) == 128
     assert sum(bool(one.taken_back) for one in commands) == 212
