@@ -33,7 +33,7 @@ def test_they_are_rows_beside_the_baselines_and_the_model(fuzzy):
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     rows = {r["configuration"]: r for r in found["rows"] if r["subset"] == "all"}
-    assert set(rows) == {*ROWS, "verb-object"}
+    assert set(rows) == {*ROWS, "paper", "verb-object"}
     told = {c["text"]: (c["correct"], c["probability"]) for c in found["commands"]["fuzzy"]}
     # Worked by hand: "refrigerator" and "washing machine" are labels as they stand.
     assert told["Pick up the refrigerator."] == (1, 1.0)
