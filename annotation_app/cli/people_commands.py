@@ -295,7 +295,9 @@ def group(*, name: str, logins: tuple[str, ...], place: Place, form: str) -> Non
 @click.argument("task", metavar="TASK")
 @click.option("--to", "logins", multiple=True, metavar="LOGIN", help="Somebody who gets items.")
 @click.option("--group", "groups", multiple=True, metavar="GROUP", help="A group that gets items.")
-@click.option("--video", default="", metavar="VIDEO", help="Only the items of this video.")
+@click.option(
+    "--of-video", "video", default="", metavar="VIDEO", help="Only the items of this video."
+)
 @click.option(
     "--way",
     type=click.Choice(["share", "each", "anybody"]),
