@@ -167,7 +167,7 @@ def _end(theme: SDC) -> int:
 
 
 _CLAUSES_BACK = 2
-"""What is said again is said by one of so many clauses before."""
+"""Number of clauses back to which a repetition refers, at most."""
 
 
 def repeated(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:

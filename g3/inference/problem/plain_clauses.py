@@ -318,7 +318,7 @@ def _names_load(sdc: SDC, nouns: Nouns) -> bool:
 
 _SPACE = len(" ")
 _Apart = tuple[SDC | None, tuple[Span, ...]]
-"""What stays an argument of a clause, and the words that become the clause's own."""
+"""Argument that stays in a clause, and the words that become the clause's own."""
 
 
 def measures_apart(sdc: SDC) -> SDC:
