@@ -16,6 +16,7 @@ from g3.inference.problem.clause_roles import (
     goal_within,
     is_company,
     is_goal,
+    is_source,
     names_own_forks,
     objects,
     subjects,
@@ -32,6 +33,7 @@ from g3.inference.problem.phrases import (
     names_robot,
     side_by_side,
 )
+from g3.language.discourse.groups import group
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare_words, field_words, figure_words, normalise
 from g3.language.lexicon.tables import WORDS
@@ -264,7 +266,7 @@ def _frame(tree: Tree, node: int) -> Frame:
     said = set(_relation(tree, node))
     if said & WORDS["filling"] and "with" in said and len(named) > 1:
         classes = frozenset(("carrying",))
-    elif said & WORDS["emptying"] and not classes and named:
+    elif named and ((said & WORDS["emptying"] and not classes) or _clears(tree, node, classes)):
         classes = frozenset(("taking", "placing"))
     elif (
         said & WORDS["filling"]
@@ -312,6 +314,18 @@ def _frame(tree: Tree, node: int) -> Frame:
         names_own_forks(tree, node),
         classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),
     )
+
+
+def _clears(tree: Tree, node: int, classes: frozenset[str]) -> bool:
+    """Check that a clause takes several things from somewhere, which the forks can't hold at once.
+
+    No later clause puts them down.
+    """
+    if classes != {"taking"} or not any(is_source(tree.nodes[n]) for n in ways(tree, node)):
+        return False
+    theme = group(tree.nodes[objects(tree, node)[0]])
+    several = theme.number == "plural" or theme.quantifier in WORDS["universal"]
+    return several and not is_put_later(tree, node)
 
 
 def _is_spoken_of(tree: Tree, named: Sequence[int]) -> bool:

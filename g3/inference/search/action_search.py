@@ -372,7 +372,9 @@ def _each(
     undone: list[str] = []
     for load in request.loads:
         own = _of_load(tree, load, replace(problem, only=load[request.theme]), done[0], carried)
-        further = _steps(tree, request.clauses, done, own, width)
+        # "On the ground" is near where a load was, not where the one before it was put.
+        again = [replace(hypothesis, goals=beam[0].goals) for hypothesis in done]
+        further = _steps(tree, request.clauses, again, own, width)
         further = [hypothesis for hypothesis in further if hypothesis.state.held is None]
         if not carried:  # the others follow the first one: on the truck, or beside it
             first = load[request.theme]

@@ -115,7 +115,8 @@ def _speaks_of_several(tree: Tree, own: Frame) -> bool:
     marks = [n for place in (*own.places, *own.paths) for n in _marks(tree, place)]
     several = WORDS["universal"] | WORDS["rest"]
     return bool(own.objects) and (
-        sum(_is_apart(tree, own, n) for n in own.objects) > 1
+        own.empties
+        or sum(_is_apart(tree, own, n) for n in own.objects) > 1
         or any(group(tree.nodes[n]).number == "plural" for n in own.objects)
         or any(not several.isdisjoint(noun_words(tree.nodes[n])) for n in (*own.objects, *marks))
         or any(
@@ -170,15 +171,25 @@ def _members(
     spoken = _antecedents(tree, own.objects[0], meant)
     if spoken is not None:
         return spoken
+    if own.empties and len(aboard := _aboard(tree, own.objects[0], problem)) > 1:
+        return aboard
     coordinated = [n for n in own.objects if _is_apart(tree, own, n)]
+    there = _at_source(tree, own, problem)
     found: list[str] = []
     for node in coordinated if len(coordinated) > 1 else own.objects[:1]:
-        loads = _named(tree, node, problem, meant, own.node, moved=moved)
+        loads = _named(tree, node, problem, meant, own.node, moved=moved, there=there)
         if not loads and len(coordinated) > 1:
-            loads = [thing.id for thing, _ in loads_named(tree, node, problem)[:1]]
+            loads = [thing.id for thing, _ in _within(loads_named(tree, node, problem), there)[:1]]
         found += [name for name in loads if name not in found]
-    found = _from_there(tree, own, problem, found)
     return tuple(_but_there(tree, own, problem, found))
+
+
+def _aboard(tree: Tree, node: int, problem: GroundingProblem) -> tuple[str, ...]:
+    """Return the ids of the loads on what an OBJECT names, if it names what carries loads."""
+    best = [thing.id for c in ground_thing(tree, node, problem)[:1] for thing in things_of(c.group)]
+    carries = {name for name in best if not is_load(problem.state, name)}
+    loads = (load for load, below in problem.carriers.items() if below in carries)
+    return tuple(load for load in loads if is_load(problem.state, load))
 
 
 def _is_apart(tree: Tree, own: Frame, node: int) -> bool:
@@ -214,10 +225,12 @@ def _named(
     root: int,
     *,
     moved: Collection[str] = (),
+    there: Collection[str] = (),
 ) -> list[str]:
     """Return the ids of the loads that an OBJECT of a clause names, if it speaks of several.
 
-    What was moved before is named again by a pronoun, or together with all others.
+    What was moved before is named again by a pronoun, or together with all others. Of loads that
+    are taken from somewhere only those `there` count.
     """
     node, but = _without_exceptions(tree, node, root)
     sdc = tree.nodes[node]
@@ -228,7 +241,7 @@ def _named(
     )
     others = not WORDS["rest"].isdisjoint(words)
     count = 2 if "both" in words else said.count
-    loads = loads_named(tree, node, problem)
+    loads = _within(loads_named(tree, node, problem), there)
     loads = [load for load in loads if load[0].id not in moved] or loads
     if not (every or others or but or (count or 0) > 1):
         if said.number != "plural" or count == 1 or said.ordinals or said.collective:
@@ -341,14 +354,19 @@ def _singles(beam: Sequence[Candidate], state: State) -> list[tuple[PhysicalObje
     return list(found.values())
 
 
-def _from_there(tree: Tree, own: Frame, problem: GroundingProblem, loads: list[str]) -> list[str]:
-    """Keep the loads that stand where the clause takes them from, if any does."""
+def _at_source(tree: Tree, own: Frame, problem: GroundingProblem) -> frozenset[str]:
+    """Return the ids of the loads that stand where a clause takes something from."""
     marks = [n for way in own.ways if is_source(tree.nodes[way]) for n in _marks(tree, way)]
-    for node in marks[:1]:
-        beam = ground_thing(tree, node, problem)
-        best = {t.id for c in beam[:1] for t in things_of(c.group)}
-        loads = [name for name in loads if problem.carriers.get(name) in best] or loads
-    return loads
+    beam = [c for node in marks[:1] for c in ground_thing(tree, node, problem)[:1]]
+    best = {thing.id for c in beam for thing in things_of(c.group)}
+    return frozenset(load for load, below in problem.carriers.items() if below in best)
+
+
+def _within(
+    loads: list[tuple[PhysicalObject, float]], there: Collection[str]
+) -> list[tuple[PhysicalObject, float]]:
+    """Keep the loads that stand there, if any does."""
+    return [load for load in loads if load[0].id in there] or loads
 
 
 def _but_there(tree: Tree, own: Frame, problem: GroundingProblem, loads: list[str]) -> list[str]:

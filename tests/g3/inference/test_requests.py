@@ -66,6 +66,35 @@ def test_so_many_as_are_counted_are_carried(text, count, grounder):
     assert list(found.values()) == ["truck-1"] * count
 
 
+LADEN = {
+    "boxes_1": (BOXES, (18, 7.6), 0, "trailer-1"),
+    "boxes_2": (BOXES, (18, 10.2), 0, "trailer-1"),
+    "boxes_3": (BOXES, (8, -4)),
+    "trailer_1": ("trailer", (18, 9), 90),
+    "truck_1": ("truck", (18, -8)),
+}
+
+
+@pytest.mark.parametrize("what", ["all the boxes", "both boxes", "each of the boxes", "everything"])
+@pytest.mark.parametrize(
+    ("then", "end"),
+    [
+        ("", None),
+        (" and set them on the ground", None),
+        (" and put them on the truck", "truck-1"),
+    ],
+)
+def test_what_is_taken_off_is_put_somewhere_one_by_one(what, then, end, grounder):
+    result = grounder.follow(f"Take {what} off the trailer{then}", world(**LADEN), least=0.0)
+    assert where(result) == {"boxes-1": end, "boxes-2": end}
+
+
+@pytest.mark.parametrize("text", ["Unload the trailer", "Empty the trailer"])
+def test_what_is_unloaded_has_nothing_left_on_it(text, grounder):
+    result = grounder.follow(text, world(**LADEN), least=0.0)
+    assert where(result) == {"boxes-1": None, "boxes-2": None}
+
+
 def test_all_go_to_the_same_place_in_the_same_way(grounder):
     result = grounder.follow("Take the crates to the left trailer", world(**YARD), least=0.0)
     assert len(set(where(result).values())) == 1
