@@ -6,6 +6,7 @@ forklift has the sizes of the robot's body, not those of its prism.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import mujoco
@@ -79,31 +80,48 @@ def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: f
 @look("truck")
 def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
     """Add a truck with a flat bed behind its cab."""
+    bed, cab = _flatbed(shape, ground_m, (0.14, 0.29), "teal", "blue")
+    draw(spec, body, bed)
+    draw(spec, body, cab, gloss=True)
+
+
+@look("semi-truck")
+def semi_truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """Add a tractor with a flat semi-trailer; without it where the shape is too high for a deck."""
+    if shape.size[2] > CAB_TOP:
+        bed, cab = _tractor(shape, ground_m)
+    else:
+        bed, cab = _flatbed(shape, ground_m, (0.08, 0.2, 0.32), "dark", "white")
+    draw(spec, body, bed)
+    draw(spec, body, cab, gloss=True)
+
+
+def _flatbed(
+    shape: Shape, ground_m: float, rear_axles: Sequence[float], bed: str, paint: str
+) -> tuple[list[Part], list[Part]]:
+    """Build a flat bed, and the cab ahead of it."""
     low, high = shape.low, shape.high
     length, width, _ = shape.size
     middle = float(shape.middle[1])
     ground = _ground(shape, ground_m)
     frame = high[2] - _deck_thickness(shape)
     _, bed_end = deck_of(TRUCK, shape)
-    axles = [low[0] + part * length for part in (0.14, 0.29)]
+    axles = [low[0] + part * length for part in rear_axles]
     roof = max(ground + CAB_TOP, float(high[2]) + 0.8)
-    teal = colour("teal", 0.6, 0.95)
     cab = low + np.array([bed_end - low[0] + 0.02 * length, 0, 0]), high
     parts = [
-        *_deck(low, np.array([bed_end, high[1], high[2]]), teal),
+        *_deck(low, np.array([bed_end, high[1], high[2]]), colour(bed, 0.6, 0.95)),
         *_headboard(bed_end, shape, roof),
         *_beams((low[0], bed_end), middle, width, (max(frame - 0.22, ground), frame)),
         *_wheels([*axles, high[0] - 0.13 * length], shape, ground, frame),
         *_rear_lights(low[0], middle, width, frame - 0.02),
         *_tank(float(low[0] + 0.56 * length), shape, ground, frame),
     ]
-    draw(spec, body, parts)
-    draw(spec, body, _cab(*cab, ground, roof), gloss=True)
+    return parts, _cab(*cab, ground, roof, paint)
 
 
-@look("semi-truck")
-def semi_truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """Add a tractor for trailers: a long bonnet, a cab with a sleeper, a fifth wheel behind."""
+def _tractor(shape: Shape, ground_m: float) -> tuple[list[Part], list[Part]]:
+    """Build a fifth wheel on a frame, and a cab with a sleeper and a long bonnet."""
     low, high = shape.low, shape.high
     part, (length, width, height) = inside(low, high), shape.size.tolist()
     ground, frame = float(low[2]), float(low[2]) + 0.3 * height
@@ -132,16 +150,15 @@ def semi_truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m
         part((0.3, 0.37), (0.3, 0.7), (0.28, 0.34), steel),
         *_rear_lights(low[0] + 0.02 * length, plate[1], width, frame - 0.02),
     ]
-    draw(spec, body, rear)
-    draw(spec, body, paint, gloss=True)
+    return rear, paint
 
 
-def _cab(low: FloatArray, high: FloatArray, ground: float, top: float) -> list[Part]:
+def _cab(low: FloatArray, high: FloatArray, ground: float, top: float, paint: str) -> list[Part]:
     """Build a cab over the front axle, from behind it to the front."""
     (back, right, _), (front, left, deck) = low, high
     bottom = ground + 0.3 * (deck - ground)
     part = inside(np.array((back, right, bottom)), np.array((front, left, top)))
-    tall, length, blue = top - bottom, front - back, colour("blue", 0.62, 1.05)
+    tall, length, coat = top - bottom, front - back, colour(paint, 0.62, 1.05)
     window, black, sides = patch("window"), colour("black", 0.8, 1.0), "-x +x -z +z"
     sill = (deck - bottom + 0.35 * (top - deck)) / tall
     arch, lean = 0.55 * (deck - bottom) / tall, 0.16
@@ -155,8 +172,8 @@ def _cab(low: FloatArray, high: FloatArray, ground: float, top: float) -> list[P
     glass = [(*ends[i][:1], y[j], ends[i][2]) for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))]
     above = (sill, sill + 0.8 * (1 - sill))
     return [
-        extruded(shell, (right + 0.02 * (left - right), left - 0.02 * (left - right)), blue),
-        part((wheel_end, 1.0), (0.02, 0.98), (0.0, arch), blue, without="+z"),
+        extruded(shell, (right + 0.02 * (left - right), left - 0.02 * (left - right)), coat),
+        part((wheel_end, 1.0), (0.02, 0.98), (0.0, arch), coat, without="+z"),
         part((0.0, wheel_end), (0.3, 0.7), (0.0, arch), _DARK),
         part((0.99, 1.005), (0.02, 0.98), (0.0, 0.88 * sill), patch("grille"), without="-y +y -z"),
         quad(glass, window),

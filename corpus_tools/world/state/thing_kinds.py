@@ -95,7 +95,11 @@ for _name, _height in (
 ):
     register_kind(Kind(_name, tuple(_name.split("-")), (1.0, 1.2), (0.0, _height), carriable=True))
 register_kind(replace(TRUCK, name="flatbed-truck", labels=("flatbed", "truck")))
-register_kind(Kind("semi-truck", ("semi", "truck"), (6.6, 2.5), (0.0, 3.6)))
+register_kind(
+    replace(
+        TRUCK, name="semi-truck", labels=("semi", "truck"), size=(6.6, 2.5), heights=(0.55, 1.1)
+    )
+)
 register_kind(Kind("container", ("container",), (6.1, 2.4), (0.0, 2.6)))
 register_kind(Kind("sign", ("sign",), (0.3, 0.9), (0.0, 2.4)))
 register_kind(Kind("berm", ("berm",), (6.0, 2.5), (0.0, 1.4)))

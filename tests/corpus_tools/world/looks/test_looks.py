@@ -30,7 +30,7 @@ FROM_BOX = {
     "truck": (np.array([0.02, 0.15, 0.0]), np.array([0.06, 0.15, 0.0])),
     "trailer": (np.array([0.02, 0.0, 0.0]), np.array([DRAWBAR_LENGTH + 0.12, 0.0, 0.0])),
 }
-FROM_BOX["flatbed-truck"] = FROM_BOX["truck"]
+FROM_BOX |= dict.fromkeys(("flatbed-truck", "semi-truck"), FROM_BOX["truck"])
 """How far looks may reach out of their boxes, besides the tolerance: mirrors and lamps of a
 truck, the drawbar of a trailer. Both reach down to the ground, a truck's cab to its top."""
 THINGS = sorted(set(KINDS) - {"forklift"})
@@ -85,7 +85,7 @@ def test_looks_fill_their_boxes(kind: str, factor: float) -> None:
     low, high = shape.low - below - TOLERANCE_M, shape.high + above + TOLERANCE_M
     if kind in FROM_BOX:
         low[2] = ground_m - TOLERANCE_M
-    if kind in ("truck", "flatbed-truck"):
+    if kind.endswith("truck"):
         high[2] = ground_m + CAB_TOP + 0.06  # lamps on the cab
     assert (seen >= low).all()
     assert (seen <= high).all()
