@@ -18,7 +18,7 @@ from g3.learning.model_file import TrainingCard
 from g3.storage.cache_folder import cache_folder
 
 DEFAULT_CORPUS = "warehouse"
-TRAINING_VERSION = 4
+TRAINING_VERSION = 5
 """Version of the training, raised whenever the bundled model has to be retrained."""
 
 

@@ -194,12 +194,10 @@ def word_tags(batch: FactorBatch) -> FloatArray:
     return _grade(batch, TAGS)
 
 
-@meaning_set(
-    "word-vectors", columns=_graded(("vector",)), default=False, data=word_vectors_identity
-)
+@meaning_set("word-vectors", columns=_graded(("vector",)), data=word_vectors_identity)
 def word_vectors(batch: FactorBatch) -> FloatArray:
-    """Likeness of the vectors of the figure's words and its labels, next to others in its scene.
+    """Likeness of the vectors of the figure's words and its labels, next to others in its scene."""
+    return batch.shared(_vectors, "figure", words=True)
 
-    Off: no vectors are bundled.
-    """
-    return _grade(batch, ("vector",))
+
+_vectors = partial(_grade, measures=("vector",))

@@ -15,8 +15,9 @@ from functools import cache
 from pathlib import Path
 
 from g3.errors import FormatError, ModelError
+from g3.language.parsing.encoder import default_encoder
 from g3.language.similarity.cooccurrence import TagTable, count_list, table_from_bytes
-from g3.language.similarity.vectors import WordVectors, read_vectors
+from g3.language.similarity.vectors import PieceVectors, Vectors, WordVectors, read_vectors
 from g3.language.similarity.wordnet import WordNet, read_wordnet
 from g3.language.similarity.wordnet_tables import (
     TABLES_VERSION,
@@ -76,14 +77,16 @@ def tag_table_identity() -> str:
     return _digest("the tag table", _MEND_TAGS, _tag_file())
 
 
-def word_vectors() -> WordVectors:
-    """The vectors of words in the file named in CT_VECTORS, read once; none are bundled."""
-    return _read_word_vectors(_vectors_file())
+def word_vectors() -> Vectors:
+    """The vectors of words in the file named in CT_VECTORS, read once; else the bundled ones."""
+    file = _vectors_file()
+    return _read_word_vectors(file) if file else PieceVectors()
 
 
 def word_vectors_identity() -> str:
-    """Return an identity of the file of vectors: its digest."""
-    return _digest("the vectors of words", _MEND_VECTORS, _vectors_file())
+    """Return an identity of the vectors of words: their digest."""
+    file = _vectors_file()
+    return _digest("the vectors of words", _MEND_VECTORS, file) if file else _piece_digest()
 
 
 def _wordnet_folder() -> Path:
@@ -144,11 +147,17 @@ def _read_tag_table(file: Path) -> TagTable:
         return count_list(split_lines(decode_text(content, str(file))))
 
 
-def _vectors_file() -> Path:
+def _vectors_file() -> Path | None:
     named = os.environ.get(VECTORS_VARIABLE, "")
-    if not named:
-        raise ModelError("there are no vectors of words", fix=_MEND_VECTORS)
-    return Path(named).expanduser()
+    return Path(named).expanduser() if named else None
+
+
+@cache
+def _piece_digest() -> str:
+    encoder = default_encoder()
+    digest = hashlib.sha256("\n".join(encoder.vocabulary).encode())
+    digest.update(encoder.words.tobytes() + encoder.word_scales.tobytes())
+    return f"sha256:{digest.hexdigest()}"
 
 
 @cache

@@ -1,14 +1,20 @@
-"""Vectors of words, as GloVe, word2vec and fastText write them in text files."""
+"""Vectors of words: those of the bundled encoder's pieces, or a text file's.
+
+Text files are read as GloVe, word2vec and fastText write them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from g3.groundings import FloatArray
+from g3.language.parsing.encoder import default_encoder
 from g3.short_repr import short_repr
 
 MOST = 200_000
@@ -16,6 +22,49 @@ MOST = 200_000
 
 DECIMALS = 6
 """More than single precision has would depend on what is multiplied at once."""
+
+
+class Vectors(Protocol):
+    """Vectors of words, as far as likeness needs them."""
+
+    def cosine(self, words: Sequence[str], others: Sequence[str]) -> FloatArray:
+        """Cosine between words, negative as 0, 0 for unknown ones; shape (words, others)."""
+
+
+class PieceVectors:
+    """Vectors of the pieces of words that the bundled encoder reads, before it reads any others.
+
+    They are MiniLM's, which learned them from text; training on trees leaves them as they were.
+    The mean of all pieces is taken off: it is common to all words (Mu and Viswanath, ICLR 2018).
+    """
+
+    def cosine(self, words: Sequence[str], others: Sequence[str]) -> FloatArray:
+        """Cosine between words, negative as 0; shape (words, others)."""
+        rows, columns = (np.array([_vector(text) for text in texts]) for texts in (words, others))
+        if not rows.size or not columns.size:
+            return np.zeros((len(words), len(others)))
+        similarity: FloatArray = np.round(rows @ columns.T, DECIMALS)
+        return np.clip(similarity, 0.0, 1.0)
+
+
+@cache
+def _mean() -> FloatArray:
+    encoder = default_encoder()
+    mean: FloatArray = (encoder.words * encoder.word_scales[:, None]).mean(axis=0, dtype=float)
+    return mean
+
+
+@cache
+def _vector(text: str) -> FloatArray:
+    encoder = default_encoder()
+    pieces = [piece for word in text.lower().split() for piece in encoder.pieces(word)]
+    if not pieces:
+        return np.zeros(encoder.width)
+    scales = encoder.word_scales[pieces, None]
+    vectors = encoder.words[pieces] * scales - _mean()
+    mean = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).mean(axis=0)
+    vector: FloatArray = mean / (np.linalg.norm(mean) or 1.0)
+    return vector
 
 
 @short_repr

@@ -24,10 +24,7 @@ def event(path: Path, *objects: PhysicalObject) -> Example:
 
 def test_they_are_off_unless_asked_for() -> None:
     assert not ARTEFACTS & {s.name for s in select()}
-    assert {s.name for s in catalogue() if not s.default} == ARTEFACTS | {
-        "word-tags",
-        "word-vectors",
-    }
+    assert {s.name for s in catalogue() if not s.default} == ARTEFACTS | {"word-tags"}
     assert {s.name for s in select(plus=["start-pose"])} >= {"start-pose"}
 
 

@@ -1,4 +1,4 @@
-"""Vectors of words from a file that people have."""
+"""Vectors of words: the bundled ones, and those of a file that people have."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import math
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from g3.errors import ModelError
@@ -57,12 +59,36 @@ def test_the_measure_reads_the_named_file(
     assert math.isclose(MEASURES["vector"](["skid"], ["pallet"])[0, 0], 0.96, abs_tol=1e-6)
 
 
-def test_without_a_file_the_measure_says_what_to_do(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+LABELS = ["truck", "refrigerator", "accessories", "shelf", "person", "brick"]
+
+
+@pytest.mark.parametrize(
+    ("word", "label"),
+    [
+        *(("lorry", "truck"), ("Fridge", "refrigerator"), ("parts", "accessories")),
+        *(("rack", "shelf"), ("guy", "person"), ("bricks", "brick")),
+    ],
+)
+def test_without_a_file_words_are_like_what_they_mean(
+    word: str, label: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("CT_VECTORS", raising=False)
-    with pytest.raises(ModelError, match="CT_VECTORS"):
-        word_vectors()
+    assert word_vectors_identity().startswith("sha256:")
+    (likeness,) = MEASURES["vector"]([word], LABELS)
+    assert LABELS[int(likeness.argmax())] == label
+
+
+@given(words=st.lists(st.text(max_size=12), max_size=4))
+def test_any_texts_have_a_likeness(words: list[str]) -> None:
+    likeness = MEASURES["vector"](words, words)
+    assert likeness.shape == (len(words), len(words))
+    assert ((likeness >= 0) & (likeness <= 1)).all()
+    assert_allclose(likeness, likeness.T)
+
+
+def test_a_file_that_cannot_be_read_says_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for broken, content in (("none.txt", None), ("bad.txt", b"one\n"), ("cut.gz", b"\x1f\x8b\x08")):
         file = tmp_path / broken
         if content is not None:
