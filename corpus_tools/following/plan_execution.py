@@ -13,6 +13,7 @@ import numpy as np
 from corpus_tools.world.physics.rehearsal import rehearse
 from corpus_tools.world.state import robot_script
 from corpus_tools.world.state.dimensions import LOW
+from corpus_tools.world.state.onlookers import with_onlookers
 from corpus_tools.world.state.recording import Recording, to_context
 from corpus_tools.world.state.robot_script import Script, ScriptStep
 from g3.actions.action_kinds import Action, move
@@ -151,9 +152,9 @@ def run_plan(
         from corpus_tools.video.films import film  # noqa: PLC0415 - of an extra
         from corpus_tools.video.manifest import Settings  # noqa: PLC0415 - of an extra
 
-        how = settings or Settings(fps=FPS)
-        film(done.recording, video, how, site=start.site, on_frame=on_frame)
-        write_log(done.recording, video.with_suffix(".mcap"), name=video.stem, metadata={})
+        how, shown = settings or Settings(fps=FPS), with_onlookers(done.recording)
+        film(shown, video, how, site=start.site, on_frame=on_frame)
+        write_log(shown, video.with_suffix(".mcap"), name=video.stem, metadata={})
     return Episode(start, done.recording, done.failure, done.held)
 
 

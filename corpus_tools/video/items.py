@@ -17,6 +17,7 @@ from corpus_tools.world.scenarios.scenario_reading import (
     scenario_file,
     scenario_files,
 )
+from corpus_tools.world.state.onlookers import with_onlookers
 from corpus_tools.world.state.recording import Recording
 from corpus_tools.world.state.replay import replay
 from g3.errors import FormatError
@@ -102,7 +103,7 @@ def story_of(item: Item) -> Story:
         scenario.title,
         digest,
         {FINGERPRINT: digest},
-        lambda: recorded(scenario, RATE_HZ),
+        lambda: with_onlookers(recorded(scenario, RATE_HZ)),
         scenario.layout.site,
     )
 

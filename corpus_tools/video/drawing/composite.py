@@ -59,6 +59,7 @@ class Pasted:
             self._size,
             light=self._light,
             ground_m=ground_of(self._recording.start),
+            lamp_m=self._lamp_m,
         )
         for part, corners in parts:
             self._draw_part(frame, part, corners)
@@ -70,7 +71,7 @@ class Pasted:
         """Draw the still things."""
         self._canvas.draw(self._camera, self._size, groups=(BACKDROP, STILL))
         self._background, self._depth = self._canvas.pixels(), self._canvas.depth()
-        self._light = DOWN
+        self._light, self._lamp_m = DOWN, 0.0
 
     def _draw_part(self, frame: Image, part: Rectangle, corners: FloatArray) -> None:
         """Draw the moving things into a part of a frame."""
@@ -111,11 +112,11 @@ class Composite(Pasted):
         self._clip = canvas.clip()
         ahead = ahead_of(self._depth, self._clip)
         self._shadows = Shadows(canvas, self._texel(float(np.median(ahead))))
-        self._light = self._shadows.axes[2]
+        self._light, self._lamp_m = self._shadows.axes[2], self._shadows.lamp_m
         self._rays, self._eye = places(self._camera, self._fine, self._shadows.axes)
         self._places = self._rays * ahead + self._eye
-        if self._shadows.still is not None:
-            sun = shade(self._shadows.still, self._places, self._shadows.still.bias, SOFT)
+        if (casters := self._shadows.still) is not None:
+            sun = shade(casters, self._places, casters.bias, SOFT, self._lamp_m)
             self._sunshine = lit(np.zeros_like(self._dark), self._sunshine, sun)
         everywhere = np.full(self._depth.shape, 255, np.uint8)
         self._background = _averaged(lit(self._dark, self._sunshine, everywhere))
@@ -129,7 +130,7 @@ class Composite(Pasted):
         canvas, shadows, fine = self._canvas, self._shadows, part.scaled(FINER)
         here = fine.slices
         moving = shadows.moving(corners)
-        sun = shade(moving, self._places[:, here[0], here[1]], TOUCHING_M, SOFT)
+        sun = shade(moving, self._places[:, here[0], here[1]], TOUCHING_M, SOFT, self._lamp_m)
         picture = lit(
             np.ascontiguousarray(self._dark[here]),
             np.ascontiguousarray(self._sunshine[here]),
@@ -144,7 +145,7 @@ class Composite(Pasted):
         nearer = cv2.compare(depth, np.ascontiguousarray(self._depth[here]), cv2.CMP_LT)
         place = self._rays[:, here[0], here[1]] * ahead_of(depth, self._clip) + self._eye
         casting = merged(moving, shadows.still) if shadows.still is not None else moving
-        sun = shade(casting, place, casting.bias, SOFT)
+        sun = shade(casting, place, casting.bias, SOFT, self._lamp_m)
         cv2.copyTo(lit(dark, sunshine, sun), nearer, picture)
         frame[part.slices] = _averaged(picture)
 

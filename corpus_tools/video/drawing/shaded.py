@@ -88,20 +88,21 @@ class Shaded:
 
     def _sun(self, k: int, place: Float32Array) -> Image:
         """Return the sun's share at places, as :func:`shade` gives it."""
-        still = self._shadows.still
+        still, lamp_m = self._shadows.still, self._shadows.lamp_m
         if still is None:
             sun = np.full(place.shape[1:], 255, np.uint8)
         else:
-            sun = shade(still, place, still.bias, SOFT)
+            sun = shade(still, place, still.bias, SOFT, lamp_m)
         for item, geoms in self._geoms.items():
-            corners = with_shadow(self._canvas.corners(geoms), self._shadows.axes[2], self._ground)
+            light = self._shadows.axes[2]
+            corners = with_shadow(self._canvas.corners(geoms), light, self._ground, lamp_m)
             part = covering(corners, self._cameras[k], self._size, near_m=self._clip[0])
             if part is None:
                 continue
             map_, shift = self._casting(item, k)
             here = part.slices
             behind = max(map_.bias, BEHIND_M) + shift
-            sunny = shade(map_, place[:, here[0], here[1]], behind, SOFT)
+            sunny = shade(map_, place[:, here[0], here[1]], behind, SOFT, lamp_m)
             sun[here] = np.minimum(sun[here], sunny)
         return sun
 

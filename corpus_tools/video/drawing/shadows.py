@@ -25,6 +25,9 @@ LARGEST_MAP = 2048
 BIAS_TEXELS = 2.5
 """Least distance behind the caster of a shadow, in texels; nearer, a thing would shade itself."""
 NOTHING = np.float32(1e6)
+_TURN = np.pi * (3 - np.sqrt(5)) * np.arange(9)
+_DISC = np.sqrt((np.arange(9) + 0.5) / 9) * np.stack((np.cos(_TURN), np.sin(_TURN)))
+"""Points u, v of a lamp with radius 1, spread evenly, shape (2, 9)."""
 
 
 @short_repr
@@ -58,12 +61,14 @@ class Shadows:
     """Casters of shadows in a canvas's world with a sun; at the start as the canvas's data are.
 
     `wanted` is the edge of the maps' texels in metres; longer where the world is large. `axes` are
-    as :func:`sunlight` gives them; `still` is the map of what never moves, None if nothing does.
+    as :func:`sunlight` gives them; `still` is the map of what never moves, None if nothing does;
+    `lamp_m` is the radius of soft edges, 0 for sharp ones.
     """
 
     def __init__(self, canvas: Canvas, texel_m: float) -> None:
         self._canvas = canvas
         self.axes = sunlight(canvas.data.light_xdir[canvas.sun])
+        self.lamp_m = float(canvas.model.light_bulbradius[canvas.sun])
         still = canvas.corners(canvas.geoms_of(STILL))
         along = np.concatenate((still, canvas.corners(canvas.geoms_of(MOVING)))) @ self.axes.T
         self.texel = max(texel_m, _extent(along) / (LARGEST_MAP - 4))
@@ -113,26 +118,33 @@ def merged(ours: ShadowMap, other: ShadowMap) -> ShadowMap:
     return ShadowMap(ours.first, ours.texel, depth)
 
 
-def shade(map_: ShadowMap, place: Float32Array, bias: float, soft: int) -> Image:
+def shade(
+    map_: ShadowMap, place: Float32Array, bias: float, soft: int, lamp_m: float = 0.0
+) -> Image:
     """Return the share of the sun at places, from 0, none, to 255, all of it; shape (h, w).
 
     `place` has u, v and d of each pixel, shape (3, h, w). `bias` is how far behind another thing a
-    place must be to be in its shadow, `soft` the width of shadows' edges in pixels.
+    place must be to be in its shadow, `soft` the width of shadows' edges in pixels, `lamp_m` their
+    radius in metres.
     """
     u, v, d = place
     scale = np.float32(1 / map_.texel)
     x = u * scale - np.float32(map_.first[0] + 0.5)
     y = v * scale - np.float32(map_.first[1] + 0.5)
-    first = cv2.remap(
-        map_.depth,
-        x,
-        y,
-        cv2.INTER_NEAREST,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=float(NOTHING),
-    )
-    first += np.float32(bias)
-    sunny = cv2.compare(d, first, cv2.CMP_LE)
+    share = np.zeros(d.shape, np.float32)
+    points = _DISC.T * lamp_m / map_.texel if lamp_m else np.zeros((1, 2))
+    for at_u, at_v in points.astype(np.float32):
+        first = cv2.remap(
+            map_.depth,
+            x + at_u,
+            y + at_v,
+            cv2.INTER_NEAREST,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=float(NOTHING),
+        )
+        first += np.float32(bias)
+        cv2.accumulate(cv2.compare(d, first, cv2.CMP_LE), share)
+    sunny = cv2.convertScaleAbs(share, alpha=1 / len(points))
     return np.asarray(cv2.blur(sunny, (soft, soft)), np.uint8)
 
 
@@ -177,18 +189,19 @@ def moving_parts(
     *,
     light: FloatArray,
     ground_m: float,
+    lamp_m: float = 0.0,
 ) -> list[tuple[Rectangle, FloatArray]]:
     """Return the parts of the frame with moving things, and corners around these things.
 
     Something was drawn on the canvas already. `geoms` are those of all that moves; `light` is where
-    the sunlight goes, shape (3,).
+    the sunlight goes, shape (3,), `lamp_m` the radius of shadows' edges.
     """
     parts: list[tuple[Rectangle, FloatArray]] = []
     of = canvas.object_of_geom[geoms]
     for item in np.unique(of):
         corners = canvas.corners(geoms[of == item])
         rectangle = covering(
-            with_shadow(corners, light, ground_m), camera, size, near_m=canvas.clip()[0]
+            with_shadow(corners, light, ground_m, lamp_m), camera, size, near_m=canvas.clip()[0]
         )
         if rectangle is None:
             continue
@@ -201,10 +214,15 @@ def moving_parts(
     return parts
 
 
-def with_shadow(corners: FloatArray, light: FloatArray, ground_m: float) -> FloatArray:
-    """Return corners (n, 3), and those of their shadows on the ground (2 n, 3)."""
+def with_shadow(
+    corners: FloatArray, light: FloatArray, ground_m: float, lamp_m: float = 0.0
+) -> FloatArray:
+    """Return corners (n, 3), and those of their shadows on the ground, with edges of a radius."""
     height = np.maximum(corners[:, 2:] - ground_m, 0)
-    return np.concatenate((corners, corners + height / max(1e-3, -light[2]) * light))
+    shadow = corners + height / max(1e-3, -light[2]) * light
+    around = [np.array([x, y, 0.0]) * lamp_m for x in (-1, 1) for y in (-1, 1)]
+    edges = [shadow + offset for offset in around] if lamp_m else [shadow]
+    return np.concatenate((corners, *edges))
 
 
 def covering(

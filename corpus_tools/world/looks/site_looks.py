@@ -53,6 +53,8 @@ class Site:
     """Direction of the light's source."""
     brightness: tuple[Colour, Colour] = ((0.58, 0.56, 0.52), (0.43, 0.44, 0.47))
     """Light of that sun, and from everywhere, red, green and blue."""
+    lamp_m: float = 0.0
+    """Width of its shadows' edges: many lamps light a hall."""
     sky: tuple[Colour, Colour] = ((0.45, 0.62, 0.80), (0.82, 0.87, 0.91))
     """Above, and at the horizon."""
     grass: bool = True
@@ -137,7 +139,8 @@ SITES: Mapping[str, Site] = MappingProxyType(
             _hall,
             ground=(0.84, 0.84, 0.88),
             sun=(0.16, 0.12, -0.98),
-            brightness=((0.42, 0.42, 0.40), (0.56, 0.57, 0.58)),
+            brightness=((0.38, 0.37, 0.34), (0.59, 0.60, 0.61)),
+            lamp_m=0.3,
             sky=((0.50, 0.52, 0.55), (0.50, 0.52, 0.55)),
             grass=False,
         ),
@@ -194,6 +197,7 @@ def _add_light(spec: mujoco.MjSpec, yard: Yard, ground_m: float, site: Site) -> 
         diffuse=sunshine,
         specular=[0.3, 0.3, 0.3],
         castshadow=True,
+        bulbradius=site.lamp_m / 2,
     )
     spec.add_texture(
         name="sky",
