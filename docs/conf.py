@@ -48,13 +48,16 @@ COPIES = {
     "readme": "README.md",
     "contributing": "CONTRIBUTING.md",
     "changelog": "CHANGELOG.md",
-    "benchmarks": "benchmarks/README.md",
+    "contributing/benchmarks": "benchmarks/README.md",
     "examples": "examples/README.md",
-    "dataset-warehouse": "datasets/warehouse/README.md",
+    "data-cards": "datasets/README.md",
 }
 """Pages that show a file of the repository, which stands there for those who read it there."""
 
-PARTS = {"examples": sorted((ROOT / "examples").glob("*/README.md"))}
+PARTS = {
+    "examples": sorted((ROOT / "examples").glob("*/README.md")),
+    "data-cards": sorted((ROOT / "datasets").glob("*/README.md")),
+}
 """Files that a page shows after its own."""
 
 _MODULES = re.compile(r"^```\{modules\}\n(.*?)\n```$", re.MULTILINE | re.DOTALL)

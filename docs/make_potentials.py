@@ -21,7 +21,7 @@ from typing import Any
 
 from g3.inference.potentials.potential_registry import KINDS, Potential, potentials
 
-TABLE = Path(__file__).parent / "potentials.csv"
+TABLE = Path(__file__).parent / "contributing/potentials.csv"
 
 
 def main() -> None:

@@ -58,7 +58,7 @@ def _without_redirections(words: list[str]) -> list[str]:
 def pages() -> list[Path]:
     """The pages of the documentation."""
     folders = [*ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]
-    others = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("datasets/*/README.md")]
+    others = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("datasets/**/README.md")]
     return sorted([*others, *folders])
 
 

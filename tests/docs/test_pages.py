@@ -141,13 +141,13 @@ def test_each_promise_of_the_security_page_has_a_test() -> None:
 
 def test_every_potential_is_listed_with_its_record() -> None:
     """Without a record where a rule is new; `docs/make_potentials.py` writes the table."""
-    with (DOCS / "potentials.csv").open(encoding="utf-8", newline="") as stream:
+    with (DOCS / "contributing/potentials.csv").open(encoding="utf-8", newline="") as stream:
         _, *rows = csv.reader(stream)
     assert [row[:6] for row in rows] == [
         listed(rule) for kind in KINDS for rule in potentials() if rule.kind == kind
     ]
     assert all(re.fullmatch(r"(\d+, \d+ \(\d+\))?", cell) for row in rows for cell in row[6:-1])
-    page = (DOCS / "potentials.md").read_text()
+    page = (DOCS / "contributing/potentials.md").read_text()
     assert all(f"| `{kind}` | {about} |\n" in page for kind, about in KINDS.items())
 
 

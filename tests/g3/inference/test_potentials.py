@@ -119,7 +119,7 @@ def test_a_refusal_can_be_switched_off(model):
     assert whole.isdisjoint(within)
 
 
-PAGE = Path(__file__).parents[3] / "docs" / "potentials.md"
+PAGE = Path(__file__).parents[3] / "docs" / "contributing" / "potentials.md"
 FOLLOW = """
 import sys
 from corpus_tools.importers.authored.bundled import open_corpus
