@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 
+import click
 import pytest
 
-from corpus_tools.cli.console import run
+from corpus_tools.cli.console import cli, run
 
 MISTAKES = [
     # A command in the wrong place, or with another name
@@ -73,3 +75,18 @@ def test_a_mistake_is_answered_with_what_to_write(line, remedy, tmp_path, monkey
     assert "Traceback" not in said.err
     assert len(said.err.splitlines()) <= 6
     assert list(tmp_path.iterdir()) == []
+    for command in re.findall(r"\bct ((?:[a-z][a-z0-9-]*\b ?)+)", said.err):
+        assert _is_command(command.split()), command
+
+
+def _is_command(words: list[str]) -> bool:
+    """Check that words begin with a command, with its own one where it is a group."""
+    command: click.Command = cli
+    for word in words:
+        if not isinstance(command, click.Group) or command.invoke_without_command:
+            break
+        found = command.get_command(click.Context(command, obj={}), word)
+        if found is None:
+            return command is not cli and word == "has"  # a sentence about a group
+        command = found
+    return True
