@@ -47,13 +47,14 @@ from eval.statistics.comparison import Comparison
 from eval.statistics.estimates import beside
 from eval.statistics.intervals import bootstrap, two_way
 from eval.statistics.ratings import agrees, codes, majorities, shown_pair
+from eval.table_3 import plan_rows
 from eval.table_3.baselines import BASELINES, missing
 from eval.table_3.following import judged, plan_by_grounder, task_of
 from eval.table_3.grounder_registry import grounder_named
 from eval.table_3.judged_commands import judged_commands
-from eval.table_3.outcomes import JudgedRow, estimates_of, judged_row
+from eval.table_3.outcomes import Outcome
 from eval.table_3.plan_report import PAPER
-from eval.table_3.plan_rows import MODELS
+from eval.table_3.plan_rows import Row, estimates_of
 from eval.tables.comparison_report import NOTE, TITLE, compare_commands, comparison_table
 from eval.tables.comparison_report import records as comparison_records
 from eval.tables.formats import document, figure, figure_table, interval, table_text
@@ -135,19 +136,22 @@ def check_ratings(pairs: Sequence[Pair], judgments: Sequence[Judgment]) -> None:
             )
 
 
-def by_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[JudgedRow]:
-    """Return the same rows by the automatic judge, and those of baselines."""
-    rows: list[JudgedRow] = []
-    there = {r.configuration for r in records} | missing().keys()
-    baselines = {name: (name, False) for name in BASELINES if name in there}
-    for name, (which, only_top) in {**ROWS, **baselines}.items():
-        configured = (
-            top(records, which) if only_top else [r for r in records if r.configuration == which]
-        )
-        correct, scenarios = [r.correct for r in configured], [r.scenario for r in configured]
-        by_words = [r.by_words for r in configured]
-        rows.append(judged_row(name, correct, scenarios, by_words=by_words, draws=draws, seed=seed))
-    return rows
+def outcomes_of(records: Sequence[PlanRecord]) -> dict[str, list[Outcome]]:
+    """Return the automatic judge's outcomes of kept plans, as Table 3 has them."""
+    outcomes: dict[str, list[Outcome]] = {}
+    for r in records:
+        about = (r.command, r.scenario, r.text, r.probability, r.correct, r.reason)
+        refused = r.script is None and not r.run
+        outcome = Outcome(*about, by_words=r.by_words, refused=refused)
+        outcomes.setdefault(r.configuration, []).append(outcome)
+    return outcomes
+
+
+def by_judge(outcomes: Mapping[str, Sequence[Outcome]], *, seed: int, draws: int) -> list[Row]:
+    """Return the rows of Table 3 by the automatic judge, and those of baselines."""
+    all_rows = plan_rows.rows(outcomes, {}, missing(), seed=seed, draws=draws)
+    names = {*ROWS, *BASELINES}
+    return [r for r in all_rows if r["subset"] == "all" and r["configuration"] in names]
 
 
 def compare_people(
@@ -172,14 +176,12 @@ def compare_people(
     return compare_commands(shares, _scenarios(records), seed=seed, draws=draws)
 
 
-def compare_judge(records: list[PlanRecord], *, seed: int, draws: int) -> list[Comparison]:
+def compare_judge(
+    outcomes: Mapping[str, Sequence[Outcome]], *, seed: int, draws: int
+) -> Sequence[Comparison]:
     """Compare each model with each other configuration by the automatic judge."""
-    shares = {
-        name: {r.command: float(r.correct) for r in records if r.configuration == name}
-        for name in (*CONFIGURATIONS, *BASELINES)
-    }
-    scenarios = _scenarios(records)
-    return compare_commands(shares, scenarios, seed=seed, draws=draws, including=MODELS)
+    compared = plan_rows.comparisons(outcomes, {}, seed=seed, draws=draws)
+    return next((c.comparisons for c in compared if c.verdict == "precision"), ())
 
 
 def _scenarios(records: list[PlanRecord]) -> dict[str, str]:
@@ -225,7 +227,7 @@ class Study:
     records: Sequence[PlanRecord]
     people: Sequence[RatedRow]
     """Rows of Table 3 by people; empty without ratings."""
-    automatic: Sequence[JudgedRow]
+    automatic: Sequence[Row]
     """Rows of Table 3 by the automatic judge."""
     validity: Validity | None
     compared_by_people: Sequence[Comparison] = ()
@@ -257,7 +259,7 @@ def go_on(
     film_all(folder, settings.test, study_pairs, _half(on_progress, 1))
     file = write_study(folder, study_pairs, settings.seed, pay)
     judgments = ratings_so_far(folder, ratings)
-    both = [*records, *baseline_records(settings)]
+    both = {**outcomes_of(records), **baseline_outcomes(settings)}
     options = {"seed": settings.seed, "draws": draws}
     return Study(
         settings,
@@ -272,20 +274,15 @@ def go_on(
     )
 
 
-def baseline_records(settings: Settings) -> list[PlanRecord]:
-    """Return the automatic judge's verdicts on baselines' plans for a study's commands."""
+def baseline_outcomes(settings: Settings) -> dict[str, list[Outcome]]:
+    """Return the outcomes of baselines' plans for a study's commands."""
     chosen = {annotation.command.id for annotation in chosen_commands(settings)}
     commands = [c for c in judged_commands(open_corpus(settings.test)) if c.command.id in chosen]
-    names = [name for name in BASELINES if name not in missing()]
-    outcomes = [
-        (name, judged(command, plan_by_grounder(grounder_named(name), task_of(command))))
-        for name in names
-        for command in commands
-    ]
-    return [
-        PlanRecord(name, o.command, o.scenario, o.text, o.probability, o.correct, o.reason)
-        for name, o in outcomes
-    ]
+    return {
+        name: [judged(c, plan_by_grounder(grounder_named(name), task_of(c))) for c in commands]
+        for name in BASELINES
+        if name not in missing()
+    }
 
 
 def ratings_so_far(folder: Path, ratings: Path | None) -> Sequence[Judgment]:
@@ -391,11 +388,12 @@ def _people(rows: Sequence[RatedRow]) -> Table:
     return table
 
 
-def _automatic(rows: Sequence[JudgedRow]) -> Table:
+def _automatic(rows: Sequence[Row]) -> Table:
     headings = ("Ends where the log ends", "95%", "Does what the words say", "95%", "n")
     table = figure_table(("Configuration", *headings))
     for row in rows:
-        cells = (cell for one in estimates_of(row) for cell in (figure(one.value), interval(one)))
+        shares = (estimates_of(row, verdict)[0] for verdict in ("precision", "by_words"))
+        cells = (cell for one in shares for cell in (figure(one.value), interval(one)))
         table.add_row(row["configuration"], *cells, str(row["n"]))
     return table
 

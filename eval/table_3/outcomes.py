@@ -7,14 +7,12 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, TypedDict
+from typing import Any, TypedDict
 
 import msgspec
 import numpy as np
 
-from corpus_tools.corpus.estimate import Estimate, Reason, part, undefined
-from eval.statistics.intervals import bootstrap
-from eval.statistics.ratings import codes
+from corpus_tools.corpus.estimate import Estimate, part, undefined
 from g3.short_repr import short_repr
 from g3.storage.atomic_file import write_bytes
 
@@ -65,79 +63,12 @@ class Outcome:
     heading: str = ""
 
 
-class JudgedRow(TypedDict):
-    """A configuration's share of correct plans; the bounds are NaN for the stated reason.
-
-    ``precision`` is the share of plans that end where the log ends, ``by_words`` of those that
-    agree with the words.
-    """
-
-    configuration: str
-    judge: Literal["automatic"]
-    precision: float
-    low: float
-    high: float
-    reason: Reason
-    by_words: float
-    by_words_low: float
-    by_words_high: float
-    by_words_reason: Reason
-    n: int
-
-
-def estimates_of(row: JudgedRow) -> tuple[Estimate, Estimate]:
-    """Return a row's two figures."""
-    return (
-        Estimate(row["precision"], row["low"], row["high"], row["reason"]),
-        Estimate(
-            row["by_words"], row["by_words_low"], row["by_words_high"], row["by_words_reason"]
-        ),
-    )
-
-
 class Bin(TypedDict):
     """Plans with about the same stated probability."""
 
     stated: float
     correct: float
     n: int
-
-
-def judged_row(
-    name: str,
-    correct: Sequence[bool],
-    scenarios: Sequence[str],
-    *,
-    by_words: Sequence[bool | None] = (),
-    draws: int,
-    seed: int,
-) -> JudgedRow:
-    """Return a configuration's share of correct plans, with scenarios resampled.
-
-    Scenarios are resampled as their commands share a log. Of the judge's verdicts by words the
-    known ones count.
-    """
-
-    def share_of(said: Sequence[bool], where: Sequence[str]) -> Estimate:
-        right, rng = np.array(said, dtype=np.bool_), np.random.default_rng(seed)
-        return bootstrap(right, codes(where), rng=rng, draws=draws)
-
-    share = share_of(correct, scenarios)
-    judged = [(said, s) for said, s in zip(by_words, scenarios, strict=False) if said is not None]
-    words = share_of([said for said, _ in judged], [s for _, s in judged])
-    return {
-        "configuration": name,
-        "judge": "automatic",
-        "precision": share.value,
-        "low": share.low,
-        "high": share.high,
-        "reason": share.reason,
-        "by_words": words.value,
-        "by_words_low": words.low,
-        "by_words_high": words.high,
-        "by_words_reason": words.reason,
-        "n": len(correct),
-    }
 
 
 def grounding_accuracy(outcomes: Sequence[Outcome]) -> Estimate:

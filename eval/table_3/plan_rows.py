@@ -225,13 +225,14 @@ def comparisons(
                 name: {f.command: f.verdicts[verdict] for f in own if f.command in within}
                 for name, own in by_configuration.items()
             }
+            models = [name for name in shares if name not in ALONE]
             compared = compare_commands(
                 {name: own for name, own in shares.items() if own},
                 scenarios,
                 seed=seed,
                 draws=draws,
-                including=[name for name in shares if name not in ALONE],
+                including=models,
             )
-            if compared:
+            if compared and models:
                 result.append(Compared(subset, verdict, compared))
     return result

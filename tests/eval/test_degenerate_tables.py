@@ -275,7 +275,6 @@ TRIED = {
         )
     ],
     "ordinal.no_link": lambda t: ordinal.no_link("no data", len(t.rating)),
-    "outcomes.estimates_of": lambda t: outcomes.estimates_of(judged_row(t)),
     "outcomes.grounding_accuracy": lambda t: outcomes.grounding_accuracy(followed(t)),
     "outcomes.reliability": lambda t: outcomes.reliability(followed(t)),
     "outcomes.risk_coverage": lambda t: outcomes.risk_coverage(followed(t)),
@@ -362,13 +361,6 @@ ELSEWHERE = {
     "whole_study.go_on": "needs a study",
 }
 """Functions that return estimates, or stand beside them, and why no table is tried on them."""
-
-
-def judged_row(t):
-    own = followed(t)
-    said, where = [o.correct for o in own], [o.scenario for o in own]
-    by_words = [o.by_words for o in own]
-    return outcomes.judged_row("x", said, where, by_words=by_words, draws=DRAWS, seed=0)
 
 
 @cache

@@ -30,6 +30,7 @@ from eval.plan_study.whole_study import (
     check_ratings,
     compare_judge,
     compare_people,
+    outcomes_of,
     render,
 )
 from g3.annotation import Judgment
@@ -106,7 +107,7 @@ def test_rows_by_people_and_by_the_judge_are_apart(found, records, tmp_path):
 
     judgments = judgments_of(found, rating)
     people = by_people(found, records, judgments, seed=0, draws=50)
-    automatic = by_judge(records, seed=0, draws=50)
+    automatic = by_judge(outcomes_of(records), seed=0, draws=50)
     study = Study(Settings("a", "b", 0, 1.0, 0), tmp_path, found, records, people, automatic, None)
     shown = json.loads(render(study, "json"))
     by_row = {row["configuration"]: row for row in shown["people"]}
@@ -133,7 +134,7 @@ def test_configurations_are_compared_on_the_commands_they_share(found, records, 
         ("random", "gold", 40), ("random", "auto", 30), ("gold", "auto", 30),
     ]  # fmt: skip
     assert [c.difference.value for c in people] == [-1.0, 0.0, 1.0]
-    automatic = compare_judge(records, seed=0, draws=50)
+    automatic = compare_judge(outcomes_of(records), seed=0, draws=50)
     assert {c.n for c in automatic} == {40}
     assert [c.difference.value for c in automatic] == [-0.5, -0.5, 0.0]
     study = Study(
@@ -145,7 +146,7 @@ def test_configurations_are_compared_on_the_commands_they_share(found, records, 
 
 
 def test_without_ratings_only_the_judge_speaks(found, records, tmp_path):
-    automatic = by_judge(records, seed=0, draws=50)
+    automatic = by_judge(outcomes_of(records), seed=0, draws=50)
     study = Study(Settings("a", "b", 0, 1.0, 0), tmp_path, found, records, (), automatic, None)
     assert json.loads(render(study, "json"))["people"] is None
     text = render(study, "text")
