@@ -264,29 +264,27 @@ def _write_copy(
 ) -> list[str]:
     """Write a copy of a dataset of another format; return notes."""
     from annotation_app.export.episode_language import language_lines, rate_of
-    from corpus_tools.episodes.copies import PEOPLE
+    from corpus_tools.episodes.copies import PEOPLE, LanguageCopy
 
-    files = {PEOPLE: language_lines(said)}
     rates = {i: rate for i, row in said.episodes.items() if (rate := rate_of(row))}
+    times = {index: str(row.get("start") or "") for index, row in said.episodes.items()}
+    starts = {index: int(time) for index, time in times.items() if time.isdecimal()}
+    files = {PEOPLE: language_lines(said)}
+    copy = LanguageCopy(out, said.language, files, rates, starts, force)
     if form == RLDS:
         from corpus_tools.episodes.rlds import open_steps
         from corpus_tools.episodes.rlds_writing import write_rlds
 
-        steps = open_steps(dataset)
-        return write_rlds(steps, out, said.language, rates, attachments=files, force=force)
+        return write_rlds(open_steps(dataset), copy)
     if form == ROBOMIMIC:
         from corpus_tools.episodes.robomimic import open_demonstrations
         from corpus_tools.episodes.robomimic_writing import write_robomimic
 
-        demos = open_demonstrations(dataset)
-        return write_robomimic(demos, out, said.language, rates, attachments=files, force=force)
+        return write_robomimic(open_demonstrations(dataset), copy)
     from corpus_tools.episodes.bag_writing import write_recordings
     from corpus_tools.episodes.rosbag import open_recordings
 
-    times = {index: str(row.get("start") or "") for index, row in said.episodes.items()}
-    starts = {index: int(time) for index, time in times.items() if time.isdecimal()}
-    recordings = open_recordings(dataset)
-    return write_recordings(recordings, out, said.language, starts, attachments=files, force=force)
+    return write_recordings(open_recordings(dataset), copy)
 
 
 def _keep_from(least: tuple[str, ...]) -> KeepFrom:

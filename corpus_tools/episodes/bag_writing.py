@@ -7,8 +7,6 @@ it is a ``std_msgs/msg/String`` with JSON, in other MCAP files JSON itself: ``st
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,13 +16,10 @@ from mcap.records import Attachment, Channel, Header, Message, Metadata, Schema
 from mcap.writer import Writer
 
 from corpus_tools.episodes.bag_reading import Recording, content_of, mcap_records, opened
-from corpus_tools.episodes.copies import PEOPLE, check_outside, check_written, records
+from corpus_tools.episodes.copies import LanguageCopy, records
 from corpus_tools.episodes.rosbag import Recordings
-from corpus_tools.lerobot.language_writing import EpisodeLanguage
-from corpus_tools.runtime.atomic_folder import write_folder
 from corpus_tools.runtime.extras import import_extra
 from g3.errors import FormatError
-from g3.storage.system_errors import about
 
 TOPIC = "/language"
 STRING = "std_msgs/msg/String"
@@ -42,55 +37,20 @@ _NS = 1e9
 _FIX = "convert it first: ros2 bag convert, or rosbags-convert for ROS 1; and import that"
 
 
-def write_recordings(
-    source: Recordings,
-    target: Path,
-    language: Mapping[int, EpisodeLanguage],
-    starts: Mapping[int, int],
-    *,
-    attachments: Mapping[str, bytes],
-    force: bool = False,
-) -> list[str]:
-    """Write copies of the recordings with language: all of them or, on error, nothing.
-
-    Parameters
-    ----------
-    target
-        The folder for the copies.
-    language
-        By the numbers of recordings. Copies of those without any are left out.
-    starts
-        The time of the first picture of each recording, in nanoseconds.
-    attachments
-        Further files by name; ``people.jsonl`` is among them.
-
-    Returns
-    -------
-    list of str
-        The recordings that aren't copied.
-
-    Raises
-    ------
-    CorpusError
-        If the copy would lie in the recordings, or one can't be read, or not be written.
-    """
-    check_outside(source.path, target)
+def write_recordings(source: Recordings, copy: LanguageCopy) -> list[str]:
+    """Write copies of the recordings with language, and return a note about the others."""
     folder = source.path if source.path not in source.files else source.path.parent
-    check_written(source.path, language, {i for i in range(len(source.files)) if i in starts})
-    files: dict[str, bytes | Path] = {}
-    with (
-        about(target),
-        tempfile.TemporaryDirectory(dir=target.parent, prefix=".recordings-") as scratch,
-        about(target, instead_of=scratch),
-    ):
-        for index, path in enumerate(source.files):
-            if index not in language or index not in starts:
-                continue
+    there = {i for i in range(len(source.files)) if i in copy.starts}
+    with copy.writing(source.path) as (scratch, files):
+        copy.check_written(source.path, there)
+        written = there & copy.language.keys()
+        for index in sorted(written):
+            path, start_ns = source.files[index], copy.starts[index]
             texts = [
-                (starts[index] + round(one["start_s"] * _NS), msgspec.json.encode(one))
-                for one in records(language[index].said)
+                (start_ns + round(one["start_s"] * _NS), msgspec.json.encode(one))
+                for one in records(copy.language[index].said)
             ]
-            new = Path(scratch) / path.relative_to(folder)
+            new = scratch / path.relative_to(folder)
             if new.suffix == ".db3":  # of which the copy is a bag's folder
                 new = new.with_suffix("")
             new.parent.mkdir(parents=True, exist_ok=True)
@@ -98,8 +58,7 @@ def write_recordings(
                 _write(recording, new, texts)
             every = sorted(new.rglob("*")) if new.is_dir() else [new]
             files |= {file.relative_to(scratch).as_posix(): file for file in every}
-        write_folder(target, files | dict(attachments), force=force, marker=PEOPLE)
-    others = len(source.files) - len(language.keys() & starts.keys())
+    others = len(source.files) - len(written)
     return [f"{others} recordings without language aren't copied"] if others else []
 
 

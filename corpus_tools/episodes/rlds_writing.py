@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,17 +18,15 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from corpus_tools.episodes.copies import check_outside, check_written, style_counts, wordings
+from corpus_tools.episodes.copies import LanguageCopy, style_counts, wordings
 from corpus_tools.episodes.films import RESTORE
 from corpus_tools.episodes.rlds import FEATURES, FPS, INFO, STEPS, Steps, text_of
 from corpus_tools.episodes.tf_records import example_of, framed, records, values_of
 from corpus_tools.lerobot.dataset_files import file_inside
 from corpus_tools.lerobot.language_rows import SUBTASK, TASK_AUG, placed
 from corpus_tools.lerobot.language_writing import EpisodeLanguage
-from corpus_tools.runtime.atomic_folder import write_folder
 from g3.errors import FormatError
 from g3.storage.regular_file import read_bytes
-from g3.storage.system_errors import about
 
 INSTRUCTION, SUBTASKS = "language_instruction", "language_subtask"
 TEXT = {
@@ -51,55 +48,26 @@ class _Columns:
     subtasks: str
 
 
-def write_rlds(
-    steps: Steps,
-    target: Path,
-    language: Mapping[int, EpisodeLanguage],
-    rates: Mapping[int, float],
-    *,
-    attachments: Mapping[str, bytes],
-    force: bool = False,
-) -> list[str]:
-    """Write a copy of a dataset with language in it: the whole folder or, on any error, nothing.
-
-    Parameters
-    ----------
-    language
-        By the numbers of episodes; the others keep what they have.
-    rates
-        Frames a second at which each episode was shown.
-    attachments
-        Further files by name.
+def write_rlds(steps: Steps, copy: LanguageCopy) -> list[str]:
+    """Write a copy of a dataset with language in it.
 
     Returns
     -------
     list of str
         The texts that aren't written or are at another step than the nearest, and the shards that
         aren't there.
-
-    Raises
-    ------
-    FormatError
-        If the copy would lie in the dataset, or a file can't be read or written.
     """
-    source = steps.path
-    check_outside(source, target)
-    columns = _columns(steps, language)
-    notes = [*_not_written(language)]
+    source, columns = steps.path, _columns(steps, copy.language)
+    notes = [*_not_written(copy.language)]
     seen: set[int] = set()
-    with (
-        about(target),
-        tempfile.TemporaryDirectory(dir=target.parent, prefix=".rlds-") as scratch,
-        about(target, instead_of=scratch),
-    ):
+    with copy.writing(source, INFO) as (scratch, files):
         shards = {shard.file.name: shard for shard in steps.shards}
-        files: dict[str, bytes | Path] = {}
         sizes: dict[str, int] = {}
         for name, shard in shards.items():
             if not shard.file.exists():
                 notes.append(f"{name} isn't there, so it isn't in the copy")
                 continue
-            files[name] = new = Path(scratch) / name
+            files[name] = new = scratch / name
             with new.open("wb") as stream:
                 for number, content in enumerate(records(shard.file)):
                     where = f"{shard.file}, record {number}"
@@ -108,21 +76,20 @@ def write_rlds(
                         raise FormatError(what, where=where, fix=RESTORE)
                     index = shard.episodes[number]
                     seen.add(index)
-                    added = language.get(index, EpisodeLanguage(()))
+                    added = copy.language.get(index, EpisodeLanguage(()))
                     example = example_of(content, where)
-                    rate = rates.get(index, FPS)
+                    rate = copy.rates.get(index, FPS)
                     found = _add_language(example, added, columns, rate, where)
                     notes += [f"episode {index}: {note}" for note in found]
                     stream.write(framed(example.SerializeToString(deterministic=True)))
             sizes[name] = new.stat().st_size
-        check_written(source, language, seen)
+        copy.check_written(source, seen)
         for path in sorted(source.iterdir()):
             if path.name not in shards and not path.name.startswith(".") and path.is_file():
                 file = file_inside(source, path.name, where=str(path))
-                files[path.name] = Path(shutil.copyfile(file, Path(scratch) / path.name))
+                files[path.name] = Path(shutil.copyfile(file, scratch / path.name))
         files[INFO] = _info(source / INFO, sizes)
         files[FEATURES] = _with_features(source / FEATURES, columns)
-        write_folder(target, files | dict(attachments), force=force, marker=INFO)
     return notes
 
 

@@ -11,20 +11,12 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from corpus_tools.episodes.copies import (
-    PEOPLE,
-    check_outside,
-    check_written,
-    records,
-    wordings,
-)
+from corpus_tools.episodes.copies import LanguageCopy, records, wordings
 from corpus_tools.episodes.robomimic import (
     FPS,
     Demonstrations,
@@ -36,9 +28,7 @@ from corpus_tools.episodes.robomimic import (
 )
 from corpus_tools.lerobot.language_rows import SUBTASK, TASK_AUG
 from corpus_tools.lerobot.language_writing import EpisodeLanguage
-from corpus_tools.runtime.atomic_folder import write_folder
 from g3.errors import CorpusError
-from g3.storage.system_errors import about
 
 META, LANGUAGE = "ep_meta", "lang"
 DESCRIPTIONS, SUBTASKS, MOMENTS = (
@@ -46,57 +36,26 @@ DESCRIPTIONS, SUBTASKS, MOMENTS = (
 )  # fmt: skip
 
 
-def write_robomimic(
-    source: Demonstrations,
-    target: Path,
-    language: Mapping[int, EpisodeLanguage],
-    rates: Mapping[int, float],
-    *,
-    attachments: Mapping[str, bytes],
-    force: bool = False,
-) -> list[str]:
-    """Write copies of a dataset's files with language in them: all of them or, on error, nothing.
-
-    Parameters
-    ----------
-    target
-        The folder for the copies.
-    language
-        By the numbers of episodes; the others keep what they have.
-    rates
-        Frames a second at which each episode was shown.
-    attachments
-        Further files by name; ``people.jsonl`` is among them.
-
-    Raises
-    ------
-    CorpusError
-        If the copy would lie in the dataset, or a file can't be read or written.
-    """
-    check_outside(source.path, target)
+def write_robomimic(source: Demonstrations, copy: LanguageCopy) -> list[str]:
+    """Write copies of a dataset's files with language in them."""
     folder = source.path if source.path.is_dir() else source.path.parent
     seen: set[int] = set()
-    with (
-        about(target),
-        tempfile.TemporaryDirectory(dir=target.parent, prefix=".robomimic-") as scratch,
-        about(target, instead_of=scratch),
-    ):
-        files: dict[str, bytes | Path] = {}
+    with copy.writing(source.path) as (scratch, files):
+        copies = []
         for file in source.files:
             name = file.relative_to(folder).as_posix()
-            files[name] = new = Path(scratch) / name
+            files[name] = new = scratch / name
             new.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(file, new)
-        copies = [path for path in files.values() if isinstance(path, Path)]
+            copies.append(Path(shutil.copyfile(file, new)))
         for index, file, data, name in demonstrations(copies, _fail, is_written=True):
             seen.add(index)
-            if index in language:
+            if index in copy.language:
                 place = f"{file.relative_to(scratch)}, data/{name}"
                 demo = child(data, name, place)
+                rate = copy.rates.get(index, FPS)
                 with content_of(place):
-                    _add_language(data, demo, language[index], rates.get(index, FPS), place)
-        check_written(source.path, language, seen)
-        write_folder(target, files | dict(attachments), force=force, marker=PEOPLE)
+                    _add_language(data, demo, copy.language[index], rate, place)
+        copy.check_written(source.path, seen)
     return []
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from rosbags.highlevel import AnyReader
 from corpus_tools.cli.console import run
 from corpus_tools.episodes.bag_reading import Recording, opened
 from corpus_tools.episodes.bag_writing import write_recordings
+from corpus_tools.episodes.copies import LanguageCopy
 from corpus_tools.episodes.robomimic import open_demonstrations
 from corpus_tools.episodes.robomimic_writing import write_robomimic
 from corpus_tools.episodes.rosbag import open_recordings
@@ -99,9 +101,8 @@ def test_tasks_descriptions_and_moments(tmp_path: Path):
     language = {0: EpisodeLanguage(said, corrected={"Lift it": "Push it."})}
     language[1] = EpisodeLanguage(said[:1])
     source = open_demonstrations(file)
-    write_robomimic(
-        source, tmp_path / "copy", language, {0: 10.0}, attachments={"people.jsonl": b""}
-    )
+    files = {"people.jsonl": b""}
+    write_robomimic(source, LanguageCopy(tmp_path / "copy", language, files, {0: 10.0}))
     with h5py.File(tmp_path / "copy/lift.hdf5") as hdf5:
         first, second, third = (hdf5["data"][n].attrs for n in ("demo_0", "demo_2", "demo_10"))
         assert json.loads(first["ep_meta"]) == {"lang": "Push it.", "layout": 3}
@@ -131,7 +132,7 @@ def test_links_are_not_followed(tmp_path: Path):
     language = {1: EpisodeLanguage((Language("task_aug", 0.0, "Take it."),))}
     source = open_demonstrations(tmp_path / "lift.hdf5")
     with pytest.raises(CorpusError, match="demo_2 is a link"):
-        write_robomimic(source, tmp_path / "copy", language, {}, attachments={})
+        write_robomimic(source, LanguageCopy(tmp_path / "copy", language, {}))
     assert other.read_bytes() == before
     assert not (tmp_path / "copy").exists()
 
@@ -179,7 +180,8 @@ LANGUAGE = {
 def test_a_topic_of_language(tmp_path: Path, write: Callable[[Path], Path], name: str):
     source = open_recordings(write(tmp_path / "run"))
     starts = {0: bags.START_NS}
-    write_recordings(source, tmp_path / "copy", LANGUAGE, starts, attachments={"people.jsonl": b""})
+    first = LanguageCopy(tmp_path / "copy", LANGUAGE, {"people.jsonl": b""}, starts=starts)
+    write_recordings(source, first)
     said, others = texts_of(tmp_path / "copy" / name)
     assert [(t - bags.START_NS, one["content"]) for t, one in said] == [
         (0, "reach"), (round(STEP_S * 1e9), "grasp"), (9_000_000_000, "Wait – ⏸!"),
@@ -194,7 +196,7 @@ def test_a_topic_of_language(tmp_path: Path, write: Callable[[Path], Path], name
     assert sorted((topic, time_ns) for topic, time_ns, _ in others) == sorted(before)
     # A copy of the copy has what is said in a topic of its own.
     again = open_recordings(tmp_path / "copy" / name)
-    write_recordings(again, tmp_path / "again", LANGUAGE, starts, attachments={"people.jsonl": b""})
+    write_recordings(again, replace(first, target=tmp_path / "again"))
     [file] = open_recordings(tmp_path / "again").files
     [recording] = opened_all([file])
     assert {"/language", "/language_2"} <= recording.types().keys()
@@ -222,7 +224,7 @@ def test_recordings_that_are_not_written(tmp_path: Path, write: Callable[[Path],
     source = open_recordings(write(tmp_path / "run"))
     language = {0: EpisodeLanguage((Language("subtask", 0.0, "reach"),))}
     with pytest.raises(CorpusError, match="convert"):
-        write_recordings(source, tmp_path / "copy", language, {0: 5}, attachments={})
+        write_recordings(source, LanguageCopy(tmp_path / "copy", language, {}, starts={0: 5}))
     assert not (tmp_path / "copy").exists()
     with pytest.raises(CorpusError, match="no episode 0"):
-        write_recordings(source, tmp_path / "copy", language, {7: 5}, attachments={})
+        write_recordings(source, LanguageCopy(tmp_path / "copy", language, {}, starts={7: 5}))

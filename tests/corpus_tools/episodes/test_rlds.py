@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("google_crc32c", reason="the extra `rlds` is not installed")
 
 from corpus_tools.cli.console import run
+from corpus_tools.episodes.copies import LanguageCopy
 from corpus_tools.episodes.rlds import open_steps
 from corpus_tools.episodes.rlds_writing import write_rlds
 from corpus_tools.lerobot.language_rows import Language
@@ -135,7 +136,7 @@ def test_corrected_tasks_take_the_place_of_wrong_ones(tmp_path: Path, is_sequenc
         0: EpisodeLanguage((), corrected={TASKS[0]: "Lift the cube."}),
         2: EpisodeLanguage((memory,), corrected={"Another.": "Lift the cube."}),
     }
-    (note,) = write_rlds(source, tmp_path / "copy", language, {}, attachments={})
+    (note,) = write_rlds(source, LanguageCopy(tmp_path / "copy", language, {}))
     assert note == "1 texts of the style memory are in no record: RLDS has no such style"
     copy = open_steps(tmp_path / "copy")
     tasks = [one.tasks for one in copy.episodes(["observation/image"], lambda error: None)]
