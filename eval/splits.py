@@ -68,11 +68,6 @@ def read_scenarios(given: str, known: Collection[str]) -> tuple[str, ...]:
     given
         Names with commas between, or a file with one name a line (empty lines and what
         follows a # are skipped).
-
-    Raises
-    ------
-    CorpusError
-        If there are none, or a name isn't known.
     """
     names, where = _names(given, known)
     for name in sorted(set(names) - set(known)):

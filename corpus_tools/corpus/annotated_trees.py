@@ -25,11 +25,6 @@ def annotated_trees(corpus: Corpus) -> list[Annotated]:
     """List each annotated command of a corpus once, with its first annotation's trees.
 
     A command that asks for nothing has none.
-
-    Raises
-    ------
-    CorpusError
-        If there are no trees.
     """
     by_command: dict[str, Annotated] = {}
     for annotation in corpus.annotations:

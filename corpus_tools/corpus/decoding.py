@@ -63,13 +63,7 @@ def refuse(problem: FormatError) -> NoReturn:
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """Read corpus.json.
-
-    Raises
-    ------
-    FormatError
-        If the folder isn't a corpus, or one of a version that can't be read.
-    """
+    """Read corpus.json."""
     fix = "give the folder of a corpus; `ct import --help` tells how to make one"
     recover(folder)
     if not folder.exists():

@@ -48,11 +48,6 @@ def labelled_examples(
     ----------
     seed
         Seed of the hard negatives.
-
-    Raises
-    ------
-    CorpusError
-        If there are none.
     """
     items = examples(_annotations(corpus, negatives, seed))
     if not items:

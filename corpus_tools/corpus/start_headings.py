@@ -47,11 +47,6 @@ def parse_heading(text: str) -> HeadingRule:
     ('things', 0.524)
     >>> parse_heading("180").toward
     'east'
-
-    Raises
-    ------
-    FormatError
-        If it is none.
     """
     match = re.fullmatch(r"(loads|things|east)?([-+]?\d+(?:\.\d+)?)?", text.strip())
     if not match or not text.strip() or (match[1] and match[2] and match[2][0] not in "+-"):

@@ -174,13 +174,7 @@ def content_of(file: Path) -> Iterator[None]:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Recording]:
-    """Open a recording; compressed files are uncompressed into a folder that goes afterwards.
-
-    Raises
-    ------
-    FormatError
-        If it is compressed in a way that isn't read, or too large.
-    """
+    """Open a recording; compressed files are uncompressed into a folder that goes afterwards."""
     folder = path if path.is_dir() else path.parent
     about = _metadata(folder) if (folder / BAG).is_file() else {}
     mode = str(about.get("compression_mode") or "none").lower()

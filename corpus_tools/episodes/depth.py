@@ -122,13 +122,7 @@ class Quantization:
 
 
 def quantization(info: Mapping[str, Any], where: str) -> Quantization:
-    """Return the quantization that a feature's ``info`` states, else LeRobot's own.
-
-    Raises
-    ------
-    FormatError
-        If it states one that makes no distances.
-    """
+    """Return the quantization that a feature's ``info`` states, else LeRobot's own."""
     usual = Quantization()
 
     def number(name: str, default: float) -> float:

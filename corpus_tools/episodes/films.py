@@ -36,13 +36,7 @@ class Picture:
 
 
 def decoded(content: bytes, where: str) -> Picture:
-    """Decode a PNG or JPEG.
-
-    Raises
-    ------
-    FormatError
-        If it is neither, is damaged, or has more pixels than ``MOST_PIXELS``.
-    """
+    """Decode a PNG or JPEG."""
     import av  # noqa: PLC0415 - large, and not always installed
 
     codec = next((name for head, name in _CODECS.items() if content.startswith(head)), None)
@@ -73,11 +67,6 @@ def write_film(pictures: Iterable[Picture], target: Path, fps: float, where: str
         Frames a second.
     where
         The place of the pictures, for the error that there are none.
-
-    Raises
-    ------
-    FormatError
-        If there are no pictures, or one hasn't the size of the first.
     """
     from corpus_tools.video.encode import encode  # noqa: PLC0415 - needs PyAV
 

@@ -185,11 +185,6 @@ def open_steps(path: Path, *, fps: float | None = None) -> Steps:
         The folder with ``dataset_info.json``, or one above it that holds a single such folder.
     fps
         Frames a second at which the dataset was recorded.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or its records aren't TFRecord.
     """
     check_installed()
     folder = _folder(path.resolve())

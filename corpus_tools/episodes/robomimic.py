@@ -117,11 +117,6 @@ def open_demonstrations(path: Path, *, fps: float | None = None) -> Demonstratio
     ----------
     fps
         Frames a second instead of those of the files.
-
-    Raises
-    ------
-    FormatError
-        If there is no such file, the first one can't be read, or h5py isn't installed.
     """
     path = path.resolve()
     files = (
@@ -171,13 +166,7 @@ def content_of(where: str) -> Iterator[None]:
 
 
 def child(group: Any, name: str, where: object) -> Any:
-    """Return a member of a group that lies in the same file.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or it is a link or has its content in another file.
-    """
+    """Return a member of a group that lies in the same file."""
     h5py = import_extra("h5py", "hdf5", "HDF5 files are read")
     with content_of(str(where)):
         link = group.get(name, getlink=True) if isinstance(group, h5py.Group) else None

@@ -180,11 +180,6 @@ def open_recordings(path: Path, *, fps: float | None = None) -> Recordings:
         A file, a ROS 2 bag's folder, or a folder of such.
     fps
         Frames a second of the videos; by default as many as the camera has.
-
-    Raises
-    ------
-    FormatError
-        If there is none, the first can't be read, or a package isn't installed that it needs.
     """
     path = path.resolve()
     files = tuple(recordings_in(path))

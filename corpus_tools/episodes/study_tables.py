@@ -163,11 +163,6 @@ def choose_cameras(
         Remedy for a dataset without a camera.
     others
         Further cameras that are seen only if they are given.
-
-    Raises
-    ------
-    FormatError
-        If there is no such camera, or none at all that shows what is done.
     """
     named = ", ".join(f"{name} (a depth map)" if name in depth else name for name in cameras)
     if not cameras:
@@ -282,11 +277,6 @@ def study_input(
         True to have numbers, such as state and action, beside the videos as curves.
     keep_going
         True to leave out and name episodes that can't be shown.
-
-    Raises
-    ------
-    FormatError
-        If there is no such camera, or episodes can't be read.
     """
     is_chosen = bool(cameras)
     cameras = choose_cameras(

@@ -34,14 +34,7 @@ def check_installed() -> None:
 
 
 def records(file: Path) -> Iterator[bytes]:
-    """Yield the content of the records of a file.
-
-    Raises
-    ------
-    FormatError
-        If the file can't be read, is cut off, or a checksum is wrong; if google-crc32c isn't
-        installed.
-    """
+    """Yield the content of the records of a file."""
     try:
         stream = regular_file.opened(file)
     except OSError as error:
@@ -99,13 +92,7 @@ def masked_checksum(content: bytes) -> int:
 
 
 def example_of(content: bytes, where: str) -> Any:
-    """Decode an example, as a message of protobuf with ``context`` and ``feature_lists``.
-
-    Raises
-    ------
-    FormatError
-        If it is none.
-    """
+    """Decode an example, as a message of protobuf with ``context`` and ``feature_lists``."""
     example = _sequence_example()()
     try:
         example.ParseFromString(content)

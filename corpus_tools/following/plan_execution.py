@@ -120,11 +120,6 @@ def run_plan(
         An MP4 file to write; the MCAP log comes beside it, as ``NAME.mcap``.
     settings, on_frame
         As in :func:`corpus_tools.video.films.film`, but with :data:`FPS` frames a second.
-
-    Raises
-    ------
-    CorpusError
-        If a package is missing, no pictures can be drawn, or the world can't be simulated.
     """
     if video is not None:
         # Before MuJoCo is imported, which reads what this chooses.

@@ -21,13 +21,7 @@ DATASET = "warehouse"
 
 
 def scenario_start(name_or_path: str | Path) -> State:
-    """Return the start of a scenario: a file, or a bundled one by its name.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or something in it is wrong.
-    """
+    """Return the start of a scenario: a file, or a bundled one by its name."""
     scenario = read_scenario(scenario_file(str(name_or_path), dataset_folder(DATASET)))
     layout = scenario.layout
     frame = (*layout.at, float(np.deg2rad(layout.yaw_deg)))
@@ -35,13 +29,7 @@ def scenario_start(name_or_path: str | Path) -> State:
 
 
 def context_start(name: str) -> State:
-    """Return the start of a context, ``CORPUS:ID``.
-
-    Raises
-    ------
-    CorpusError
-        If there is none.
-    """
+    """Return the start of a context, ``CORPUS:ID``."""
     corpus, _, key = name.rpartition(":")
     if not corpus:
         raise CorpusError(

@@ -105,18 +105,12 @@ class TreebankCommand:
 
 
 def read_treebank(folder: Path | str) -> list[TreebankCommand]:
-    """Read the commands of a treebank, in the order of their file.
-
-    Raises
-    ------
-    FormatError
-        If a file isn't there, or a row can't be read.
-    """
+    """Read the commands of a treebank, in the order of their file."""
     return _read(Path(folder), Journal(keep_going=False))
 
 
 def read_second_trees(folder: Path | str) -> dict[str, tuple[SDC, ...]]:
-    """Read the trees of the second annotator by the commands' ids; FormatError as above."""
+    """Read the trees of the second annotator by the commands' ids."""
     texts = {command.id: command.text for command in read_treebank(folder)}
     path, found = Path(folder) / SECOND, {}
     for number, row in json_lines(path, SecondRow, fix=FIX):
@@ -208,11 +202,6 @@ def trees_of(
     """Return a command's top-level clauses, and the words that are taken back.
 
     A word that is taken back is in no clause: of a repeated word, clauses have another copy.
-
-    Raises
-    ------
-    CorpusError
-        If a notation can't be read, or the command doesn't have its words.
     """
     words = [FieldWord(word, where="taken_back") for word in taken_back.split()]
     (spans,) = align_words([words], text)

@@ -40,11 +40,6 @@ def filled_in(pattern: str, names: Mapping[str, int | str], *, where: str) -> st
         Names in braces; a number may have a width, to which zeros fill it up.
     where
         The place of the pattern, for errors.
-
-    Raises
-    ------
-    FormatError
-        If the pattern has a name that isn't in `names`, or any other format.
     """
 
     def value_of(match: re.Match[str]) -> str:
@@ -255,13 +250,7 @@ def is_text(kind: Any) -> bool:
 
 
 def numbers_of(batch: Any, column: str, file: Path, first_row: int) -> npt.NDArray[np.float64]:
-    """Return a column of frames as numbers, shape (n,); `first_row` is the batch's, from 0.
-
-    Raises
-    ------
-    FormatError
-        If it isn't there, or has another type, a null, or a number that isn't finite.
-    """
+    """Return a column of frames as numbers, shape (n,); `first_row` is the batch's, from 0."""
     pa, _ = import_pyarrow()
     where = f"{file}, column {column}"
     if column not in batch.schema.names:

@@ -51,13 +51,7 @@ def write_films(
     *,
     on_progress: OnProgress,
 ) -> dict[int, Path]:
-    """Write a video of each episode into a folder, by the numbers of the episodes.
-
-    Raises
-    ------
-    FormatError
-        If a picture is missing, can't be read, or hasn't the size of the first of its episode.
-    """
+    """Write a video of each episode into a folder, by the numbers of the episodes."""
     wanted = {one.episode.index: one for one in episodes}
     films: dict[int, Path] = {}
     for file in dict.fromkeys(one.episode.data for one in episodes):
@@ -109,11 +103,6 @@ def write_depth_films(
     -------
     tuple
         The videos by the numbers of the episodes, and the scale, which is that of the first one.
-
-    Raises
-    ------
-    FormatError
-        If a depth map is missing or can't be read, or the metadata don't give distances.
     """
     of_episodes = _of_videos if camera in dataset.cameras else _of_pictures
     every = max(episodes[0].episode.frames // _SAMPLED_FRAMES, 1)

@@ -61,11 +61,6 @@ def frames_of(file: Path, *, is_thorough: bool = False) -> dict[int, EpisodeFram
     ----------
     is_thorough
         True to read all columns, to find damaged ones.
-
-    Raises
-    ------
-    FormatError
-        If the file can't be read, or a value has another type than it should have.
     """
     times: dict[int, list[Seconds]] = {}
     tasks: dict[int, dict[int, None]] = {}
@@ -121,11 +116,6 @@ def checked_episodes(
         Called with the error of each episode that is left out; without it, the first is raised.
     on_progress
         Called after each file with frames.
-
-    Raises
-    ------
-    FormatError
-        If metadata or frames can't be read, or contradict each other.
     """
     texts = task_table(dataset).texts
     files: dict[Path, dict[int, EpisodeFrames]] = {}

@@ -143,12 +143,6 @@ class Dataset:
         ----------
         cameras
             The cameras whose videos are named; all if None.
-
-        Raises
-        ------
-        FormatError
-            If the metadata can't be read or contradict themselves, or pyarrow isn't installed for
-            those of version 3.
         """
         shown = self.cameras if cameras is None else cameras
         rows = json_lines(self.folder / EPISODES_JSONL) if self.is_old else _new_rows(self, shown)
@@ -187,13 +181,7 @@ def _is_depth_map(feature: Mapping[str, Any]) -> bool:
 
 
 def open_dataset(folder: Path) -> Dataset:
-    """Read a dataset's ``meta/info.json``.
-
-    Raises
-    ------
-    FormatError
-        If the folder is no LeRobot dataset of version 2.0, 2.1 or 3.0.
-    """
+    """Read a dataset's ``meta/info.json``."""
     folder = folder.resolve()
     file = file_inside(folder, INFO, where=str(folder))
     if not file.exists():

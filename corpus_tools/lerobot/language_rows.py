@@ -417,13 +417,7 @@ def persistent_rows(dataset: Dataset) -> Iterator[tuple[int, list[Row]]]:
 
 
 def persistent_rows_of(file: Path) -> Iterator[tuple[int, list[Row]]]:
-    """Yield the same for the episodes in a file.
-
-    Raises
-    ------
-    FormatError
-        If the file can't be read, or rows have other values than LeRobot's.
-    """
+    """Yield the same for the episodes in a file."""
     seen: int | None = None
     first_row = 0
     with parquet_file(file) as parquet:
@@ -443,13 +437,7 @@ def persistent_rows_of(file: Path) -> Iterator[tuple[int, list[Row]]]:
 
 
 def event_rows(dataset: Dataset) -> Iterator[tuple[int, int, list[Row]]]:
-    """Yield the number of an episode, that of a frame in it, and the events on the frame, if any.
-
-    Raises
-    ------
-    FormatError
-        If a file can't be read, or rows have other values than LeRobot's.
-    """
+    """Yield the number of an episode, that of a frame in it, and the events on the frame."""
     for file in data_files(dataset):
         seen: Counter[int] = Counter()
         first_row = 0

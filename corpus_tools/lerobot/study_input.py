@@ -103,12 +103,6 @@ def study_input(
         True to have state and action beside the videos as curves, if there is a `scratch` folder.
     keep_going
         True to leave out and name episodes that can't be shown.
-
-    Raises
-    ------
-    FormatError
-        If the dataset has no such camera, or metadata, frames or videos can't be read or contradict
-        each other.
     """
     cameras = _cameras(dataset, cameras)
     videos = [name for name in cameras if name in dataset.cameras]

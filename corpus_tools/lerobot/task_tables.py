@@ -65,13 +65,7 @@ class TaskTable:
 
 
 def task_table(dataset: Dataset) -> TaskTable:
-    """Read the tasks of a dataset; one without a file of tasks has none.
-
-    Raises
-    ------
-    FormatError
-        If the file can't be read, has no texts, or gives two tasks one number.
-    """
+    """Read the tasks of a dataset; one without a file of tasks has none."""
     name = TASKS_JSONL if dataset.is_old else TASKS_PARQUET
     file = file_inside(dataset.folder, name, where=str(dataset.folder / name))
     if not file.exists():

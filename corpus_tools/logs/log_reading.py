@@ -59,11 +59,6 @@ def read_log(path: Path) -> Log:
     -------
     Log
         Its recording has the very numbers that were written.
-
-    Raises
-    ------
-    FormatError
-        If the file is missing, cut off or damaged, or no log of this toolkit.
     """
     try:
         content = regular_file.read_bytes(path)

@@ -72,11 +72,6 @@ def write_log(recording: Recording, path: Path, *, name: str, metadata: Mapping[
         Name of the scenario.
     metadata
         Anything to keep with it, such as versions and seeds.
-
-    Raises
-    ------
-    FormatError
-        If the folder doesn't exist.
     """
     write_bytes(path, to_bytes(recording, name=name, metadata=metadata))
 

@@ -25,13 +25,7 @@ from g3.storage.system_errors import about
 
 
 def check_target(folder: Path, *, force: bool, marker: str) -> None:
-    """Refuse to write over anything but an empty folder or, if forced, one with `marker`.
-
-    Raises
-    ------
-    FormatError
-        If `folder` is a file, holds something, or can't be made where it should be.
-    """
+    """Refuse to write over anything but an empty folder or, if forced, one with `marker`."""
     if not folder.parent.is_dir():
         raise FormatError("there is no such folder", where=str(folder.parent), fix="make it first")
     recover(folder)
@@ -61,11 +55,6 @@ def write_folder(
     A file that stands for its content is copied. On the same disk it is linked, which takes no
     space. The files are written to a temporary folder beside it and flushed to the disk before
     that takes the name. At any moment the name holds the old or the new content.
-
-    Raises
-    ------
-    FormatError
-        As :func:`check_target`, or if another program is writing this folder.
     """
     folder = _absolute(folder)
     check_target(folder, force=force, marker=marker)

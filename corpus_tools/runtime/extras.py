@@ -30,11 +30,6 @@ def import_extra(module: str, extra: str, purpose: str) -> Any:
     ----------
     purpose
         Beginning of the error's sentence, such as "HDF5 files are read".
-
-    Raises
-    ------
-    FormatError
-        If it isn't installed.
     """
     try:
         return importlib.import_module(module)

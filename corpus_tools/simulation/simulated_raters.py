@@ -143,11 +143,6 @@ def with_simulated_ratings(corpus: Corpus, *, raters: int, judgments: int, seed:
     """Replace a corpus's judgments by simulated ones, which its name and source state.
 
     The corpus's own judgments are not kept, so that simulated ones are never among people's.
-
-    Raises
-    ------
-    FormatError
-        If there are too few raters or scenarios.
     """
     return replace(
         corpus,

@@ -128,13 +128,7 @@ def _extremes(rows: Values) -> Values:
 
 
 def read_header(file: Path) -> CurveFile:
-    """Read the header of a file of curves, and compare it with the file's size.
-
-    Raises
-    ------
-    FormatError
-        If it is no such file, or is damaged.
-    """
+    """Read the header of a file of curves, and compare it with the file's size."""
     try:
         with regular_file.opened(file) as content:
             size = os.fstat(content.fileno()).st_size

@@ -25,13 +25,7 @@ _HALF_PAIR = re.compile(r"\\u[dD][89abAB][0-9a-fA-F]{2}(?!\\u[dD][c-fC-F])|\\u[d
 
 
 def read_text(path: Path, *, what: str = "file", fix: str = "give another file") -> str:
-    """Return the text of a UTF-8 file.
-
-    Raises
-    ------
-    FormatError
-        If the file can't be read, or is no UTF-8 text.
-    """
+    """Return the text of a UTF-8 file."""
     try:
         content = regular_file.read_bytes(path)
     except OSError as error:
@@ -52,11 +46,6 @@ def read_json(path: Path, kind: type[T], *, what: str, fix: str) -> T:
         The sort of file, as errors name it, such as "COCO file".
     fix
         The remedy in errors.
-
-    Raises
-    ------
-    FormatError
-        If it can't be read, isn't JSON, has a name twice in an object, or has another form.
     """
     try:
         return decode(read_text(path), msgspec.json.Decoder(kind), str(path), fix=fix)
@@ -69,7 +58,7 @@ def read_json(path: Path, kind: type[T], *, what: str, fix: str) -> T:
 def json_lines(path: Path, kind: type[T], *, fix: str) -> Iterator[tuple[int, T]]:
     """Read a file of JSON lines: the number of each line that isn't blank, and its record.
 
-    Lines end at line feeds only. `kind`, `fix` and errors are those of :func:`read_json`.
+    Lines end at line feeds only. `kind` and `fix` are those of :func:`read_json`.
     """
     decoder = msgspec.json.Decoder(kind)
     for number, line in numbered_lines(read_text(path, fix=fix)):
@@ -98,11 +87,6 @@ def decode(
         The number of the line, if it is one.
     fix
         The remedy in errors.
-
-    Raises
-    ------
-    FormatError
-        As :func:`read_json` does.
     """
     try:
         record = decoder.decode(text)

@@ -74,11 +74,6 @@ def read_table(path: Path, needed: Sequence[str] = (), on_note: OnNote = no_note
     -------
     list of Row
         The rows in their order, without those of which all cells are empty.
-
-    Raises
-    ------
-    FormatError
-        At the first quotation mark, cell or name that is wrong, with line and column.
     """
     text = read_text(path, what="table", fix="save it as UTF-8 text")
     read = _csv_table if path.suffix.lower() == ".csv" else _jsonl_table
@@ -256,11 +251,6 @@ def csv_rows(text: str, where: str) -> Iterator[CsvRow]:
         The file's text. Its rows end as the first one does: at line feeds, or at carriage returns.
     where
         The file, as errors name it.
-
-    Raises
-    ------
-    FormatError
-        At the first quotation mark that is not closed, or not at the edge of a cell.
     """
     scan = _Scan(text, where)
     while scan.at < len(text):

@@ -120,13 +120,7 @@ def plan_judge(name: str) -> Callable[[JudgeFunction], JudgeFunction]:
 
 
 def judge_named(name: str) -> RegisteredJudge:
-    """Return the judge with a name.
-
-    Raises
-    ------
-    CorpusError
-        If there is none.
-    """
+    """Return the judge with a name."""
     return JUDGES.known(name)
 
 

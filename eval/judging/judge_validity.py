@@ -124,11 +124,6 @@ def judge_validity(
 
     `other` is a further judge to compare with people. `executor` makes the resamples
     (:func:`eval.statistics.estimates.resampled_sums`).
-
-    Raises
-    ------
-    FormatError
-        If the corpus has no judgments, none of the study, or no log of any video judged.
     """
     if not corpus.judgments:
         raise FormatError(

@@ -302,14 +302,7 @@ def _kinds(sdcs: Sequence[SDC]) -> set[tuple[str, str, str]]:
 
 
 def check_trees(sdcs: Sequence[SDC]) -> None:
-    """Refuse trees that the notation can write, but no annotator would.
-
-    Raises
-    ------
-    FormatError
-        If a figure or a top-level clause is of another type than these have, or a word of the
-        command is in two clauses.
-    """
+    """Refuse trees that the notation can write, but no annotator would."""
     used: set[int] = set()
     for sdc in sdcs:
         if sdc.type not in ("EVENT", "OBJECT"):

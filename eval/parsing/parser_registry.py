@@ -138,13 +138,7 @@ def parser(name: str, *, fit: Fit | None = None) -> Callable[[ParseFunction], Pa
 
 
 def parser_named(name: str) -> RegisteredParser:
-    """Return the parser with a name.
-
-    Raises
-    ------
-    CorpusError
-        If there is none.
-    """
+    """Return the parser with a name."""
     return PARSERS.known(name)
 
 

@@ -92,11 +92,6 @@ def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
     """Return the judgments of a study; of the largest one if it isn't named.
 
     Several studies may be of the same pairs, such as a trial run and the real one.
-
-    Raises
-    ------
-    FormatError
-        If there is no such study.
     """
     studies = Counter(j.study for j in judgments)
     chosen = study or max(studies, key=lambda name: (studies[name], name), default="")
@@ -114,13 +109,7 @@ def codes(values: Sequence[Hashable]) -> IntArray:
 
 
 def check_judgments(judgments: Iterable[Judgment], videos: Container[str]) -> None:
-    """Refuse judgments of commands that were typed for no known video.
-
-    Raises
-    ------
-    FormatError
-        With the row.
-    """
+    """Refuse judgments of commands that were typed for no known video."""
     for row, j in enumerate(judgments, start=1):
         if j.command_video not in videos:
             raise FormatError(

@@ -91,24 +91,12 @@ class DividedExamples:
 
 
 def chosen_sets(choices: Choices) -> tuple[FeatureSet, ...]:
-    """Return the feature sets to train; ablated potentials change no factor.
-
-    Raises
-    ------
-    ModelError
-        If there is no feature set or potential of a name.
-    """
+    """Return the feature sets to train; ablated potentials change no factor."""
     return select(without=ablated(choices)[0], plus=choices.plus)
 
 
 def ablated(choices: Choices) -> tuple[frozenset[str], frozenset[str]]:
-    """Return the names of the feature sets and of the potentials that are left out.
-
-    Raises
-    ------
-    ModelError
-        If there is no feature set or potential of a name.
-    """
+    """Return the names of the feature sets and of the potentials that are left out."""
     names = frozenset(choices.ablate)
     if names <= FEATURES.keys():
         return names, frozenset()
@@ -120,24 +108,12 @@ def ablated(choices: Choices) -> tuple[frozenset[str], frozenset[str]]:
 
 
 def set_up(choices: Choices) -> DividedExamples:
-    """Read the corpora and divide the examples.
-
-    Raises
-    ------
-    CorpusError
-        If a side of the division is empty or shares a scenario with the other.
-    """
+    """Read the corpora and divide the examples."""
     return _two_corpora(choices) if choices.train else _one_corpus(choices)
 
 
 def set_up_model(choices: Choices) -> tuple[GroundingModel, Sequence[Example], Metadata]:
-    """Read a trained model and the examples to test it on.
-
-    Raises
-    ------
-    CorpusError
-        If the model can't be used or has been trained on one of the scenarios.
-    """
+    """Read a trained model and the examples to test it on."""
     if choices.model is None:
         raise ValueError("there is no model")
     model = GroundingModel.load(choices.model)

@@ -79,15 +79,7 @@ def run(choices: Choices, on_progress: OnProgress | None = None) -> Result:
 
 
 def given(files: Iterable[Path], result: Result) -> dict[str, Predictions]:
-    """Read other programs' predictions for the tested examples, by the names of their files.
-
-    Raises
-    ------
-    FormatError
-        If a file can't be read or isn't about these examples.
-    CorpusError
-        If two have the same name.
-    """
+    """Read other programs' predictions for the tested examples, by the names of their files."""
     predicted: dict[str, Predictions] = {}
     for file in files:
         if file.stem in {OURS, *predicted}:

@@ -139,11 +139,6 @@ def write_plot(
         Metadata for the file's description.
     bounds
         Meaning of lows and highs; stands at the axis.
-
-    Raises
-    ------
-    FormatError
-        If the suffix is another.
     """
     suffix = PLOT_SUFFIXES.get(path.suffix.lower())
     if suffix is None:

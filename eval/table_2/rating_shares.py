@@ -130,13 +130,6 @@ def table_2(
         (:func:`eval.statistics.estimates.resampled_sums`).
     models
         True to fit the models too, which takes seconds and needs statsmodels.
-
-    Raises
-    ------
-    FormatError
-        If there are no judgments, or no such study.
-    CorpusError
-        If statsmodels isn't installed and `models` need it.
     """
     if models and find_spec("statsmodels") is None:
         raise CorpusError("--models needs statsmodels", fix="pip install 'corpus-tools-g3[study]'")

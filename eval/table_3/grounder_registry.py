@@ -197,11 +197,5 @@ def grounder(
 
 
 def grounder_named(name: str) -> RegisteredGrounder:
-    """Return the grounder with a name.
-
-    Raises
-    ------
-    CorpusError
-        If there is none.
-    """
+    """Return the grounder with a name."""
     return GROUNDERS.known(name)

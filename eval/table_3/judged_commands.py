@@ -90,11 +90,6 @@ def judged_commands(corpus: Corpus, most: int = 0) -> list[JudgedCommand]:
     ----------
     most
         Number of commands of each scenario; 0 for all.
-
-    Raises
-    ------
-    CorpusError
-        If there are none.
     """
     result = list(_known(corpus))
     if not result:
@@ -152,15 +147,7 @@ def compared_with(commands: Sequence[JudgedCommand]) -> str:
 
 
 def in_headings(corpus: Corpus, headings: Sequence[str]) -> Mapping[str, Corpus]:
-    """Return the corpus turned by each rule; unchanged, by the name "", without rules.
-
-    Raises
-    ------
-    CorpusError
-        If no heading is assumed, so that there is nothing to turn.
-    FormatError
-        If a rule can't be read.
-    """
+    """Return the corpus turned by each rule; unchanged, by the name "", without rules."""
     if not headings:
         return {"": corpus}
     turned = {name: with_headings(corpus, parse_heading(name)) for name in headings}

@@ -85,13 +85,7 @@ JUDGED_OTHERWISE = (
 
 
 def table(result: EndToEnd, *, draws: int = 2000, seed: int = 0) -> list[Row]:
-    """Return the rows of Table 3 (:mod:`eval.table_3.plan_rows`).
-
-    Raises
-    ------
-    CorpusError
-        If baselines are missing that could have been run: a model is never shown without them.
-    """
+    """Return the rows of Table 3 (:mod:`eval.table_3.plan_rows`)."""
     lacking = [name for name in ALONE if name not in {*result.outcomes, *result.missing}]
     if lacking:
         raise CorpusError(

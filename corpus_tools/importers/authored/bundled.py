@@ -52,11 +52,6 @@ def resolve(name_or_path: str | Path) -> Path:
         A folder, which is returned as it is; or, where there is no such folder, the name
         of a bundled dataset, such as ``warehouse``. The folder of an authored corpus's
         sources, or of a treebank, stands for the corpus built from it.
-
-    Raises
-    ------
-    FormatError
-        If there is neither, or the corpus can't be built.
     """
     path = Path(name_or_path)
     if path.exists():
@@ -70,13 +65,7 @@ def resolve(name_or_path: str | Path) -> Path:
 
 
 def open_corpus(name_or_path: str | Path) -> Corpus:
-    """Read a corpus, or a bundled one by its name; see :func:`resolve`.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or something in it is wrong.
-    """
+    """Read a corpus, or a bundled one by its name; see :func:`resolve`."""
     return Corpus.load(resolve(name_or_path))
 
 

@@ -143,12 +143,6 @@ def script_arguments(
     ----------
     places
         By the names that the script uses; the context's places by their names if None.
-
-    Raises
-    ------
-    CorpusError
-        If the script names an action, an object or a place that there isn't, or gives an action
-        the wrong kind of argument.
     """
     if places is None:
         places = {place.name: place for place in context.places if place.name}

@@ -391,12 +391,6 @@ def execute(
         Height of empty forks at the start, in metres.
     held
         Id of the object on the forks at the start; if None, as the context shows.
-
-    Raises
-    ------
-    CorpusError
-        If the script names an action, an object or a place that there isn't, or gives an action
-        the wrong kind of argument.
     """
     arguments = script_arguments(context, script, places)
     sim = simulation(context, rate_hz, forks_m, held)

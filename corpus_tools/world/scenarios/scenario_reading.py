@@ -35,24 +35,12 @@ DEFAULT = "warehouse"
 
 
 def read_scenario(path: Path) -> Scenario:
-    """Read a scenario and its layout, and check that it can be so.
-
-    Raises
-    ------
-    FormatError
-        The first problem, at its line.
-    """
+    """Read a scenario and its layout, and check that it can be so."""
     return first_error(*scenario_of(read_document(path), path))
 
 
 def read_layout(path: Path) -> Layout:
-    """Read a layout and check that it can be so.
-
-    Raises
-    ------
-    FormatError
-        The first problem, at its line.
-    """
+    """Read a layout and check that it can be so."""
     return first_error(*layout_of(read_document(path), path))
 
 
@@ -83,11 +71,6 @@ def scenario_of(document: Document, path: Path) -> tuple[Scenario | None, list[F
     -------
     tuple
         The scenario is None if it is too wrong to be one.
-
-    Raises
-    ------
-    FormatError
-        If its layout can't be read.
     """
     fields, errors = _fields(document, ScenarioFile)
     if errors:
