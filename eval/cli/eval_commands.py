@@ -10,26 +10,7 @@ import click
 from corpus_tools.options import FORMAT, L2, NEGATIVES, OUT, TARGET_FOLDER, corpus_option, tell
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.modes import (
-    DIVIDED,
-    HELD_OUT,
-    LLM_TREES,
-    PERTURB,
-    SEED,
-    STUDY,
-    TESTED,
-    THRESHOLD,
-    TOP,
-    Modes,
-    OptionSet,
-    draws_option,
-    is_terminal,
-    language_model_options,
-    parser_of,
-    takes_one_of,
-    used_of,
-    write,
-)
+from eval.cli import modes
 from eval.cli.prediction_commands import errors, learning_curve, table_1
 from eval.cli.rating_commands import end_to_end, judge_validity, power, table_2
 from eval.cli.step_commands import subtasks
@@ -50,7 +31,7 @@ if TYPE_CHECKING:
 )
 @click.argument("folder", metavar="FOLDER", type=TARGET_FOLDER)
 @corpus_option("--corpus", required=True, help="The corpus to measure.")
-@HELD_OUT
+@modes.HELD_OUT
 @click.option(
     "--plans",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
@@ -63,13 +44,13 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, file_okay=False, exists=True),
     help="What `ct render-videos` has made, to show some in the report.",
 )
-@STUDY
+@modes.STUDY
 @NEGATIVES
 @L2
-@THRESHOLD
-@SEED
-@draws_option()
-@TOP
+@modes.THRESHOLD
+@modes.SEED
+@modes.draws_option()
+@modes.TOP
 @click.option(
     "--repeats",
     type=click.IntRange(min=0),
@@ -110,17 +91,17 @@ def report(*, folder: Path, form: str, **choices: Any) -> None:
     "--endpoint http://localhost:8000/v1\n"
     "  ct eval sdc --test warehouse --train aaai11 --perturb articles --perturb typos",
 )
-@takes_one_of(
-    OptionSet(("--corpus", "--cv"), ("--l2",)),
-    OptionSet(("--corpus", "--cv", "--train"), ("--l2",)),
-    OptionSet(("--test", "--train"), ("--l2",)),
-    OptionSet(("--test", "--model")),
-    OptionSet(("--corpus", "--cv", "--parser"), ("--llm-trees",)),
-    OptionSet(("--test", "--train", "--parser"), ("--llm-trees",)),
-    OptionSet(("--test", "--parser"), ("--llm-trees",)),
-    OptionSet(("--test",)),
+@modes.takes_one_of(
+    modes.OptionSet(("--corpus", "--cv"), ("--l2",)),
+    modes.OptionSet(("--corpus", "--cv", "--train"), ("--l2",)),
+    modes.OptionSet(("--test", "--train"), ("--l2",)),
+    modes.OptionSet(("--test", "--model")),
+    modes.OptionSet(("--corpus", "--cv", "--parser"), ("--llm-trees",)),
+    modes.OptionSet(("--test", "--train", "--parser"), ("--llm-trees",)),
+    modes.OptionSet(("--test", "--parser"), ("--llm-trees",)),
+    modes.OptionSet(("--test",)),
 )
-@DIVIDED
+@modes.DIVIDED
 @click.option(
     "--cv",
     type=click.Choice(["scenario", "person", "world"]),
@@ -131,7 +112,7 @@ def report(*, folder: Path, form: str, **choices: Any) -> None:
     default="",
     help="Train on all of a corpus; with --corpus, in addition to its other parts.",
 )
-@TESTED
+@modes.TESTED
 @click.option(
     "--model", type=click.Path(path_type=Path), help="Test a model of `ct train parser` on --test."
 )
@@ -142,11 +123,11 @@ def report(*, folder: Path, form: str, **choices: Any) -> None:
     help="Test another parser: llm, or one of an installed package. It may learn from the other "
     "parts of --corpus, or from --train.",
 )
-@language_model_options
-@LLM_TREES
+@modes.language_model_options
+@modes.LLM_TREES
 @L2
-@PERTURB
-@SEED
+@modes.PERTURB
+@modes.SEED
 @click.option(
     "--top",
     type=click.IntRange(min=1),
@@ -182,7 +163,7 @@ def sdc(
     from eval.language_model.chat_endpoint import in_words
     from eval.parsing.sdc_scores import SDCChoices, render, run
 
-    another = parser_of(parser, endpoint, llm_trees) if parser else None
+    another = modes.parser_of(parser, endpoint, llm_trees) if parser else None
     choices = SDCChoices(corpus, train, test, model, another, l2, perturb, seed, cv or "scenario")
     with progress_bar("analysing commands") as on_progress:
         tested, metadata = run(choices, on_progress)
@@ -191,13 +172,13 @@ def sdc(
             "ct: the model was trained on scenarios that are tested; "
             "--corpus with --cv scenario holds them out"
         )
-    for purpose, used in used_of(endpoint, parses=True).items():
+    for purpose, used in modes.used_of(endpoint, parses=True).items():
         metadata |= {"language_model": {purpose: used}}
         note(in_words(purpose, used))
-    write(render(tested, form, metadata, top=top, terminal=is_terminal(out)), out)
+    modes.write(render(tested, form, metadata, top=top, terminal=modes.is_terminal(out)), out)
 
 
-evaluate = Modes(
+evaluate = modes.Modes(
     "eval",
     options={"table1": "--table 1", "table2": "--table 2", "table3": "--table 3"},
     commands=[

@@ -21,20 +21,7 @@ from corpus_tools.options import (
 )
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.modes import (
-    BY_SCENARIO,
-    DIVIDED,
-    SEED,
-    TESTED,
-    THRESHOLD,
-    TOP,
-    OptionSet,
-    draws_option,
-    form_options,
-    is_terminal,
-    takes_one_of,
-    write,
-)
+from eval.cli import modes
 
 if TYPE_CHECKING:
     from corpus_tools.corpus.labelled_corpus import Negatives
@@ -44,15 +31,15 @@ if TYPE_CHECKING:
 
 TRAINING = ("--ablate", "--with", "--l2")
 OF_ONE_CORPUS = (
-    OptionSet(("--corpus",), ("--split", "--test-scenarios", *TRAINING)),
-    OptionSet(("--corpus", "--cv"), TRAINING),
+    modes.OptionSet(("--corpus",), ("--split", "--test-scenarios", *TRAINING)),
+    modes.OptionSet(("--corpus", "--cv"), TRAINING),
 )
-APART = OptionSet(("--train", "--test"), TRAINING)
-TRAINED = OptionSet(("--model", "--test"))
+APART = modes.OptionSet(("--train", "--test"), TRAINING)
+TRAINED = modes.OptionSet(("--model", "--test"))
 
 _SOURCES = (
-    DIVIDED,
-    BY_SCENARIO,
+    modes.DIVIDED,
+    modes.BY_SCENARIO,
     click.option(
         "--split",
         type=click.Choice(["scenario"]),
@@ -65,7 +52,7 @@ _SOURCES = (
         help="Scenarios to hold out; a third drawn with --seed if left out.",
     ),
     corpus_option("--train", default="", help="Train on all of a corpus."),
-    TESTED,
+    modes.TESTED,
 )
 _MODEL = click.option(
     "--model", type=click.Path(path_type=Path), help="Test a model of `ct train g3` on --test."
@@ -77,7 +64,9 @@ _TEST_NEGATIVES = click.option(
 )
 
 
-def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def _trained_and_tested(
+    *sets: modes.OptionSet,
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Add the options for training and test data; the command gets ``choices``."""
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
@@ -119,8 +108,8 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
             )
             return command(choices=choices, **options)
 
-        added = takes_one_of(*sets)(chosen)
-        for option in (SEED, THRESHOLD, _TEST_NEGATIVES, training_options):
+        added = modes.takes_one_of(*sets)(chosen)
+        for option in (modes.SEED, modes.THRESHOLD, _TEST_NEGATIVES, training_options):
             added = option(added)
         if TRAINED in sets:
             added = _MODEL(added)
@@ -144,12 +133,12 @@ def _trained_and_tested(*sets: OptionSet) -> Callable[[Callable[..., None]], Cal
     "  ct eval table1 --corpus aaai11 --cv scenario --predictions mine.jsonl",
 )
 @_trained_and_tested(*OF_ONE_CORPUS, APART, TRAINED)
-@form_options(
+@modes.form_options(
     "--predictions",
     "Show predictions of another program beside",
     "each tested clause with its groundings",
 )
-@draws_option()
+@modes.draws_option()
 @format_option("csv", "latex", about="For people, for programs, or for a paper.")
 @OUT
 @WORKERS
@@ -200,8 +189,10 @@ def table_1(
     named = dict(zip(list(by_model)[1:], others, strict=True))
     if named:
         metadata["predictions"] = list(named)
-    terminal = is_terminal(out)
-    write(render(rows, form, metadata, others=named, compared=compared, terminal=terminal), out)
+    terminal = modes.is_terminal(out)
+    modes.write(
+        render(rows, form, metadata, others=named, compared=compared, terminal=terminal), out
+    )
 
 
 @click.command(
@@ -212,7 +203,7 @@ def table_1(
     "  ct eval errors --model g3.npz --test warehouse --json",
 )
 @_trained_and_tested(*OF_ONE_CORPUS, APART, TRAINED)
-@TOP
+@modes.TOP
 @FORMAT
 @OUT
 def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Path | None) -> None:
@@ -227,7 +218,7 @@ def errors(*, choices: Choices, top: int, form: Literal["text", "json"], out: Pa
         result = held_out_predictions.run(choices, on_progress)
     lists = error_lists(result.predictions, result.shown, k=top, threshold=choices.threshold)
     metadata = {**result.metadata, "top": top}
-    write(render_lists(lists, form, metadata, terminal=is_terminal(out)), out)
+    modes.write(render_lists(lists, form, metadata, terminal=modes.is_terminal(out)), out)
 
 
 def _plot_file(_ctx: click.Context, _option: click.Parameter, out: Path) -> Path:

@@ -19,21 +19,7 @@ from corpus_tools.options import (
 )
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.modes import (
-    FOLLOWED,
-    SEED,
-    STUDY,
-    TRAIN,
-    VERBOSE,
-    OptionSet,
-    draws_option,
-    is_terminal,
-    judge_of,
-    language_model_options,
-    takes_one_of,
-    used_of,
-    write,
-)
+from eval.cli import modes
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
@@ -55,15 +41,15 @@ FORMATS = format_option("csv", "latex", about="For people, for programs, or for 
     show_default=True,
     help="The corpus with ratings; those of the default are simulated.",
 )
-@STUDY
+@modes.STUDY
 @click.option(
     "--models",
     is_flag=True,
     help="Fit estimating equations and a cumulative-link model too (extra: study).",
 )
-@VERBOSE
-@SEED
-@draws_option(10_000)
+@modes.VERBOSE
+@modes.SEED
+@modes.draws_option(10_000)
 @FORMATS
 @OUT
 @WORKERS
@@ -96,8 +82,8 @@ def table_2(
             rated.judgments, study=study, models=models, seed=seed, draws=draws, executor=executor
         )
     metadata = {"table": 2, "corpus": corpus, "seed": seed, "draws": draws}
-    text = render(results, form, metadata, verbose=verbose, terminal=is_terminal(out))
-    write(text, out)
+    text = render(results, form, metadata, verbose=verbose, terminal=modes.is_terminal(out))
+    modes.write(text, out)
 
 
 @click.command(
@@ -110,7 +96,7 @@ def table_2(
     "--endpoint http://localhost:8000/v1",
 )
 @corpus_option("--corpus", required=True, help="The corpus with people's ratings.")
-@STUDY
+@modes.STUDY
 @click.option(
     "--judge",
     metavar="NAME",
@@ -118,9 +104,9 @@ def table_2(
     show_default=True,
     help="Compare this judge as well: llm, or one of an installed package.",
 )
-@language_model_options
-@SEED
-@draws_option()
+@modes.language_model_options
+@modes.SEED
+@modes.draws_option()
 @FORMAT
 @OUT
 @WORKERS
@@ -146,7 +132,7 @@ def judge_validity(
     from eval.judging.judge_report import render
     from eval.judging.judge_validity import judge_validity as compare
 
-    other = None if judge == AUTOMATIC else judge_of(judge, endpoint)
+    other = None if judge == AUTOMATIC else modes.judge_of(judge, endpoint)
     with Executor(workers) as executor:
         result = compare(
             open_corpus(corpus),
@@ -159,10 +145,10 @@ def judge_validity(
     metadata: dict[str, object] = {"corpus": corpus, "seed": seed, "draws": draws}
     if other:
         metadata["other_judge"] = {other.name: dict(other.about)}
-    used = used_of(endpoint, judge=True)
+    used = modes.used_of(endpoint, judge=True)
     if used:
         metadata["language_model"] = used
-    write(render(result, form, metadata, terminal=is_terminal(out)), out)
+    modes.write(render(result, form, metadata, terminal=modes.is_terminal(out)), out)
 
 
 @click.command(
@@ -180,7 +166,7 @@ def judge_validity(
     help="Half the width of the interval to plan for.",
 )
 @corpus_option("--corpus", default="", help="Expect ratings like those in this corpus.")
-@SEED
+@modes.SEED
 @FORMATS
 @OUT
 def power(*, half_width: float, corpus: str, seed: int, form: Format, out: Path | None) -> None:
@@ -205,7 +191,7 @@ def power(*, half_width: float, corpus: str, seed: int, form: Format, out: Path 
         "seed": seed,
     }
     rows = plans(half_width, share, correlation, seed)
-    write(render(rows, form, metadata, terminal=is_terminal(out)), out)
+    modes.write(render(rows, form, metadata, terminal=modes.is_terminal(out)), out)
 
 
 def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[str, ...]:
@@ -226,10 +212,12 @@ def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[s
     "  ct eval end-to-end study --train aaai11 --test aaai11 --crowd mturk --sandbox "
     "--pay 0.05 --url https://lab.example.org",
 )
-@takes_one_of(OptionSet(), OptionSet(("--crowd", "--url"), ("--pay", "--items", "--sandbox")))
+@modes.takes_one_of(
+    modes.OptionSet(), modes.OptionSet(("--crowd", "--url"), ("--pay", "--items", "--sandbox"))
+)
 @click.argument("folder", metavar="FOLDER", type=TARGET_FOLDER)
-@TRAIN
-@FOLLOWED
+@modes.TRAIN
+@modes.FOLLOWED
 @click.option(
     "--most",
     type=click.IntRange(min=0),
@@ -274,8 +262,8 @@ def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[s
 )
 @click.option("--sandbox", is_flag=True, help="Use the platform's test mode, without money.")
 @L2
-@SEED
-@draws_option()
+@modes.SEED
+@modes.draws_option()
 @FORMAT
 @OUT
 def end_to_end(
@@ -316,7 +304,7 @@ def end_to_end(
     from eval.plan_study.whole_study import offer
 
     settings = settings_for(train or test, test, most=most, l2=l2 or 1.0, seed=seed, plans=plans)
-    terminal = is_terminal(out)
+    terminal = modes.is_terminal(out)
     if plans:
         with progress_bar("reading corpora") as on_progress:
             drawn = rating_set.prepare(folder, settings, on_progress=on_progress)
@@ -336,4 +324,4 @@ def end_to_end(
         endpoint = os.environ.get("CT_CROWD_ENDPOINT")
         for line in offer(file, crowd, url, items, sandbox=sandbox, endpoint=endpoint):
             note(line)
-    write(text, out)
+    modes.write(text, out)

@@ -11,24 +11,7 @@ import click
 from corpus_tools.options import ABLATE, L2, OUT, WORKERS, format_option, tell
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
-from eval.cli.modes import (
-    FOLLOWED,
-    HELD_OUT,
-    LLM_TREES,
-    MOST,
-    NAME,
-    PERTURB,
-    SEED,
-    TRAIN,
-    VERBOSE,
-    draws_option,
-    form_options,
-    judge_of,
-    language_model_options,
-    parser_of,
-    used_of,
-    write,
-)
+from eval.cli import modes
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.parallel import Workers
@@ -54,8 +37,8 @@ if TYPE_CHECKING:
     "  ct eval table3 --train aaai11 --test warehouse --grounder llm "
     "--llm qwen2.5-7b --endpoint http://localhost:8000/v1",
 )
-@TRAIN
-@FOLLOWED
+@modes.TRAIN
+@modes.FOLLOWED
 @click.option(
     "--judge",
     metavar="NAME",
@@ -80,15 +63,15 @@ if TYPE_CHECKING:
     help="Add a row of the model with another parser: llm, or one of an installed package "
     "(repeatable).",
 )
-@form_options(
+@modes.form_options(
     "--plans",
     "Add a row of plans that another program has made",
     "each command with its world, to be filled in",
 )
-@language_model_options
-@LLM_TREES
-@HELD_OUT
-@MOST
+@modes.language_model_options
+@modes.LLM_TREES
+@modes.HELD_OUT
+@modes.MOST
 @click.option(
     "--heading",
     "headings",
@@ -97,7 +80,7 @@ if TYPE_CHECKING:
     help="Which way robots face whose heading is assumed, such as loads, things or loads+30; "
     "give several for the mean over them [default: as imported].",
 )
-@PERTURB
+@modes.PERTURB
 @click.option(
     "--parses",
     type=click.IntRange(1, 20),
@@ -107,9 +90,9 @@ if TYPE_CHECKING:
 )
 @ABLATE
 @L2
-@VERBOSE
-@SEED
-@draws_option()
+@modes.VERBOSE
+@modes.SEED
+@modes.draws_option()
 @format_option("csv", "latex", about="For people, for programs, for spreadsheets, for papers.")
 @OUT
 @WORKERS
@@ -161,8 +144,8 @@ def table_3(
         count = write_tasks(tasks, tasks_of(open_corpus(test), headings, most))
         tell(form, {"file": tasks, "tasks": count}, f"wrote {tasks}: {count} tasks")
         return
-    asked_judge, others = judge_of(judge, endpoint), _others(grounders, plans, endpoint)
-    parsed_by = [parser_of(name, endpoint, llm_trees) for name in dict.fromkeys(parsers)]
+    asked_judge, others = modes.judge_of(judge, endpoint), _others(grounders, plans, endpoint)
+    parsed_by = [modes.parser_of(name, endpoint, llm_trees) for name in dict.fromkeys(parsers)]
     strength = l2 or 1.0
     settings = {
         "corpora": [open_corpus(name).hash for name in (*train.split(","), test)],
@@ -202,12 +185,17 @@ def table_3(
             workers=workers,
             on_progress=on_progress,
         )
-    used = used_of(endpoint, plans=NAME in grounders, parses=NAME in parsers, judge=judge == NAME)
+    used = modes.used_of(
+        endpoint,
+        plans=modes.NAME in grounders,
+        parses=modes.NAME in parsers,
+        judge=judge == modes.NAME,
+    )
     if used:
         result = result.with_metadata({"language_model": used})
     corpora = (open_corpus(name) for name in (test, *train.split(",")))
     notes = [in_words(purpose, used_model) for purpose, used_model in used.items()]
-    write(
+    modes.write(
         with_judge(result, corpora, draws=draws, seed=seed, notes=notes, verbose=verbose)(form), out
     )
     if kept:
@@ -225,7 +213,7 @@ def _others(
 
     others = [name for name in dict.fromkeys(names) if name not in BASELINES]  # these are there
     result: list[PlanGrounder] = [
-        LanguageModelGrounder(endpoint) if name == NAME and endpoint else grounder_named(name)
+        LanguageModelGrounder(endpoint) if name == modes.NAME and endpoint else grounder_named(name)
         for name in others
     ]
     return [*result, *(read_plans(file) for file in plans)]
