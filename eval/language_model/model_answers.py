@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from hashlib import sha256
+from importlib.resources import files
 from typing import Any, ClassVar, Generic, TypeVar
 
 import msgspec
@@ -127,78 +128,14 @@ def json_in(text: str) -> str:
     return text[first : last + 1] if 0 <= first < last else text
 
 
-SCENE = """\
-The world is JSON. Coordinates are in metres, headings in degrees counter-clockwise from +x. "seen"
-is where the robot sees something at the start: metres ahead, and metres to its left (negative: to
-its right). "on" is what a thing stands on; without it, it stands on the ground. The robot can lift
-what is "liftable". "colours" are there where they are known."""
-PLANNING = """\
-You plan for a robotic forklift. You get a command that a person typed, and the world in which it
-was given. Say what the robot is to do so that the person is content: all that the command asks for,
-and nothing else.
-
-{scene}
-
-The actions, and what each takes:
-{actions}
-
-"target" is a list of ids of things or names of places. Instead of a target, "to" is a point [x, y].
-Where a load is put down, give one of "on" (id of what it is put on), "near" (id of what it is put
-beside, on the ground) and "at" (a point [x, y]). One load is on the forks at most. "carry" picks a
-load up, takes it there and puts it down, so it needs no "pick up" before.
-
-Reply with JSON: "actions", a list in their order, each with "action" and what it takes;
-"probability", from 0 to 1, how sure you are that this is what was meant; "reason", in a
-few words. If the command can't be followed, "actions" is empty."""
-JUDGING = """\
-You judge a robotic forklift. You get a command that a person typed, the world before the robot did
-anything, and what it did. Say whether the robot did what the command asks for: all of it, and
-nothing to other things. Any thing, side or place that the words allow is right.
-
-{scene}
-
-Reply with JSON: "correct", true or false; "reason", in a few words what is wrong, or empty."""
+def _prompt(name: str, **parts: object) -> str:
+    """Return a text of the folder ``prompts``, with its parts filled in."""
+    text = files("eval.language_model").joinpath(f"prompts/{name}.txt").read_text(encoding="utf-8")
+    return text.removesuffix("\n").format(**parts) if parts else text.removesuffix("\n")
 
 
-PARSING = """\
-You annotate what people say to robots with spatial description clauses (SDCs). A clause has a type
-and fields, in brackets:
-- EVENT: something to be done or not to be done. "r" has the verb, with its particles and a "not";
-  "l" what it is done to; "l2" where, along which way, when or how far. The robot isn't written; "f"
-  is there only if somebody else acts.
-- OBJ: a thing. A noun with its article and adjectives stands in "f". If more words say which one,
-  "f" is the OBJ of the noun, "r" the relating words, "l" the OBJ that they relate it to.
-- PLACE: where something is or is to be. "r" has the preposition, "l" the OBJ.
-- PATH: a way to go or to bring something. "r" has the preposition, "l" the OBJ.
-"f" holds words only in a clause that has no other field; "l" and "l2" hold clauses only, several in
-square brackets. "r" holds words only. Each word is written as it is in the command and used once;
-words that separate clauses, and politeness, are left out. A word with any of , ; ( ) [ ] = @ " is
-written as a JSON string. Numbers after types mean nothing. Examples:
-
-{examples}
-
-{reply}"""
-EXAMPLES = (
-    """Lift the tray by the sink.
-EVENT(r = Lift, l = OBJ(f = OBJ(f = the tray), r = by, l = OBJ(f = the sink)))""",
-    """Carry it to the porch and set it down next to the bench
-EVENT(r = Carry, l = OBJ(f = it), l2 = PATH(r = to, l = OBJ(f = the porch)))
-EVENT(r = set down, l = OBJ(f = it), l2 = PLACE(r = next to, l = OBJ(f = the bench)))""",
-    """please don't drive past the gate until the horn sounds
-EVENT(r = don't drive, l = PATH(r = past, l = OBJ(f = the gate)), \
-l2 = EVENT(f = OBJ(f = the horn), r = until sounds))""",
-)
+EXAMPLES = tuple(_prompt("examples").split("\n\n"))
 """Examples of the prompt where no corpus to learn from is given."""
-TREES = """\
-"trees", a list with a top-level clause for each thing that is to be done or must not be done, in
-the order in which it is to be done; if the command asks for nothing, it is empty; "taken_back",
-words that the person takes back, as "the red one" in "the red one, no, the blue one", or empty.
-These are in no clause."""
-ONE_READING = f"Reply with JSON: {TREES}"
-READINGS = f"""\
-Reply with JSON: "readings", the ways to understand the command, at most {{most}}, the likeliest
-first; one where nothing else is likely. Each has "share", from 0 to 1, how likely it is that this
-is meant; {TREES}"""
 MOST_EXAMPLES, LONGEST_EXAMPLE = 6, 160
 """Number of examples from a corpus, and their longest text in characters."""
 
@@ -240,12 +177,12 @@ class VerdictReply(msgspec.Struct, frozen=True):
 def plan_prompt() -> str:
     """Return the text before any command."""
     actions = "\n".join(f'- "{kind}": {_takes(kind)} {kind.description}' for kind in KINDS.values())
-    return PLANNING.format(scene=SCENE, actions=actions)
+    return _prompt("plan", scene=_prompt("scene"), actions=actions)
 
 
 def judge_prompt() -> str:
     """Return the text before any plan."""
-    return JUDGING.format(scene=SCENE)
+    return _prompt("judge", scene=_prompt("scene"))
 
 
 def plan_messages(task: PlanTask) -> list[Message]:
@@ -266,8 +203,8 @@ def judge_messages(plan: JudgedPlan) -> list[Message]:
 
 def parse_prompt(examples: Sequence[str] = EXAMPLES, most: int = 1) -> str:
     """Return the text before any command whose clauses are requested."""
-    reply = ONE_READING if most == 1 else READINGS.format(most=most)
-    return PARSING.format(examples="\n\n".join(examples), reply=reply)
+    reply = _prompt("reading" if most == 1 else "readings", most=most, trees=_prompt("trees"))
+    return _prompt("parse", examples="\n\n".join(examples), reply=reply)
 
 
 def chosen_examples(commands: Sequence[Annotated]) -> tuple[str, ...]:
