@@ -13,6 +13,8 @@ from annotation_app.items.scenes import CURVES, VIEWS
 from annotation_app.store.models import Answer, Item, Media, Slot
 from g3.errors import FormatError
 
+SHOWN = ("video", *VIEWS, CURVES)
+"""Roles of what people see of a video: each camera, and curves."""
 FIX = "put the old file back, or give the new one another name or id"
 
 
@@ -25,7 +27,7 @@ def video_digests(session: Session, study_id: str) -> Mapping[str, str]:
 
 
 def replaced(session: Session, study_id: str, *, with_gone: bool = True) -> Iterator[FormatError]:
-    """Find the videos of a study whose files are others than when it was set up.
+    """Find the videos of a study whose files are others than when it was set up, of any camera.
 
     Parameters
     ----------
@@ -39,8 +41,8 @@ def replaced(session: Session, study_id: str, *, with_gone: bool = True) -> Iter
     """
     found = session.execute(
         select(Media.video, Media.path, Media.sha256)
-        .where(Media.study_id == study_id, Media.role == "video")
-        .order_by(Media.video)
+        .where(Media.study_id == study_id, Media.role.in_(SHOWN))
+        .order_by(Media.video, Media.role)
     )
     for video, path, sha256 in found:
         is_asked = with_gone or source_file(Path(path)).exists()
@@ -87,9 +89,7 @@ def check_not_replaced(
 def asked_about(session: Session, study_id: str, file: Path) -> str:
     """Return the video of a file about which people have been asked; empty if there is none."""
     shown = session.execute(
-        select(Media.video, Media.path).where(
-            Media.study_id == study_id, Media.role.in_(("video", *VIEWS, CURVES))
-        )
+        select(Media.video, Media.path).where(Media.study_id == study_id, Media.role.in_(SHOWN))
     )
     videos = {video for video, path in shown if source_file(Path(path)) == file}
     asked = select(Item.video).where(

@@ -16,7 +16,7 @@ from annotation_app.items.media import digest
 from annotation_app.items.scenes import MOST_VIEWS
 from annotation_app.study_setup.coco_things import PictureThings
 from annotation_app.study_setup.every_problem import together
-from corpus_tools.tables.curve_file import read_header
+from corpus_tools.tables.curve_file import SUFFIX, read_header
 from corpus_tools.tables.file_names import find_file, is_shadow, normal_name
 from corpus_tools.tables.table_reading import (
     TABLES,
@@ -280,8 +280,10 @@ def _of_folder(folder: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, b
         if files:
             names = ", ".join(str(file.relative_to(folder)) for file in files[:MOST_NAMED])
             on_note(f"{folder}: {_are(len(files), 'file')} {what}: {names}")
-    for file in used:
-        yield str(folder), OwnVideo(file.stem, absolute(file), {}), False
+    for file in map(absolute, used):
+        curves = file.with_suffix(SUFFIX)
+        beside = curves if curves.is_file() else None
+        yield str(folder), OwnVideo(file.stem, file, {}, curves=beside), False
 
 
 def _of_table(table: Path, on_note: OnNote) -> Iterator[tuple[str, OwnVideo, bool]]:

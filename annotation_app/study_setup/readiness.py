@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from annotation_app.items.clips import source_file
 from annotation_app.items.item_scenes import films_of
+from annotation_app.items.media import VIDEOS
 from annotation_app.items.replaced_videos import replaced
 from annotation_app.people.participants import RANKS
 from annotation_app.store.models import Item, Media, Person, Role, Study, TaskName
@@ -79,7 +80,7 @@ def _not_watchable(
 ) -> Iterator[CorpusError]:
     """Yield the errors of a study's videos that can't be watched to their end."""
     paths = session.scalars(
-        select(Media.path).where(Media.study_id == study_id, Media.role == "video")
+        select(Media.path).where(Media.study_id == study_id, Media.role.in_(VIDEOS))
     )
     for file in dict.fromkeys(source_file(Path(path)) for path in paths):
         try:

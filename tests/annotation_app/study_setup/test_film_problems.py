@@ -11,12 +11,15 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from flask import Flask
 
 from annotation_app.cli import served_studies
 from annotation_app.core.config import open_instance
+from annotation_app.study_setup.own_videos import own_videos
 from corpus_tools.cli.console import run
+from corpus_tools.tables.curve_file import Curve, write_curves
 from corpus_tools.video.probe import probe
 from g3.errors import CorpusError
 from tests.annotation_app.browser import Browser, described
@@ -169,6 +172,46 @@ def test_another_film_under_the_same_name(
     assert check(file) == 0
     with set_up(file) as app, Browser(app, study="arm").client.get(f"/media/{name}") as played:
         assert played.status_code == 200
+
+
+def test_the_film_of_a_further_camera_is_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    film(tmp_path / "a.mp4", 20)
+    further = film(tmp_path / "b.mp4", 20)
+    (tmp_path / "t.csv").write_text("video,id,video_2,camera_2\na.mp4,push,b.mp4,wrist\n")
+    told = ["annotate", "check", "--instance", str(tmp_path / "instance")]
+    with set_up(study(tmp_path, videos="t.csv")):
+        pass
+    run(told)
+    assert "b.mp4" not in capsys.readouterr().out
+    film(further, 30)
+    assert run(told) == 2
+    assert f"{further} has been replaced" in capsys.readouterr().out
+
+
+def test_curves_beside_the_films_of_a_folder(tmp_path: Path):
+    """They are named like the film; a damaged file is named before anybody is asked."""
+    for name in ("lift", "push"):
+        film(tmp_path / f"clips/{name}.mp4", 20)
+    curves = tmp_path / "clips/push.safetensors"
+    values = np.arange(20, dtype=np.float32).reshape(20, 1)
+    write_curves(curves, [Curve("state", "x")], 10.0, 20, iter([values]))
+    lift, push = own_videos(tmp_path / "clips")
+    assert (lift.curves, push.curves) == (None, curves)
+    with set_up(study(tmp_path)) as app:
+        worker = Browser(app, study="arm")
+        beside = {}
+        for _ in range(2):
+            page = worker.lease("describe", "arm").json
+            beside[page["item"]] = page["payload"].get("beside")
+            worker.answer(page["item"], described("Push the cup."))
+        assert len(beside) == 2
+        (of_push,) = filter(None, beside.values())
+        with worker.client.get(f"/media/{of_push['curves']}") as sent:
+            assert sent.data == curves.read_bytes()
+    curves.write_bytes(curves.read_bytes()[:50])
+    assert check(study(tmp_path)) == 2
 
 
 def test_a_film_is_replaced_before_anybody_is_asked(tmp_path: Path):
