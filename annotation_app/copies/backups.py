@@ -2,8 +2,7 @@
 
 It is gzipped text of one JSON value a line: a head, ``[table, row]`` for each row, and an end.
 Rows refer to rows of earlier tables only. The end has the number of rows of each table and the
-SHA-256 of all lines before. Version 1, which older programs wrote, has no end, and its head has the
-secret key.
+SHA-256 of all lines before.
 """
 
 from __future__ import annotations
@@ -29,14 +28,18 @@ from annotation_app.core.sealed_keys import seal
 from annotation_app.store.compaction import DUE
 from annotation_app.store.database import opened, reading
 from annotation_app.store.models import Base, Record
-from annotation_app.store.salt import CHECK, SALT, installation_salt
-from annotation_app.store.schema import NEWEST, REVISIONS, is_current, tables_at
+from annotation_app.store.salt import CHECK, installation_salt
+from annotation_app.store.schema import (
+    BEFORE_FIRST,
+    NEWEST,
+    REVISIONS,
+    is_current,
+    tables_at,
+)
 from g3.errors import FormatError
 from g3.storage.atomic_file import replacing
 
 VERSION = 2
-OLDEST_SCHEMA = "0001"
-"""The tables of all backups of version 1."""
 GZIP_HEAD = bytes.fromhex("1f8b08 00 00000000 00 ff")
 """First bytes of this program's files, with neither a name nor a time."""
 LEVEL = 6
@@ -56,14 +59,12 @@ class Head(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     version: int
     """Version of the file's form."""
-    schema: str = OLDEST_SCHEMA
+    schema: str
     """Revision of the tables that the rows belong to."""
     made_at: float | None = None
     """Seconds since 1970."""
     keys: dict[str, str] | None = None
     """The encrypted keys; none if they were left out."""
-    key: str | None = None
-    """Version 1: the secret key."""
 
 
 class End(msgspec.Struct, frozen=True):
@@ -81,9 +82,7 @@ class Contents:
     counts: Mapping[str, int]
     """Rows by table."""
     sha256: str
-    """Digest of all lines but the last; empty for version 1, which may be incomplete."""
-    salt: bytes | None
-    """Version 1: the salt, which lay among the rows."""
+    """Digest of all lines but the last."""
     check: bytes | None
     """Check value of the salt."""
 
@@ -94,8 +93,6 @@ class Contents:
 
     def fits(self, keys: Keys) -> bool:
         """Check that keys belong to the backup's installation, as far as the backup shows it."""
-        if keys.salt is None:
-            return False
         return self.check is None or check_value(keys.salt) == self.check
 
 
@@ -144,9 +141,7 @@ def check(file: BinaryIO, where: str) -> Contents:
         counts[table] += 1
         if table == "secret":
             secrets[row["name"]] = row["value"]
-    return Contents(
-        reader.head, counts, reader.sha256, salt=secrets.get(SALT), check=secrets.get(CHECK)
-    )
+    return Contents(reader.head, counts, reader.sha256, secrets.get(CHECK))
 
 
 class Reader:
@@ -173,15 +168,14 @@ class Reader:
         tables = {str(table.name): table for table in tables_at(self.head.schema)}
         counts = dict.fromkeys(tables, 0)
         for line in self._lines:
-            if line.startswith(b"{") and self.head.version > 1:
+            if line.startswith(b"{"):
                 self._end(line, counts)
                 return
             self._digest.update(line)
             table, row = self._row(line, tables)
             counts[table] += 1
             yield table, row
-        if self.head.version > 1:
-            raise self._error("the backup has no end: it was cut off")
+        raise self._error("the backup has no end: it was cut off")
 
     def _head(self, line: bytes, start: bytes) -> Head:
         self._digest.update(line)
@@ -189,19 +183,14 @@ class Reader:
             head = msgspec.json.decode(line, type=Head)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             raise self._error("this is no backup of `ct annotate backup`") from error
-        if head.version == VERSION:
-            # What the digest doesn't cover; who has compressed the lines anew is welcome.
-            if start != GZIP_HEAD and start[9] != _OF_GZIP:
-                raise self._error("the head of the gzip file was changed")
-        elif head.version != 1 or head.key is None:
-            raise self._error(
-                "this is no backup that this program can read", fix="use a newer version of it"
-            )
-        if head.schema not in REVISIONS:
+        if head.version != VERSION or head.schema not in REVISIONS:
             raise self._error(
                 "the backup is of a program that this one doesn't know",
-                fix="use the version of the program that made it, or a newer one",
+                fix=f"use the version of the program that made it, or a newer one; {BEFORE_FIRST}",
             )
+        # What the digest doesn't cover; who has compressed the lines anew is welcome.
+        if start != GZIP_HEAD and start[9] != _OF_GZIP:
+            raise self._error("the head of the gzip file was changed")
         return head
 
     def _end(self, line: bytes, counts: dict[str, int]) -> None:
@@ -290,6 +279,6 @@ def _rows(session: Session) -> Iterator[Row]:
     for table in Base.metadata.sorted_tables:
         wanted = select(table).execution_options(yield_per=BATCH)
         for row in session.execute(wanted).mappings():
-            if table.name == "secret" and row["name"] in (SALT, DUE):
-                continue  # what an older program has left, and what is to be done to this file
+            if table.name == "secret" and row["name"] == DUE:
+                continue  # what is to be done to this file
             yield str(table.name), dict(row)

@@ -39,7 +39,7 @@ from annotation_app.store.database import lock_set_up, opened
 from annotation_app.store.migrating import changing_tables, upgrade
 from annotation_app.store.models import Base, Record, Secret
 from annotation_app.store.outages import outage_of
-from annotation_app.store.salt import SALT, keep_check
+from annotation_app.store.salt import keep_check
 from annotation_app.store.schema import NEWEST
 from annotation_app.store.tombstones import Tombstone
 from g3.errors import FormatError
@@ -120,9 +120,7 @@ def restore(
 def _keys(contents: Contents, where: str, keys: Path | None, passphrase: str | None) -> Keys:
     """Return the key and the salt that belong to a backup."""
     head = contents.head
-    if head.key is not None:
-        found = Keys(head.key.encode(), contents.salt)
-    elif keys is not None:
+    if keys is not None:
         found, where = read_keys(keys), str(keys)
     elif head.keys is not None and passphrase is not None:
         found = unseal(head.keys, passphrase, where)
@@ -230,8 +228,7 @@ def _fill(connection: Connection, reader: Reader, contents: Contents) -> None:
     there = MetaData()
     there.reflect(connection)
     for name, group in groupby(reader.rows(), key=lambda row: row[0]):
-        rows = (row for _, row in group if name != Secret.__tablename__ or row["name"] != SALT)
-        _insert(connection, there.tables[name], rows)
+        _insert(connection, there.tables[name], (row for _, row in group))
     if reader.sha256 != contents.sha256:
         raise FormatError("the file was changed meanwhile", where=reader.where, fix="try again")
 
@@ -252,7 +249,6 @@ def _finish(
     if connection.dialect.name == "postgresql":
         _set_sequences(connection)
     with Session(connection, expire_on_commit=False) as session:
-        assert keys.salt is not None  # noqa: S101 - it fits the backup
         keep_check(session, keys.salt)
         again = erasure.erase_again(session, erased)
         note(session, COMMAND_LINE, RESTORED, backup_of=made_at or 0.0)

@@ -26,9 +26,8 @@ class Config:
     database: str | Path
     """A SQLite file or a URL."""
     salt: bytes | None = None
-    """Salt of the hashes of people's ids, from the key file; None as long as an older program's
-    database has it. :func:`annotation_app.store.salt.installation_salt` returns it in any case.
-    Left out of the printed form."""
+    """Salt of the hashes of people's ids, from the key file; None without one. Left out of the
+    printed form."""
     https: bool = False
     """True if people reach the app by HTTPS only, so that cookies can be kept to it."""
     proxies: int = 0

@@ -1,8 +1,6 @@
 """The key file of an instance: what signs cookies and links, and the salt that hides people's ids.
 
-Two lines in hexadecimal digits, the key and the salt. Files of older programs have the key alone:
-their salt lies in the database until :func:`annotation_app.store.salt.installation_salt` moves it
-here.
+Two lines in hexadecimal digits, the key and the salt.
 """
 
 from __future__ import annotations
@@ -29,8 +27,8 @@ class Keys:
 
     secret: bytes
     """Key that signs cookies and links."""
-    salt: bytes | None
-    """Salt of the hashes of people's ids; None as long as it lies in the database."""
+    salt: bytes
+    """Salt of the hashes of people's ids."""
 
     def __repr__(self) -> str:
         return "Keys(...)"
@@ -55,21 +53,18 @@ def read_keys(file: Path) -> Keys:
 
 def keys_from(content: bytes) -> Keys:
     """Parse keys in the form of :func:`written`; a ValueError if there are none."""
-    secret, *others = content.split() or [b""]
-    if len(secret) < KEY_BYTES:
-        raise ValueError("the secret key is too short")
-    if len(others) > 1:
-        raise ValueError("it has more than a key and a salt")
-    salt = bytes.fromhex(others[0].decode("ascii", "replace")) if others else None
-    if salt is not None and len(salt) < SALT_BYTES:
-        raise ValueError("the salt is too short")
-    return Keys(secret, salt)
+    lines = content.split()
+    if len(lines) != 2:
+        raise ValueError("it doesn't have a key and a salt")
+    keys = Keys(lines[0], bytes.fromhex(lines[1].decode("ascii", "replace")))
+    if len(keys.secret) < KEY_BYTES or len(keys.salt) < SALT_BYTES:
+        raise ValueError("the key or the salt is too short")
+    return keys
 
 
 def written(keys: Keys) -> bytes:
     """Return the text of a key file."""
-    lines = [keys.secret, *([] if keys.salt is None else [keys.salt.hex().encode()])]
-    return b"".join(line + b"\n" for line in lines)
+    return keys.secret + b"\n" + keys.salt.hex().encode() + b"\n"
 
 
 def write_keys(file: Path, keys: Keys) -> None:

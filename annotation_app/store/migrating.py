@@ -13,6 +13,7 @@ from alembic.util import CommandError
 from sqlalchemy import Connection, Engine
 
 from annotation_app.store.database import lock_set_up
+from annotation_app.store.schema import BEFORE_FIRST
 from g3.errors import FormatError
 
 SCRIPTS = Path(__file__).resolve().parent / "migrations"
@@ -58,7 +59,7 @@ def changing_tables(engine: Engine) -> Iterator[Connection]:
         raise FormatError(
             f"the database is not one that this program knows: {error}",
             where=engine.url.render_as_string(hide_password=True),
-            fix="use the program's version that made it, or a newer one",
+            fix=f"use the program's version that made it, or a newer one; {BEFORE_FIRST}",
         ) from error
 
 

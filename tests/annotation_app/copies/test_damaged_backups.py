@@ -1,8 +1,9 @@
-"""Backups that are damaged, older, or restored by a process that is killed."""
+"""Backups that are damaged, or restored by a process that is killed."""
 
 from __future__ import annotations
 
 import gzip
+import hashlib
 import json
 import random
 import re
@@ -15,20 +16,18 @@ from typing import Any
 
 import pytest
 from flask import Flask
-from sqlalchemy import inspect, select, update
+from sqlalchemy import inspect
 
 from annotation_app.copies import backups
-from annotation_app.copies.backups import back_up
+from annotation_app.copies.backups import back_up, encoded_end
 from annotation_app.copies.restoring import restore, verify
 from annotation_app.core.config import Config, open_instance
 from annotation_app.core.key_file import KEY_FILE, new_keys, write_keys
-from annotation_app.store.database import opened, reading, transaction
-from annotation_app.store.models import Draft, Person, Slot
+from annotation_app.store.database import opened
 from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
 from tests.annotation_app.copies.test_backups import rows
-from tests.annotation_app.old_installations import KEY, SALT, old_archive, write_lines
 from tests.full_disks import full_disk, left_in
 
 PASSPHRASE = "correct horse battery"
@@ -49,10 +48,6 @@ def archive(filled: Config, tmp_path: Path) -> Path:
     made = tmp_path / "backup.jsonl.gz"
     back_up(filled, made, None)
     return made
-
-
-def lines_of(archive: Path) -> list[Any]:
-    return [json.loads(line) for line in gzip.decompress(archive.read_bytes()).splitlines()]
 
 
 def content_or_none(data: bytes) -> bytes | None:
@@ -239,74 +234,28 @@ def test_a_backup_wants_a_choice_about_the_keys(
     assert run([*command, "--passphrase-file", str(words)]) == 2
 
 
-# Backups of the first program
-
-
-@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
-def test_an_old_backup_is_restored_and_brought_up_to_date(
-    filled: Config, tmp_path: Path, other_database: str | None, capsys: Any
-) -> None:
-    database = ["--database", other_database] if other_database else []
-    archive = tmp_path / "old.gz"
-    count = old_archive(filled, archive)
-    assert run(["annotate", "verify", str(archive)]) == 0
-    assert "only readable, not verified" in capsys.readouterr().out
-    command = ["annotate", "restore", str(archive), "--instance", str(tmp_path / "new"), *database]
-    assert run(command) == 0
-    said = capsys.readouterr().out
-    assert f"restored {count} rows" in said
-    assert "only readable, not verified" in said
-    made = open_instance(tmp_path / "new", other_database)
-    assert (made.secret_key, made.salt) == (KEY.encode(), SALT)
-    for config in (filled, made):  # lots are drawn anew
-        with opened(config.database) as engine, transaction(engine) as session:
-            session.execute(update(Slot).values(lot=0.5))
-    before, after = rows(filled), rows(made)
-    for table in ("study", "item", "event", "answer", "slot", "media"):
-        assert after[table] == before[table]
-    assert len(after["secret"]) == 1
-    with opened(made.database) as engine, reading(engine) as session:
-        assert all(person.code for person in session.scalars(select(Person)))
-        (draft,) = session.scalars(select(Draft))  # the one of an answer has gone
-        assert draft.body == {"text": "Go"}
-
-
-def test_damaged_old_backups(filled: Config, tmp_path: Path) -> None:
-    whole = tmp_path / "old.gz"
-    old_archive(filled, whole)
-    data, draws = whole.read_bytes(), random.Random(3)
-    bad = tmp_path / "bad.gz"
-    cuts = [data[: draws.randrange(len(data))] for _ in range(20)]
-    flips = []
-    for _ in range(40):
-        flipped = bytearray(data)
-        flipped[draws.randrange(10, len(data))] ^= 1 << draws.randrange(8)
-        if content_or_none(bytes(flipped)) != gzip.decompress(data):
-            flips.append(bytes(flipped))
-    for content in (*cuts, *flips):
-        bad.write_bytes(content)
-        with pytest.raises(FormatError, match=r"bad\.gz"):
-            restore(bad, tmp_path / "new")
-        assert not (tmp_path / "new").exists()
-
-
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_rows_that_the_database_refuses_leave_nothing_behind(
     filled: Config, tmp_path: Path, other_database: str | None
 ) -> None:
-    """Of an older backup nobody can tell before that rows are missing, which others refer to."""
-    archive = tmp_path / "old.gz"
-    old_archive(filled, archive)
-    lines = lines_of(archive)
-    write_lines(archive, [line for line in lines if isinstance(line, dict) or line[0] != "event"])
+    """A backup that somebody has made by hand lacks rows that others refer to."""
+    archive = tmp_path / "by-hand.gz"
+    back_up(filled, archive, None)
+    *lines, end = gzip.decompress(archive.read_bytes()).splitlines(keepends=True)
+    kept = [line for line in lines if not line.startswith(b'["event"')]
+    counts = {**json.loads(end)["counts"], "event": 0}
+    digest = hashlib.sha256(b"".join(kept)).hexdigest()
+    content = b"".join((*kept, encoded_end(counts, digest)))
+    archive.write_bytes(gzip.compress(content, mtime=0))
+    keys = filled.instance / KEY_FILE
     with pytest.raises(FormatError):
-        restore(archive, tmp_path / "new", other_database)
+        restore(archive, tmp_path / "new", other_database, keys=keys)
     assert not (tmp_path / "new").exists()
     if other_database:
         with opened(other_database) as engine:
             assert inspect(engine).get_table_names() == []
-    write_lines(archive, lines)
-    restore(archive, tmp_path / "new", other_database)
+    back_up(filled, archive, None)
+    restore(archive, tmp_path / "new", other_database, keys=keys)
 
 
 KILLED = """

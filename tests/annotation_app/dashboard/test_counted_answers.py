@@ -257,8 +257,6 @@ def test_what_is_kept_beside_answers(app: Flask, tmp_path: Path) -> None:
         rater.answer(page["item"], {"rating": 4, "watched_s": 900.0})
     item = row_in(app, select(Item.id).where(Item.task == "segment"))
     assert judge.adjudicate(item, sdcs(ONE)).status_code == 200
-    # The first program knew no answers of which the time isn't known.
-    execute(app, update(Answer).where(Answer.seconds.is_(None)).values(seconds=1.0))
     old = old_installation(installation_of(app).config, tmp_path / "old")
     with opened(old.database) as engine:
         migrate(engine)

@@ -13,18 +13,15 @@ from limits import parse
 from limits.strategies import MovingWindowRateLimiter
 from sqlalchemy import select
 
-from annotation_app.core.config import Config
 from annotation_app.core.counting import ProcessStorage
 from annotation_app.dashboard.study_statistics import durations
 from annotation_app.dashboard.workers import workers
 from annotation_app.items import elapsed
-from annotation_app.store.database import opened, reading, transaction
+from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, Handout, Slot, Study
-from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import TaskConfig
 from tests.annotation_app.browser import Browser, described, engine_of, exported, row_in, rows_in
 from tests.annotation_app.conftest import study_of
-from tests.annotation_app.old_installations import put_rows
 
 DAY_S = 24 * 3600.0
 KINDS = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
@@ -137,23 +134,3 @@ def test_durations_that_are_unknown_are_told_as_such(app: Flask) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     read = parquet.read_table(io.BytesIO(exported(app, "parquet")))
     assert read["seconds"].to_pylist() == [None, 12.5]
-
-
-@KINDS
-def test_wrong_durations_of_the_previous_program_become_unknown(config: Config) -> None:
-    given = {1: -DAY_S, 2: 0.0, 3: 7.0, 4: DAY_S}
-    with opened(config.database) as engine:
-        migrate(engine, "0001")
-        put_rows(engine, ("study", {}), ("person", {}))
-        for number, seconds in given.items():
-            item, subject = {"item_id": f"i{number}"}, {"subject": f"s{number}"}
-            put_rows(
-                engine,
-                ("item", {"id": f"i{number}", **subject}),
-                ("event", {"id": number, "uuid": f"e{number}", **item}),
-                ("answer", {"event_id": number, "seconds": seconds, **item, **subject}),
-            )
-        migrate(engine)
-        with reading(engine) as session:
-            kept = session.execute(select(Answer.event_id, Answer.seconds)).all()
-    assert dict(map(tuple, kept)) == {1: None, 2: None, 3: 7.0, 4: DAY_S}

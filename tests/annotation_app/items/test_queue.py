@@ -10,15 +10,11 @@ from scipy.stats import chisquare
 from sqlalchemy import Engine, select, update
 from sqlalchemy.orm import Session
 
-from annotation_app.core.config import Config
 from annotation_app.core.random_ids import new_id
 from annotation_app.items.assignment import Lease, take
 from annotation_app.items.new_items import new_slots
-from annotation_app.store.database import opened, transaction
+from annotation_app.store.database import transaction
 from annotation_app.store.models import Item, Person, Slot, Study
-from annotation_app.store.schema import migrate
-from tests.annotation_app.browser import rows_in
-from tests.annotation_app.old_installations import put_rows
 
 pytestmark = pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 
@@ -85,26 +81,3 @@ def test_at_random_all_items_and_pairs_of_items_are_alike(empty: Engine) -> None
     counts = [pairs[pair] for pair in expected]
     assert sum(counts) == TRIALS
     assert chisquare(counts, [TRIALS * share for share in expected.values()]).pvalue > 0.001
-
-
-def test_older_slots_join_the_queue(config: Config) -> None:
-    with opened(config.database) as engine:
-        migrate(engine, "0004")
-        put_rows(
-            engine,
-            ("study", {}),
-            *(
-                ("item", {"id": name, "task": "rate", "subject": name, "rank": rank})
-                for name, rank in (("high", 0.75), ("low", 0.25))
-            ),
-            *(("slot", {"item_id": name}) for name in ("high", "low", "low")),
-        )
-        migrate(engine)
-        with transaction(engine) as session:
-            study = session.scalars(select(Study)).one()
-            lots = session.scalars(select(Slot.lot)).all()
-            assert len(set(lots)) == len(lots) == 3
-            assert all(0 <= lot < 1 for lot in lots)
-            assert given(session, study, somebody(session), at_random=False) == "low"
-            assert given(session, study, somebody(session), at_random=True) in ("low", "high")
-        assert {slot.rank for slot in rows_in(engine, select(Slot))} == {0.25, 0.75}

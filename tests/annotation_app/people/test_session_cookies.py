@@ -6,14 +6,8 @@ from typing import Any
 
 import pytest
 from flask import Flask
-from sqlalchemy import select
 
-from annotation_app.core.config import Config
-from annotation_app.store.database import opened, reading
-from annotation_app.store.models import Person
-from annotation_app.store.schema import migrate
 from tests.annotation_app.browser import Browser
-from tests.annotation_app.old_installations import put_rows
 from tests.annotation_app.signing_in import Member, signed_in
 
 HOUR_S = 3600.0
@@ -93,19 +87,3 @@ def test_a_cookie_of_before_sessions_were_numbered_holds_for_workers(app: Flask)
         assert set(cookie) == {"person", "csrf_token"}  # as older programs made them
     assert person.lease("describe").status_code == 200
     assert Member(app, "nobody").role is None
-
-
-@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
-def test_an_upgrade_signs_out_those_with_a_login_and_no_worker(config: Config) -> None:
-    """Older cookies tell neither their number, which counts as 1, nor who has a login."""
-    with opened(config.database) as engine:
-        migrate(engine, "0001")
-        put_rows(
-            engine,
-            ("person", {"id": "w", "external_hash": "w"}),
-            ("person", {"id": "a", "external_hash": "a", "role": "admin", "login": "ann"}),
-        )
-        migrate(engine)
-        with reading(engine) as session:
-            numbers = dict(session.execute(select(Person.id, Person.session_number)).all())
-    assert numbers == {"w": 1, "a": 2}

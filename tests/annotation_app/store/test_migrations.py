@@ -11,6 +11,7 @@ from sqlalchemy import Engine, text
 
 from annotation_app.store.database import opened
 from annotation_app.store.schema import is_current, migrate
+from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of, rows_in
 from tests.annotation_app.old_installations import old_installation
 
@@ -38,3 +39,11 @@ def test_answers_to_attention_checks_are_renamed(
         found = kinds(engine)
     assert found == {"attention": before["check"], "usual": before["usual"]}
     assert found == kinds(installation_of(app).engine)
+
+
+def test_a_database_from_before_the_first_release_is_refused(app: Flask) -> None:
+    engine = installation_of(app).engine
+    with engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0005'")
+    with pytest.raises(FormatError, match=r"before version 0\.2\.0"):
+        migrate(engine)
