@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import msgspec
 import numpy as np
@@ -26,6 +26,7 @@ from annotation_app.tasks.agreement import (
     WORDS,
     Measured,
     Part,
+    figures,
 )
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
@@ -79,9 +80,11 @@ def consensus(session: Session, study_id: str) -> Consensus:
     overall = []
     over_time = []
     for task in tasks():
+        if (task.name, ALL) not in all_windows:  # few studies have all tasks
+            continue
         for group in (ALL,) if task.suggestion is None else (ALL, TOUCHED, UNSEEN):
             windows = all_windows.get((task.name, group), [])
-            found = _estimated(task, [items for window in windows for items in window])
+            found = _estimated(task, [item for window in windows for item in window])
             overall += [replace(one, task=task.name, answers=group) for one in found]
             if group == ALL and found and found[0].value is not None:
                 over_time.append(_over_time(session, task, windows, edges))
@@ -89,10 +92,10 @@ def consensus(session: Session, study_id: str) -> Consensus:
 
 
 def _over_time(
-    session: Session, task: Task, windows: Sequence[list[list[Record]]], edges: Sequence[int]
+    session: Session, task: Task, windows: Sequence[list[_Units]], edges: Sequence[int]
 ) -> AgreementOverTime:
     """Measure one part of the items after the other; too small a part goes with the next one."""
-    at, found, items = [], [], list[list[Record]]()
+    at, found, items = [], [], list[_Units]()
     for window, edge in zip(windows, (*edges, None), strict=True):
         items += window
         first, *_ = _estimated(task, items) or [Measured("", None, 0)]
@@ -111,25 +114,24 @@ def _time_of(session: Session, answer_id: int | None) -> float:
     return session.scalars(later).one()
 
 
-def _estimated(task: Task, items: Sequence[Sequence[Record]]) -> list[Measured]:
+def _estimated(task: Task, items: Sequence[_Units]) -> list[Measured]:
     """Measure a task's agreement with intervals, by leaving out one group of items after the other.
 
     The grouped jackknife (Wolter, *Introduction to Variance Estimation*, 2007, section 4.2), by
     item. The interval is that of Student's t. Where all groups agree equally there is none.
     """
-    several = [bodies for bodies in items if len(bodies) > 1]
-    whole = [replace(one, items=len(several)) for one in task.agreement(items)]
-    if len(several) < FEWEST_ITEMS:
+    whole = [replace(one, items=len(items)) for one in figures(task.agreement, items)]
+    if len(items) < FEWEST_ITEMS:
         few = [replace(one, value=None, reason="few items") for one in whole]
         return [one if one.value is None else less for one, less in zip(whole, few, strict=True)]
-    sample = several[:: math.ceil(len(several) / SAMPLE)]
+    sample = items[:: math.ceil(len(items) / SAMPLE)]
     groups = min(GROUPS, len(sample))
     values = defaultdict(list)
     for group in range(groups):
-        left = [bodies for n, bodies in enumerate(sample) if n % groups != group]
-        for one in task.agreement(left):
+        left = [item for n, item in enumerate(sample) if n % groups != group]
+        for one in figures(task.agreement, left):
             values[one.measure].append(math.nan if one.value is None else one.value)
-    return [_bounded(one, values[one.measure], len(sample) / len(several)) for one in whole]
+    return [_bounded(one, values[one.measure], len(sample) / len(items)) for one in whole]
 
 
 def _bounded(one: Measured, values: Sequence[float], share: float) -> Measured:
@@ -144,21 +146,32 @@ def _bounded(one: Measured, values: Sequence[float], share: float) -> Measured:
 
 _Group: TypeAlias = tuple[TaskName, str]
 """A task, and which of its answers."""
-_Answered: TypeAlias = dict[_Group, list[tuple[int, list[Record]]]]
-"""The id of each item's last answer, and the answers to it. Ids grow with time."""
+_Units: TypeAlias = tuple[Sequence[Any], ...]
+"""What is compared of the answers to an item, by each measure of its task."""
+_Answered: TypeAlias = dict[_Group, list[tuple[int, _Units | None]]]
+"""The id of each item's last answer, and what is compared; None of an item with one answer.
+Ids grow with time."""
 
 
-def _windows(answered: _Answered) -> tuple[list[int], dict[_Group, list[list[list[Record]]]]]:
+def _units(task_name: TaskName, bodies: Sequence[Record]) -> _Units | None:
+    task = find_task(task_name)
+    if task is None or len(bodies) < 2:
+        return None
+    return tuple(measure.units(bodies) for measure in task.agreement)
+
+
+def _windows(answered: _Answered) -> tuple[list[int], dict[_Group, list[list[_Units]]]]:
     """Return the ids that begin all windows but the first, and the items finished in each."""
     ids = [last for items in answered.values() for last, _ in items]
     first, last = min(ids, default=0), max(ids, default=0)
     edges = [first + (last - first) * n // WINDOWS for n in range(1, WINDOWS)]
     windows = {}
     for group, items in answered.items():
-        windows[group] = [list[list[Record]]() for _ in range(WINDOWS)]
+        windows[group] = [list[_Units]() for _ in range(WINDOWS)]
         # In an order of their own, so that samples of them are always the same.
-        for last, bodies in sorted(items, key=itemgetter(0)):
-            windows[group][bisect_right(edges, last)].append(bodies)
+        for last, units in sorted(items, key=itemgetter(0)):
+            if units is not None:
+                windows[group][bisect_right(edges, last)].append(units)
     return edges, windows
 
 
@@ -170,11 +183,12 @@ def _add_gists(session: Session, study_id: str, answered: _Answered) -> None:
         .group_by(Answer.task, Answer.item_id)
         .having(func.count(Answer.gist) == func.count())
     )
-    read: dict[str, list[Record]] = {}
+    read: dict[tuple[TaskName, str], _Units | None] = {}
     for task, last, texts in rows:
-        if texts not in read:
-            read[texts] = [msgspec.json.decode(text) for text in texts.split(_BETWEEN)]
-        answered[task, ALL].append((last, read[texts]))
+        if (task, texts) not in read:
+            bodies = [msgspec.json.decode(text) for text in texts.split(_BETWEEN)]
+            read[task, texts] = _units(task, bodies)
+        answered[task, ALL].append((last, read[task, texts]))
 
 
 def _add_bodies(session: Session, study_id: str, answered: _Answered) -> None:
@@ -197,7 +211,7 @@ def _add_bodies(session: Session, study_id: str, answered: _Answered) -> None:
             for group in _groups(provenance):
                 found.setdefault((task, group), {}).setdefault(item_id, []).append(body)
         for key, items in found.items():
-            answered[key] += [(last[item_id], bodies) for item_id, bodies in items.items()]
+            answered[key] += [(last[i], _units(key[0], bodies)) for i, bodies in items.items()]
 
 
 def _compared(study_id: str) -> tuple[ColumnElement[bool], ...]:

@@ -6,18 +6,13 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
 from typing import Any, get_type_hints
 
 import msgspec
 import numpy as np
 from sqlalchemy import (
-    BindParameter,
     ColumnElement,
-    Float,
-    String,
     and_,
-    bindparam,
     case,
     func,
     select,
@@ -200,70 +195,29 @@ def histories(session: Session, study_id: str, *, now: float, moments: int = 40)
 
     Excluded answers don't count, nor do attention checks.
     """
-    ends = {
-        task: times
-        for task in task_names()
-        if (times := _first_and_last(session, study_id, task)) is not None
-    }
-    if not ends:
+    counted = select(Answer.task, Answer.at).where(*_counting(study_id))
+    came: dict[TaskName, list[float]] = {task: [] for task in task_names()}
+    for task, time in session.execute(counted.where(Answer.task.in_(came))):
+        came[task].append(time)
+    times = {task: np.sort(found) for task, found in came.items() if found}
+    if not times:
         return []
     # Clocks may have been set back since.
-    last = max(now, *(latest for _, latest in ends.values()))
-    at = np.linspace(min(first for first, _ in ends.values()), last, moments).tolist()
-    return [History(task, tuple(at), _cumulative(session, study_id, task, at)) for task in ends]
-
-
-def _first_and_last(session: Session, study_id: str, task: TaskName) -> tuple[float, float] | None:
-    """Return the times of a task's first and last answer, found at the ends of an index."""
-    times = [
-        session.scalar(_END[end, kind], {"of_study": study_id, "of_task": task})
-        for kind in COUNTED
-        for end in ("first", "last")
+    last = max(now, *(found[-1] for found in times.values()))
+    at = np.linspace(min(found[0] for found in times.values()), last, moments)
+    return [
+        History(task, tuple(at.tolist()), tuple(np.searchsorted(found, at, "right").tolist()))
+        for task, found in times.items()
     ]
-    known = [time for time in times if time is not None]
-    return (min(known), max(known)) if known else None
 
 
-def _cumulative(
-    session: Session, study_id: str, task: TaskName, at: Sequence[float]
-) -> tuple[int, ...]:
-    """Return the number of answers by each time: an index counts those between two times."""
-    about = {"of_study": study_id, "of_task": task}
-    between = (
-        session.scalars(_BETWEEN, {**about, "after": after, "until": until}).one()
-        for after, until in pairwise((-math.inf, *at))
-    )
-    return tuple(accumulate(between))
-
-
-def _counting(study_id: str | BindParameter[str]) -> tuple[ColumnElement[bool], ...]:
+def _counting(study_id: str) -> tuple[ColumnElement[bool], ...]:
     """Return the condition that an answer counts: neither excluded nor to an attention check."""
     return (
         Answer.study_id == study_id,
         Answer.kind.in_(COUNTED),
         Answer.excluded.is_(False),
     )
-
-
-_END = {
-    (end, kind): select(Answer.at)
-    .where(
-        Answer.study_id == bindparam("of_study", type_=String),
-        Answer.task == bindparam("of_task", type_=String),
-        Answer.kind == kind,
-        Answer.excluded.is_(False),
-    )
-    .order_by(order)
-    .limit(1)
-    for end, order in (("first", Answer.at), ("last", Answer.at.desc()))
-    for kind in COUNTED
-}
-_BETWEEN = select(func.count()).where(
-    *_counting(bindparam("of_study", type_=String)),
-    Answer.task == bindparam("of_task", type_=String),
-    Answer.at > bindparam("after", type_=Float),
-    Answer.at <= bindparam("until", type_=Float),
-)
 
 
 def collected(session: Session, study_id: str) -> Record:

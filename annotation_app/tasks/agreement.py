@@ -15,7 +15,6 @@ from corpus_tools.corpus.estimate import Estimate, Reason
 from corpus_tools.corpus.rater_agreement import Level, fleiss_kappa, krippendorff_alpha
 from g3.sdc.clauses import CHILD_FIELDS, SDC, all_words
 
-Measure: TypeAlias = Literal["span", "tree"]
 Key: TypeAlias = tuple[str, Any]
 """A kind of choice, and what was chosen: the name of a thing, the number of a place, corners."""
 CLAUSE_TYPE, WORDS, THING, PLACE, AREA = "clause type", "words", "thing", "place", "area"
@@ -102,7 +101,7 @@ class ModelErrors:
 
 def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
     """Return the F score of two annotations' clauses for a command: same type and same words."""
-    return _f_score(_spans(one), _spans(other))
+    return f_score(spans(one), spans(other))
 
 
 def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
@@ -111,26 +110,78 @@ def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
     Two clauses are the same if these are equal: their type, the words of their figures and
     relations, the fields of their parents that they are in, and all words of these parents.
     """
-    return _f_score(_nodes(one), _nodes(other))
+    return f_score(nodes(one), nodes(other))
 
 
-def mean_pairwise(
-    items: Iterable[Sequence[Sequence[SDC]]], measure: Measure
-) -> tuple[float, int] | None:
-    """Return the mean F score over all pairs of a command's annotations, and the pairs' number."""
-    score = span_f if measure == "span" else tree_f
-    scores = [score(a, b) for trees in items for a, b in combinations(trees, 2)]
-    return (float(np.mean(scores)), len(scores)) if scores else None
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """What is compared of the answers to an item, and what is measured over all items.
+
+    Each item is compared once, however many intervals are made of it.
+    """
+
+    units: Callable[[Sequence[Record]], Sequence[Any]]
+    """The parts that are compared, from the answers to an item."""
+    figures: Callable[[Sequence[Any]], Iterable[Measured]]
+    """The figures, from the parts of all items."""
 
 
-def measured(
-    units: Iterable[Sequence[Any]], levels: Sequence[Level] = ("nominal",)
+def figures(
+    measures: Sequence[Agreement], items: Sequence[Sequence[Sequence[Any]]]
 ) -> Iterator[Measured]:
-    """Yield Krippendorff's α and Fleiss' κ of people's choices for each unit."""
-    rated = [tuple(unit) for unit in units if len(unit) > 1]
-    for level in levels:
-        yield _figure(f"Krippendorff's α, {level}", krippendorff_alpha(rated, level), len(rated))
-    yield _figure("Fleiss' κ", fleiss_kappa(rated), len(rated))
+    """Yield the figures of items, of each of which there are the units of each measure."""
+    for n, measure in enumerate(measures):
+        yield from measure.figures([unit for units in items for unit in units[n]])
+
+
+def choices(
+    units: Callable[[Sequence[Record]], Iterable[Sequence[Any]]],
+    levels: Sequence[Level] = ("nominal",),
+    *,
+    of: str = "",
+    with_share: bool = False,
+) -> Agreement:
+    """Measure people's choices for each unit by Krippendorff's α and Fleiss' κ.
+
+    Parameters
+    ----------
+    units
+        People's choices for each part of an item, from the answers to it.
+    of
+        Name of the choice, if there are several.
+    with_share
+        True if the share of pairs that agree is shown, too.
+    """
+    about = f"{of}: " if of else ""
+
+    def measured(rated: Sequence[tuple[Any, ...]]) -> Iterator[Measured]:
+        for level in levels:
+            alpha = krippendorff_alpha(rated, level)
+            yield _figure(f"{about}Krippendorff's α, {level}", alpha, len(rated))
+        yield _figure(f"{about}Fleiss' κ", fleiss_kappa(rated), len(rated))
+        if with_share:
+            yield share_alike(rated, f"{about}share of pairs that agree")
+
+    return Agreement(lambda bodies: [tuple(u) for u in units(bodies) if len(u) > 1], measured)
+
+
+def mean_of_pairs(
+    measure: str,
+    score: Callable[[Any, Any], float | None],
+    read: Callable[[Record], Any] = lambda body: body,
+) -> Agreement:
+    """Measure the mean score of pairs of answers to an item, read before; None leaves one out."""
+
+    def units(bodies: Sequence[Record]) -> list[float]:
+        scores = (score(*pair) for pair in combinations(map(read, bodies), 2))
+        return [one for one in scores if one is not None]
+
+    def mean(scores: Sequence[float]) -> Iterator[Measured]:
+        value = float(np.mean(scores)) if scores else None
+        reason: Reason = "" if scores else "no overlap"
+        yield Measured(f"{measure}, mean over pairs", value, len(scores), reason=reason)
+
+    return Agreement(units, mean)
 
 
 def _figure(measure: str, found: Estimate, units: int) -> Measured:
@@ -138,9 +189,7 @@ def _figure(measure: str, found: Estimate, units: int) -> Measured:
     return Measured(measure, value, units, reason=found.reason)
 
 
-def share_alike(
-    units: Iterable[Sequence[Hashable]], measure: str = "share of pairs that agree"
-) -> Measured:
+def share_alike(units: Iterable[Sequence[Hashable]], measure: str) -> Measured:
     """Return the share of pairs of people's choices for a unit that are the same."""
     pairs = [a == b for unit in units for a, b in combinations(unit, 2)]
     if not pairs:
@@ -148,25 +197,29 @@ def share_alike(
     return Measured(measure, float(np.mean(pairs)), len(pairs))
 
 
-def by_clause(
-    items: Iterable[Sequence[Record]], part: str, value: Callable[[Any], Hashable]
-) -> Iterator[list[Hashable]]:
-    """Yield people's choices for each clause, from the part of answers that has it by node."""
-    for bodies in items:
+def by_clause(part: str, value: Callable[[Any], Hashable]) -> Agreement:
+    """Measure people's choices for each clause, in the part of answers that has them by node."""
+
+    def units(bodies: Sequence[Record]) -> Iterator[list[Hashable]]:
         for node in dict.fromkeys(node for body in bodies for node in body[part]):
             yield [value(body[part][node]) for body in bodies if node in body[part]]
 
+    return choices(units)
 
-def _f_score(one: Counter[Hashable], other: Counter[Hashable]) -> float:
+
+def f_score(one: Counter[Hashable], other: Counter[Hashable]) -> float:
+    """Return the F score of two annotations, given what is counted of each."""
     total = one.total() + other.total()
     return 2.0 * (one & other).total() / total if total else 1.0
 
 
-def _spans(sdcs: Sequence[SDC]) -> Counter[Hashable]:
+def spans(sdcs: Sequence[SDC]) -> Counter[Hashable]:
+    """Count the clauses by their types and words."""
     return Counter((sdc.type, all_words(sdc)) for sdc, _, _ in _walk(sdcs) if not sdc.is_implicit)
 
 
-def _nodes(sdcs: Sequence[SDC]) -> Counter[Hashable]:
+def nodes(sdcs: Sequence[SDC]) -> Counter[Hashable]:
+    """Count the clauses by their content and their place in the tree, as in :func:`tree_f`."""
     return Counter(
         (sdc.type, sdc.words, sdc.relation, field, None if parent is None else all_words(parent))
         for sdc, field, parent in _walk(sdcs)

@@ -32,10 +32,8 @@ from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import (
     CLAUSE_TYPE,
     WORDS,
-    Measured,
     Part,
     by_clause,
-    measured,
 )
 from annotation_app.tasks.clause_words import HAPPENING, clauses_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
@@ -309,10 +307,6 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     return CheckCounts(sum(len(body["verdicts"]) for body, _ in answers))
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
-    return measured(by_clause(items, "verdicts", str))
-
-
 def _disputed(item: Item, bodies: Sequence[Record]) -> Iterator[Part]:
     for clause in clauses_of(from_json(item.payload["sdcs"])):
         node = str(clause["node"])
@@ -368,7 +362,7 @@ CHECK = Task(
     export=_export,
     tables={"checks.csv": AnswerTable("Checked negatives (CSV)", "text/csv", _table)},
     counts=Counts(CheckCounts, _counts, {"checks": "checked negatives"}),
-    agreement=_measured,
+    agreement=(by_clause("verdicts", str),),
     gist=lambda body: {"verdicts": body["verdicts"]},
     disputed=_disputed,
     facts=lambda *about: [*_facts(*about)],

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import msgspec
@@ -25,7 +25,7 @@ from annotation_app.items.item_scenes import film_of, watched
 from annotation_app.items.new_items import GIVEN, NewItem
 from annotation_app.store.models import Answer, Item, Record
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.tasks.agreement import Measured, measured, share_alike
+from annotation_app.tasks.agreement import Agreement, Measured, choices, share_alike
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.describe import LONGEST_TEXT
 from annotation_app.tasks.episode_parts import EpisodeParts
@@ -120,15 +120,14 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     return CorrectionCounts({name: found[name] for name in VERDICTS}, corrected)
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterator[Measured]:
-    if all(len(bodies) < 2 for bodies in items):  # few studies have the task
-        return
-    verdicts = [[body["verdict"] for body in bodies] for bodies in items]
-    for one in (*measured(verdicts), share_alike(verdicts)):
-        yield replace(one, measure=f"verdict: {one.measure}")
-    texts = [[words_of(b["text"]) for b in bodies if b["verdict"] == "wrong"] for bodies in items]
-    if any(len(unit) > 1 for unit in texts):
-        yield share_alike(texts, "new text: share of pairs that agree")
+def _new_texts(bodies: Sequence[Record]) -> list[list[str]]:
+    return [[words_of(body["text"]) for body in bodies if body["verdict"] == "wrong"]]
+
+
+def _alike(texts: Sequence[Sequence[str]]) -> list[Measured]:
+    """Return the share of new texts that agree, if people have written several for a task."""
+    found = share_alike(texts, "new text: share of pairs that agree")
+    return [found] if found.units else []
 
 
 def _facts(_session: Session, _item: Item, body: Record) -> list[tuple[str, str]]:
@@ -232,6 +231,9 @@ CORRECT = Task(
         {"tasks_corrected": "tasks corrected"},
         "dashboard/correction_counts.html",
     ),
-    agreement=_measured,
+    agreement=(
+        choices(lambda bodies: [[b["verdict"] for b in bodies]], of="verdict", with_share=True),
+        Agreement(_new_texts, _alike),
+    ),
     facts=_facts,
 )

@@ -29,7 +29,7 @@ from annotation_app.items.new_items import NewItem, about_answer
 from annotation_app.items.scenes import Aliases, Scene, scene_payload, thing_names, with_drawn
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
-from annotation_app.tasks.agreement import Measured, by_clause, measured
+from annotation_app.tasks.agreement import by_clause
 from annotation_app.tasks.clause_words import asked_clauses, clauses_of, phrase_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.drawn_answers import (
@@ -302,10 +302,6 @@ def _opened(data: Record, answer: Record) -> Record:
     }
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
-    return measured(by_clause(items, "groundings", grounding_key))
-
-
 def _table(session: Session, study: Study, file: IO[bytes]) -> None:
     """Write a row for each clause that an adopted answer grounds.
 
@@ -433,7 +429,7 @@ GROUND = Task(
     ),
     export=_export,
     counts=Counts(GroundingCounts, _counts, {"groundings": "groundings"}),
-    agreement=_measured,
+    agreement=(by_clause("groundings", grounding_key),),
     facts=choices_in_words,
     disputed=disputed_parts,
     tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", _table)},

@@ -9,8 +9,8 @@ study's.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from statistics import median
 from typing import IO, Annotated, Any, Literal
 
@@ -24,7 +24,7 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import film_of, watched
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import MOST_REASONS, restored
-from annotation_app.tasks.agreement import Measured, measured, share_alike
+from annotation_app.tasks.agreement import choices
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.episode_parts import EpisodeParts, KeepFrom
 from annotation_app.tasks.task_record import (
@@ -45,7 +45,6 @@ from annotation_app.tasks.watched_videos import (
     opened_with,
     with_watching,
 )
-from corpus_tools.corpus.rater_agreement import Level
 from corpus_tools.lerobot.episode_index import IndexColumn, Kind
 
 SUCCESSES = ("success", "partly", "failure")
@@ -180,20 +179,6 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     )
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
-    """Yield the agreement on success, then on quality."""
-    of_fields: tuple[tuple[str, tuple[Level, ...]], ...] = (
-        ("success", ("nominal",)),
-        ("quality", ("ordinal", "interval")),
-    )
-    if all(len(bodies) < 2 for bodies in items):  # few studies have the task
-        return
-    for field, levels in of_fields:
-        units = [[body[field] for body in bodies] for bodies in items]
-        for one in (*measured(units, levels), share_alike(units)):
-            yield replace(one, measure=f"{field}: {one.measure}")
-
-
 def _facts(_session: Session, _item: Item, body: Record) -> list[tuple[str, str]]:
     facts = [("Success", body["success"]), ("Quality", f"{body['quality']} of 5")]
     facts += [("Reason", reason) for reason in body["reasons"]]
@@ -296,7 +281,15 @@ MARK = Task(
     ),
     episodes=_add_to_episodes,
     counts=Counts(MarkCounts, _counts, {"marks": "marks"}, "dashboard/mark_counts.html"),
-    agreement=_measured,
+    agreement=(
+        choices(lambda bodies: [[b["success"] for b in bodies]], of="success", with_share=True),
+        choices(
+            lambda bodies: [[b["quality"] for b in bodies]],
+            ("ordinal", "interval"),
+            of="quality",
+            with_share=True,
+        ),
+    ),
     gist=lambda body: {name: body[name] for name in ("success", "quality", "reasons")},
     facts=_facts,
     tables={"marks.csv": AnswerTable("Marks by video (CSV)", "text/csv", _table)},

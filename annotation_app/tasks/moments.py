@@ -15,11 +15,9 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Annotated, Any, Literal, TypeAlias
 
 import msgspec
-import numpy as np
 from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import N_, gettext
@@ -30,7 +28,7 @@ from annotation_app.items.item_scenes import film_of_item
 from annotation_app.items.scenes import Film
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import TaskConfig, restored
-from annotation_app.tasks.agreement import CLOSE_S, Measured, matched_times
+from annotation_app.tasks.agreement import CLOSE_S, matched_times, mean_of_pairs
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.drawn_answers import Coordinate
 from annotation_app.tasks.episode_parts import EpisodeParts
@@ -255,13 +253,6 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     return MomentCounts(sum(counts.values()), counts, len(answers))
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
-    scores = [moments_f(a, b) for bodies in items for a, b in combinations(bodies, 2)]
-    if scores:  # few studies have the task
-        measure = f"moments within {CLOSE_S:g} s, F, mean over pairs"
-        yield Measured(measure, float(np.mean(scores)), len(scores))
-
-
 def _facts(_session: Session, _item: Item, body: Record) -> list[tuple[str, str]]:
     facts = []
     for moment in sorted(body["moments"], key=lambda one: float(one["time_s"])):
@@ -373,6 +364,6 @@ MOMENTS = Task(
     of_video=item_of_video("moments"),
     counts=Counts(MomentCounts, _counts, {"moments": "moments"}),
     facts=_facts,
-    agreement=_measured,
+    agreement=(mean_of_pairs(f"moments within {CLOSE_S:g} s, F", moments_f),),
     episodes=_add_to_episodes,
 )

@@ -23,7 +23,7 @@ from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem, draws, other_videos
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, restored
-from annotation_app.tasks.agreement import Measured, measured
+from annotation_app.tasks.agreement import choices
 from annotation_app.tasks.corpus_parts import answers_of, people_of
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.task_record import (
@@ -151,12 +151,6 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     return RatingCounts({value: found[value] for value in range(1, 6)})
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
-    return measured(
-        ([body["rating"] for body in bodies] for bodies in items), ("ordinal", "interval")
-    )
-
-
 def _oddities(bodies: Sequence[Record]) -> Iterator[str]:
     ratings = {body["rating"] for body in bodies}
     if len(bodies) >= FEWEST_RATINGS and len(ratings) == 1:
@@ -218,7 +212,9 @@ RATE = Task(
     episodes=_add_to_episodes,
     counts=Counts(RatingCounts, _counts, {}, "dashboard/rating_counts.html"),
     facts=_facts,
-    agreement=_measured,
+    agreement=(
+        choices(lambda bodies: [[body["rating"] for body in bodies]], ("ordinal", "interval")),
+    ),
     gist=lambda body: {"rating": body["rating"]},
     oddities=_oddities,
 )

@@ -12,10 +12,11 @@ adjudicator adopts one.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
-from typing import IO, Any, get_args
+from typing import IO, Any
 
 import msgspec
 from sqlalchemy import select
@@ -29,7 +30,7 @@ from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, language_of
 from annotation_app.studies.suggestions import action_starts, suggest, warm_up
-from annotation_app.tasks.agreement import Measure, Measured, Part, mean_pairwise, tree_f
+from annotation_app.tasks.agreement import Part, f_score, mean_of_pairs, nodes, spans, tree_f
 from annotation_app.tasks.clause_words import words_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.practice_example import OwnPractice
@@ -47,7 +48,6 @@ from annotation_app.tasks.task_record import (
     TaskWords,
 )
 from annotation_app.tasks.tree_differences import MarkedClause, disputed_parts, marked
-from corpus_tools.corpus.estimate import Reason
 from g3.annotation import Annotation, Command
 from g3.errors import SDCError
 from g3.groundings import Context
@@ -255,12 +255,8 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     return TreeCounts(len(trees), {name: found[name] for name in SDC_TYPES})
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterator[Measured]:
-    trees = [[from_json(body["sdcs"]) for body in bodies] for bodies in items]
-    for measure in get_args(Measure):
-        value, pairs = mean_pairwise(trees, measure) or (None, 0)
-        reason: Reason = "" if pairs else "no overlap"
-        yield Measured(f"{measure} F, mean over pairs", value, pairs, reason=reason)
+def _counted(count: Callable[[Sequence[SDC]], Any], body: Record) -> Any:
+    return count(from_json(body["sdcs"]))
 
 
 def _became_of(provenance: Record | None) -> str:
@@ -380,7 +376,10 @@ SEGMENT = Task(
     counts=Counts(
         TreeCounts, _counts, {"trees": "adopted SDC trees"}, "dashboard/clause_counts.html"
     ),
-    agreement=_measured,
+    agreement=tuple(
+        mean_of_pairs(f"{name} F", f_score, partial(_counted, count))
+        for name, count in (("span", spans), ("tree", nodes))
+    ),
     disputed=_disputed,
     tables={"conllu": AnswerTable("Clauses (CoNLL-U)", "text/plain; charset=utf-8", to_conllu)},
 )

@@ -11,9 +11,9 @@ exported (:func:`most_agreed`).
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import pairwise
 from typing import Annotated, Any
 
 import msgspec
@@ -27,7 +27,7 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, restored
-from annotation_app.tasks.agreement import CLOSE_S, Measured, times_f
+from annotation_app.tasks.agreement import CLOSE_S, mean_of_pairs, times_f
 from annotation_app.tasks.corpus_parts import answers_of
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.model_errors import TABLES, model_errors
@@ -53,7 +53,6 @@ from annotation_app.tasks.watched_videos import (
     video_payload,
     with_watching,
 )
-from corpus_tools.corpus.estimate import Reason
 from corpus_tools.episodes.step_errors import ADDED
 from corpus_tools.lerobot.language_rows import PLAN, SUBTASK, Language
 from corpus_tools.world.scenarios.documents import Problem
@@ -166,20 +165,9 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
     return SubtaskCounts(sum(len(body["subtasks"]) for body, _ in answers), len(answers))
 
 
-def _measured(items: Sequence[Sequence[Record]]) -> Iterable[Measured]:
-    pairs = [pair for bodies in items for pair in combinations(bodies, 2)]
-    if not pairs:  # few studies have the task
-        return
-    cuts = [(_cut_of(one), _cut_of(other)) for one, other in pairs]
-    texts = [np.mean(found) for a, b in cuts if (found := text_agreement(a, b))]
-    for measure, scores in (
-        (f"beginnings within {CLOSE_S:g} s, F", [boundary_f(*pair) for pair in pairs]),
-        ("time in the same step, share", [time_agreement(*cut) for cut in cuts]),
-        ("texts of steps that overlap by half, likeness", texts),
-    ):
-        value = float(np.mean(scores)) if scores else None
-        reason: Reason = "" if scores else "no overlap"
-        yield Measured(f"{measure}, mean over pairs", value, len(scores), reason=reason)
+def _mean_likeness(one: Sequence[Step], other: Sequence[Step]) -> float | None:
+    texts = text_agreement(one, other)
+    return float(np.mean(texts)) if texts else None
 
 
 def _cut_of(body: Record) -> list[Step]:
@@ -295,6 +283,10 @@ SUBTASKS = Task(
     tables=TABLES,
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
     facts=lambda _session, _item, body: [(f"{s:.1f} s", text) for s, text in steps_of(body)],
-    agreement=_measured,
+    agreement=(
+        mean_of_pairs(f"beginnings within {CLOSE_S:g} s, F", boundary_f),
+        mean_of_pairs("time in the same step, share", time_agreement, _cut_of),
+        mean_of_pairs("texts of steps that overlap by half, likeness", _mean_likeness, _cut_of),
+    ),
     episodes=_add_to_episodes,
 )

@@ -21,7 +21,7 @@ from annotation_app.items.assignment import AnyItem
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
-from annotation_app.tasks.agreement import Measured, ModelErrors, Part
+from annotation_app.tasks.agreement import Agreement, ModelErrors, Part
 from annotation_app.tasks.corpus_parts import CorpusParts
 from annotation_app.tasks.episode_parts import EpisodeParts
 from annotation_app.tasks.practice_example import OwnPractice, PracticeExample
@@ -280,8 +280,8 @@ class Task:
     """Adds to a copy of a LeRobot dataset what the answers make."""
     counts: Counts | None = None
     """The dashboard's counts."""
-    agreement: Callable[[Sequence[Sequence[Record]]], Iterable[Measured]] = _none
-    """Agreement between people, from the answers to each item."""
+    agreement: Sequence[Agreement] = ()
+    """Measures of agreement between people (:func:`annotation_app.tasks.agreement.choices`)."""
     model_errors: Callable[[Session, Study], Sequence[ModelErrors]] = _none
     """Errors of the models whose suggestions people corrected, one record a model and group."""
     gist: Callable[[Record], Record] | None = None

@@ -33,7 +33,7 @@ from annotation_app.people.participants import subject_of
 from annotation_app.store.database import opened, reading, transaction
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Study
 from annotation_app.store.schema import migrate
-from annotation_app.tasks.agreement import FEWEST_ITEMS
+from annotation_app.tasks.agreement import FEWEST_ITEMS, figures
 from annotation_app.tasks.task_registry import task_names, task_of, tasks
 from annotation_app.work.answer_flags import answer_flags, odd_below
 from annotation_app.work.answer_reading import gist_of
@@ -205,8 +205,12 @@ def _check_agreement(view: Record, rows: list[Row]) -> None:
             if (a.task, i.attention, a.excluded) == (task.name, False, False):
                 items[a.item_id] += [a.body] if e.name != "adjudicate" else []
         answered = [bodies for bodies in items.values() if bodies]
-        several = sum(len(bodies) > 1 for bodies in answered)
-        wanted = [replace(m, task=task.name, items=several) for m in task.agreement(answered)]
+        compared = [
+            [one.units(bodies) for one in task.agreement] for bodies in answered if len(bodies) > 1
+        ]
+        several = len(compared)
+        measures = figures(task.agreement, compared) if answered else ()
+        wanted = [replace(m, task=task.name, items=several) for m in measures]
         found = [m for m in view["agreement"] if m.task == task.name and m.answers == "all"]
         for one, other in zip(found, wanted, strict=True):
             if several < FEWEST_ITEMS:

@@ -20,6 +20,7 @@ from sqlalchemy import select
 from annotation_app.dashboard.consensus import agreement
 from annotation_app.store.database import reading
 from annotation_app.store.models import Answer, Item
+from annotation_app.tasks.agreement import figures
 from annotation_app.tasks.mark import MARK
 from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
@@ -142,7 +143,8 @@ def test_agreement_on_success_is_corrected_for_chance() -> None:
         [{"success": one, "quality": 4}, {"success": other, "quality": 5}]
         for one, other in (("success", "success"), ("failure", "failure"), ("partly", "success"))
     ]
-    found = {one.measure: one.value for one in MARK.agreement(items)}
+    units = [[measure.units(bodies) for measure in MARK.agreement] for bodies in items]
+    found = {one.measure: one.value for one in figures(MARK.agreement, units)}
     assert found["success: share of pairs that agree"] == pytest.approx(2 / 3)
     assert found["success: Fleiss' κ"] == pytest.approx((2 / 3 - 7 / 18) / (1 - 7 / 18))
     assert found["quality: share of pairs that agree"] == 0

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from annotation_app.tasks.agreement import mean_pairwise, span_f, tree_f
+from annotation_app.tasks.agreement import figures, mean_of_pairs, span_f, tree_f
 from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import parse_brackets
 
@@ -30,5 +30,8 @@ def test_f_scores_by_hand() -> None:
 
 def test_pairs() -> None:
     # The pairs of the first command: same, 1/4, 1/4; the second has one annotation.
-    assert mean_pairwise([[FLAT, FLAT, ATTACHED], [FLAT]], "tree") == (pytest.approx(0.5), 3)
-    assert mean_pairwise([[FLAT]], "span") is None
+    trees = mean_of_pairs("tree F", tree_f)
+    (found,) = figures([trees], [[trees.units([FLAT, FLAT, ATTACHED])], [trees.units([FLAT])]])
+    assert (found.value, found.units) == (pytest.approx(0.5), 3)
+    (nothing,) = trees.figures([])
+    assert (nothing.value, nothing.units, nothing.reason) == (None, 0, "no overlap")
