@@ -244,8 +244,7 @@ def _write_language(
     force: bool,
 ) -> dict[str, int]:
     """Write people's answers about episodes, with a copy of their dataset; return the counts."""
-    from annotation_app.export.episode_language import language_lines
-    from annotation_app.export.lerobot_export import peoples_language
+    from annotation_app.export.lerobot_export import language_lines, peoples_language
     from g3.storage.atomic_file import replacing
 
     said = peoples_language(session, study, keep_from)
@@ -263,7 +262,7 @@ def _write_copy(
     said: PeoplesLanguage, out: Path, form: str, dataset: Path, *, force: bool
 ) -> list[str]:
     """Write a copy of a dataset of another format; return notes."""
-    from annotation_app.export.episode_language import language_lines, rate_of
+    from annotation_app.export.lerobot_export import language_lines, rate_of
     from corpus_tools.episodes.copies import PEOPLE, LanguageCopy
 
     rates = {i: rate for i, row in said.episodes.items() if (rate := rate_of(row))}

@@ -21,10 +21,9 @@ from annotation_app.crowds.platform import Arrival
 from annotation_app.items.assignment import Lease
 from annotation_app.people.browser_sessions import current_person, is_signed_in, sign_in
 from annotation_app.people.participants import add_anonymous, find_or_add
-from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import transaction
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Person, Study
+from annotation_app.store.models import Participation, Person, Study
 from annotation_app.studies.study_file import in_its_language, language_of, restored
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import task_words

@@ -26,10 +26,16 @@ from sqlalchemy.orm import Session
 from annotation_app.crowds.platform import LostReplyError, PlatformError
 from annotation_app.people.participants import subject_of
 from annotation_app.store.audit import COMMAND_LINE, RESTORED, note
-from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import now
-from annotation_app.store.models import AuditEntry, Person, Record, Study
+from annotation_app.store.models import (
+    AuditEntry,
+    LedgerEntry,
+    Participation,
+    Person,
+    Record,
+    Study,
+)
 from g3.errors import CorpusError
 
 try:

@@ -8,7 +8,7 @@ from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway
 from annotation_app.people.participants import INVITED, OPEN, read_invitation
-from annotation_app.store.crowd_models import Participation
+from annotation_app.store.models import Participation
 
 INVITATION = "invitation"
 """The argument of a link that holds an invitation."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway, Platform
-from annotation_app.store.crowd_models import Participation
+from annotation_app.store.models import Participation
 
 NAME = "mturk"
 NOT_AVAILABLE = "ASSIGNMENT_ID_NOT_AVAILABLE"

@@ -17,8 +17,7 @@ from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.items.assignment import lock_person
 from annotation_app.people.participants import link_signer
-from annotation_app.store.crowd_models import Participation
-from annotation_app.store.models import Answer, Item, Person, Study, TaskName
+from annotation_app.store.models import Answer, Item, Participation, Person, Study, TaskName
 from annotation_app.tasks.task_registry import find_task
 
 CODE_CHARACTERS = 10

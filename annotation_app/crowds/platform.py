@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Literal, Protocol, TypeAlias
 
-from annotation_app.store.crowd_models import Participation
-from annotation_app.store.models import TaskName
+from annotation_app.store.models import Participation, TaskName
 from g3.errors import CorpusError
 
 Standing: TypeAlias = Literal["working", "submitted", "approved", "rejected", "returned"]

@@ -9,7 +9,7 @@ from urllib.parse import urlencode
 from annotation_app.core.languages import gettext
 from annotation_app.core.problems import Refusal
 from annotation_app.crowds.platform import Arrival, Ending, Gateway, Platform
-from annotation_app.store.crowd_models import Participation
+from annotation_app.store.models import Participation
 
 NAME = "prolific"
 COMPLETE = "https://app.prolific.com/submissions/complete"

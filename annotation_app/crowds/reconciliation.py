@@ -19,9 +19,8 @@ from annotation_app.crowds.participation import done, receive
 from annotation_app.crowds.platform import Standing, Submission
 from annotation_app.people.participants import hashed
 from annotation_app.privacy.erasure import ERASED
-from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import Person, Study
+from annotation_app.store.models import LedgerEntry, Participation, Person, Study
 from annotation_app.studies.study_file import restored
 
 State: TypeAlias = Literal[

@@ -153,11 +153,18 @@ _Answered: TypeAlias = dict[_Group, list[tuple[int, _Units | None]]]
 Ids grow with time."""
 
 
-def _units(task_name: TaskName, bodies: Sequence[Record]) -> _Units | None:
+def _units(
+    task_name: TaskName, bodies: Sequence[Record], known: dict[int, list[Any]]
+) -> _Units | None:
+    """Compare the answers to an item; `known` are those that were read before, by their `id`."""
     task = find_task(task_name)
     if task is None or len(bodies) < 2:
         return None
-    return tuple(measure.units(bodies) for measure in task.agreement)
+    for body in bodies:
+        if id(body) not in known:
+            known[id(body)] = [measure.read(body) for measure in task.agreement]
+    answers = [known[id(body)] for body in bodies]
+    return tuple(m.units([one[n] for one in answers]) for n, m in enumerate(task.agreement))
 
 
 def _windows(answered: _Answered) -> tuple[list[int], dict[_Group, list[list[_Units]]]]:
@@ -187,7 +194,7 @@ def _add_gists(session: Session, study_id: str, answered: _Answered) -> None:
     for task, last, texts in rows:
         if (task, texts) not in read:
             bodies = [msgspec.json.decode(text) for text in texts.split(_BETWEEN)]
-            read[task, texts] = _units(task, bodies)
+            read[task, texts] = _units(task, bodies, {})
         answered[task, ALL].append((last, read[task, texts]))
 
 
@@ -210,8 +217,10 @@ def _add_bodies(session: Session, study_id: str, answered: _Answered) -> None:
             last[item_id] = number
             for group in _groups(provenance):
                 found.setdefault((task, group), {}).setdefault(item_id, []).append(body)
+        read: dict[int, list[Any]] = {}
         for key, items in found.items():
-            answered[key] += [(last[i], _units(key[0], bodies)) for i, bodies in items.items()]
+            units = {item_id: _units(key[0], bodies, read) for item_id, bodies in items.items()}
+            answered[key] += [(last[item_id], one) for item_id, one in units.items()]
 
 
 def _compared(study_id: str) -> tuple[ColumnElement[bool], ...]:

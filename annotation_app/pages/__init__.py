@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from flask import Blueprint
 
-from annotation_app.pages import account, entrance, practice
+from annotation_app.pages import account, entrance
 from annotation_app.pages import task_pages as tasks
 
 BLUEPRINTS: tuple[Blueprint, ...] = (
     account.blueprint,
     entrance.blueprint,
     tasks.blueprint,
-    practice.blueprint,
 )
 """All of them; :mod:`annotation_app.serving.factory` puts them into the app."""

@@ -20,10 +20,9 @@ from annotation_app.people.participants import (
     has_consented,
     keep_consent,
 )
-from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation
-from annotation_app.store.models import Person, Record, Study
+from annotation_app.store.models import Participation, Person, Record, Study
 from annotation_app.studies.safe_markdown import to_html
 from annotation_app.studies.study_file import (
     StudyConfig,

@@ -1,25 +1,32 @@
-"""One page for each task: it takes an item, or gives the reason why there is none."""
+"""One page for each task, which takes an item or says why there is none, and one to practise.
+
+People practise with a study's own items, or in a made-up scene at sea, which suggests no words.
+"""
 
 from __future__ import annotations
 
 import flask
 from flask import Blueprint
 from flask.typing import ResponseReturnValue
+from sqlalchemy import select
 
-from annotation_app.core.languages import gettext
+from annotation_app.core.languages import gettext, speak
+from annotation_app.core.problems import Refusal
 from annotation_app.items.assignment import Lease
+from annotation_app.items.media import media_files
 from annotation_app.pages.entrance import wants_welcome
 from annotation_app.pages.study_progress import TaskProgress, progress
-from annotation_app.people.browser_sessions import had_login
+from annotation_app.people.browser_sessions import current_person, had_login
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Person, Study, TaskName
-from annotation_app.studies.study_file import in_its_language, restored
+from annotation_app.studies.study_file import in_its_language, language_of, restored
+from annotation_app.tasks.practice_example import OwnPractice, practice_example
 from annotation_app.tasks.task_registry import task_of
 from annotation_app.tasks.task_texts import task_words
 from annotation_app.web.api import read_task
 from annotation_app.web.public_links import here
-from annotation_app.web.task_page import WHO_CHARACTERS, render_task
+from annotation_app.web.task_page import WHO_CHARACTERS, render_practice, render_task
 from annotation_app.web.who_asks import sign_in_page
 from annotation_app.work.handing_out import EXPLANATIONS, HOLD_S, Reason, take_work, visit
 from annotation_app.work.page_data import opened_page
@@ -83,3 +90,42 @@ def _why(
         tasks=others,
         person=person,
     )
+
+
+@blueprint.get("/practice/<task_name>")
+def practice_page(task_name: str) -> str:
+    """Show a practice example with feedback; keep nothing that is done there."""
+    task = read_task(task_name)
+    of_task = task_of(task)
+    if of_task.example is None:
+        raise Refusal(404, gettext("There is no practice example for this task."))
+    name = flask.request.args.get("study", "")
+    number = flask.request.args.get("item", 0, type=int)
+    with reading(installation().engine) as session:
+        study = session.scalars(select(Study).where(Study.name == name)).first()
+        person = current_person(session)
+        if study is not None:
+            speak(language_of(study.config))
+        config = in_its_language(restored(study.config)) if study is not None else None
+        own = config.tasks[task].practice_items if config and task in config.tasks else ()
+        if study is None or person is None or not own:
+            own, payload = (), of_task.example(practice_example())
+        elif not 0 <= number < len(own):
+            raise Refusal(404, gettext("There is no such practice item."))
+        else:
+            files = media_files(session, study.id, own[number].video)
+            folder, corpus = files.paths["manifest"].parent, files.paths.get("corpus")
+            payload = of_task.own_example(OwnPractice(own[number], folder, files.public, corpus))
+    onwards = f"/s/{study.name}/{task}" if study is not None else "/"
+    if number + 1 < len(own):
+        onwards = f"/practice/{task}?study={name}&item={number + 1}"
+    data = {
+        "item": f"practice-{task}-{number}",
+        # Who has done the last one has practised.
+        "signed_in": person is not None and number + 1 >= len(own),
+        "next": here(onwards),
+        "who": "practice",
+    }
+    item = own[number] if own else None
+    shown = {"study": study, "title": None, "person": person}
+    return render_practice(of_task, config, payload, item, data, **shown)

@@ -18,7 +18,7 @@ from annotation_app.core.problems import Refusal
 from annotation_app.core.random_ids import new_id
 from annotation_app.store.audit import note
 from annotation_app.store.installation import now
-from annotation_app.store.program_models import ApiToken
+from annotation_app.store.models import ApiToken
 
 DAY_S = 86_400.0
 DAYS, MOST_DAYS = 365, 3650

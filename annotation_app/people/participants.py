@@ -13,13 +13,11 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import N_, gettext
-from annotation_app.core.person_codes import new_code
 from annotation_app.core.problems import Refusal
-from annotation_app.core.random_ids import new_id
+from annotation_app.core.random_ids import new_code, new_id
 from annotation_app.store.audit import SUBJECT_CHARACTERS
-from annotation_app.store.crowd_models import Participation
 from annotation_app.store.installation import installation, now
-from annotation_app.store.models import Person, Record, Role
+from annotation_app.store.models import Participation, Person, Record, Role
 
 OPEN = "open"
 INVITED = "invited"

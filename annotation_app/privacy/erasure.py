@@ -14,14 +14,13 @@ from sqlalchemy import ColumnElement, Engine, delete, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from annotation_app.core.config import Config
-from annotation_app.core.person_codes import read_code
+from annotation_app.core.random_ids import read_code
 from annotation_app.items.assignment import lock_person
 from annotation_app.items.new_items import REPLACED, about_answer
 from annotation_app.people.participants import hashed
 from annotation_app.store import tombstones
 from annotation_app.store.audit import COMMAND_LINE, SUBJECT_CHARACTERS, forget, note
 from annotation_app.store.compaction import ask, compact_if_asked
-from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import transaction
 from annotation_app.store.models import (
     AccountLink,
@@ -32,6 +31,8 @@ from annotation_app.store.models import (
     Event,
     Handout,
     Item,
+    LedgerEntry,
+    Participation,
     Person,
     Record,
     Remark,

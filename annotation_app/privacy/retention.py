@@ -18,9 +18,8 @@ from annotation_app.core.random_ids import new_id
 from annotation_app.privacy.erasure import ERASED, is_booked, unlink
 from annotation_app.store.audit import COMMAND_LINE, note
 from annotation_app.store.compaction import ask, compact_if_asked
-from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import lock_set_up, transaction
-from annotation_app.store.models import Draft, Handout, Item, Person, Study
+from annotation_app.store.models import Draft, Handout, Item, Participation, Person, Study
 from annotation_app.studies.study_file import restored
 
 DAY_S = 86_400.0

@@ -23,9 +23,7 @@ from annotation_app.dashboard import (
     answer_pages,
     answers_api,
     assigning_pages,
-    bulk_pages,
     login_admin,
-    program_pages,
 )
 from annotation_app.dashboard import dashboard_api as interface
 from annotation_app.dashboard import dashboard_pages as dashboard
@@ -94,10 +92,8 @@ def create_app(config: Config, engine: Engine | None = None) -> Flask:
         adjudication_pages,
         answer_pages,
         assigning_pages,
-        bulk_pages,
         answers_api,
         login_admin,
-        program_pages,
         interface,
     )
     modules = (api, openapi, media, crowds, *of_dashboard, trying)

@@ -20,8 +20,7 @@ from annotation_app.core.config import Config
 from annotation_app.people.account_links import first_admin_link, path_of
 from annotation_app.people.accounts import admin_from_environment
 from annotation_app.privacy.retention import expire
-from annotation_app.serving.connection_room import CONNECTIONS, Room
-from annotation_app.serving.connections import Connections
+from annotation_app.serving.connections import CONNECTIONS, Connections, Room
 from annotation_app.serving.factory import create_app
 from annotation_app.store import tombstones
 from annotation_app.store.audit import COMMAND_LINE, note

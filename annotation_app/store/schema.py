@@ -8,7 +8,6 @@ from pathlib import Path
 
 from sqlalchemy import Engine, MetaData, Table, create_engine, inspect, text
 
-from annotation_app.store import crowd_models, program_models  # noqa: F401 - tables of Base
 from annotation_app.store.database import reading
 from annotation_app.store.models import Base
 from g3.errors import FormatError

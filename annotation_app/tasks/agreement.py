@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -117,13 +117,14 @@ def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
 class Agreement:
     """What is compared of the answers to an item, and what is measured over all items.
 
-    Each item is compared once, however many intervals are made of it.
+    Each answer is read once and each item compared once, however many intervals are made of it.
     """
 
-    units: Callable[[Sequence[Record]], Sequence[Any]]
-    """The parts that are compared, from the answers to an item."""
+    units: Callable[[Sequence[Any]], Sequence[Any]]
+    """The parts that are compared, from the answers to an item, as `read` returns them."""
     figures: Callable[[Sequence[Any]], Iterable[Measured]]
     """The figures, from the parts of all items."""
+    read: Callable[[Record], Any] = lambda body: body
 
 
 def figures(
@@ -166,22 +167,23 @@ def choices(
 
 
 def mean_of_pairs(
-    measure: str,
-    score: Callable[[Any, Any], float | None],
+    scores: Mapping[str, Callable[[Any, Any], float | None]],
     read: Callable[[Record], Any] = lambda body: body,
 ) -> Agreement:
-    """Measure the mean score of pairs of answers to an item, read before; None leaves one out."""
+    """Measure the mean scores, by their names, of pairs of answers; None leaves a pair out."""
 
-    def units(bodies: Sequence[Record]) -> list[float]:
-        scores = (score(*pair) for pair in combinations(map(read, bodies), 2))
-        return [one for one in scores if one is not None]
+    def units(answers: Sequence[Any]) -> list[list[float | None]]:
+        pairs = combinations(answers, 2)
+        return [[score(*pair) for score in scores.values()] for pair in pairs]
 
-    def mean(scores: Sequence[float]) -> Iterator[Measured]:
-        value = float(np.mean(scores)) if scores else None
-        reason: Reason = "" if scores else "no overlap"
-        yield Measured(f"{measure}, mean over pairs", value, len(scores), reason=reason)
+    def means(pairs: Sequence[Sequence[float | None]]) -> Iterator[Measured]:
+        for n, name in enumerate(scores):
+            found = [pair[n] for pair in pairs if pair[n] is not None]
+            value = float(np.mean(found)) if found else None
+            reason: Reason = "" if found else "no overlap"
+            yield Measured(f"{name}, mean over pairs", value, len(found), reason=reason)
 
-    return Agreement(units, mean)
+    return Agreement(units, means, read)
 
 
 def _figure(measure: str, found: Estimate, units: int) -> Measured:

@@ -4,14 +4,14 @@ An item's payload is ``{"video", "text", "command", "sdcs"}``. The page sends ``
 {node: {"objects": [ids], "places": [{"xy"} or {"place": index}], "cant_tell", "time_s"}}, "trims":
 {node: [start_s, end_s]}, "whole": [nodes], "drawn": [{"id", "polygons", "time_s"}]}`` with the ids
 that it was given, or those of things that people have drawn; real ones are kept, and the parts of
-the video as in `annotation_app.tasks.video_parts`. It is adopted as a
+the video as in `annotation_app.tasks.ground`. It is adopted as a
 segmentation is.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import IO, Annotated, Any
 
@@ -30,7 +30,7 @@ from annotation_app.items.scenes import Aliases, Scene, scene_payload, thing_nam
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
 from annotation_app.tasks.agreement import by_clause
-from annotation_app.tasks.clause_words import asked_clauses, clauses_of, phrase_of
+from annotation_app.tasks.clause_words import HAPPENING, asked_clauses, clauses_of, phrase_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
 from annotation_app.tasks.drawn_answers import (
     MOST_DRAWN,
@@ -64,10 +64,9 @@ from annotation_app.tasks.task_record import (
     TaskWords,
     write_csv,
 )
-from annotation_app.tasks.video_parts import must_be_chosen, read_parts, sent_parts
 from annotation_app.tasks.watched_videos import Seconds, Speed, its_video, with_watching
 from g3.geometry.plane import area, convex_hull
-from g3.sdc.clauses import breadth_first
+from g3.sdc.clauses import SDC, breadth_first
 from g3.sdc.sdc_notation import from_json, to_json
 
 MOST_THINGS = 50
@@ -78,6 +77,71 @@ COLUMNS = (
     "answer", "command", "video", "clause", "type", "phrase", "things", "labels", "boxes", "places",
     "cant_tell", "from_s", "to_s",
 )  # fmt: skip
+
+
+SLACK_S = 0.5
+"""Largest time by which a part may exceed a video's end, as players round, in seconds."""
+
+
+def must_be_chosen(sdcs: tuple[SDC, ...]) -> Mapping[str, str]:
+    """Return the nodes for which nothing is preset, and their words."""
+    named = [(str(n), sdc) for n, sdc in enumerate(breadth_first(sdcs)) if not sdc.is_implicit]
+    if sum(sdc.type == "EVENT" for _, sdc in named) < 2:
+        return {}
+    return {node: phrase_of(sdc) for node, sdc in named if sdc.type in HAPPENING}
+
+
+def read_parts(
+    sdcs: tuple[SDC, ...],
+    trims: Mapping[str, tuple[float, float]],
+    whole: Collection[str],
+    duration_s: float,
+) -> tuple[Record, list[FieldProblem]]:
+    """Return a person's chosen parts in their kept form, and the faults of them.
+
+    `whole` has the nodes for which the whole video was chosen, which has this duration.
+    """
+    known = _happening(sdcs)
+    problems: list[FieldProblem] = []
+
+    def refuse(node: str, message: str) -> None:
+        problems.append(FieldProblem(node, message))
+
+    for node, (start, end) in sorted(trims.items()):
+        if node not in known:
+            refuse(node, gettext("There is no such clause to trim."))
+        elif not start < end <= duration_s + SLACK_S:
+            refuse(node, gettext("The part of the video must begin before it ends."))
+    for node in sorted(set(whole)):
+        if node not in known:
+            refuse(node, gettext("There is no such clause to trim."))
+        elif node in trims:
+            refuse(node, gettext("Choose either the whole video or a part of it."))
+    for node, phrase in must_be_chosen(sdcs).items():
+        if node not in trims and node not in whole:
+            told = gettext("Choose which part of the video shows “%(phrase)s”.", phrase=phrase)
+            refuse(node, told)
+    left = [node for node in known if node not in trims]
+    kept = {
+        "trims": {node: list(trim) for node, trim in trims.items()},
+        "whole": {node: "chosen" if node in whole else "preset" for node in left},
+    }
+    return kept, problems
+
+
+def sent_parts(sdcs: tuple[SDC, ...], body: Record) -> Record:
+    """Return the parts of a kept answer in the form in which a page sends them.
+
+    Answers from before nodes could be chosen have no ``"whole"``: they mean the whole video.
+    """
+    trims = body["trims"]
+    whole = body.get("whole", {n: "chosen" for n in _happening(sdcs) if n not in trims})
+    return {"trims": trims, "whole": [node for node, how in whole.items() if how == "chosen"]}
+
+
+def _happening(sdcs: tuple[SDC, ...]) -> list[str]:
+    nodes = enumerate(breadth_first(sdcs))
+    return [str(node) for node, sdc in nodes if sdc.type in HAPPENING]
 
 
 class MarkedPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -364,6 +364,6 @@ MOMENTS = Task(
     of_video=item_of_video("moments"),
     counts=Counts(MomentCounts, _counts, {"moments": "moments"}),
     facts=_facts,
-    agreement=(mean_of_pairs(f"moments within {CLOSE_S:g} s, F", moments_f),),
+    agreement=(mean_of_pairs({f"moments within {CLOSE_S:g} s, F": moments_f}),),
     episodes=_add_to_episodes,
 )

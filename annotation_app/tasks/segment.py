@@ -12,11 +12,11 @@ adjudicator adopts one.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache
 from itertools import pairwise
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import msgspec
 from sqlalchemy import select
@@ -250,13 +250,25 @@ def _disputed(_item: Item, bodies: Sequence[Record]) -> Iterable[Part]:
 
 
 def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
-    trees = [from_json(body["sdcs"]) for body, adopted in answers if adopted]
-    found = Counter(sdc.type for t in trees for sdc in breadth_first(t) if not sdc.is_implicit)
-    return TreeCounts(len(trees), {name: found[name] for name in SDC_TYPES})
+    trees = [_counted(msgspec.json.encode(body["sdcs"])) for body, adopted in answers if adopted]
+    types: Counter[str] = Counter()
+    for tree in trees:
+        for (type_, _), count in tree.spans.items():
+            types[type_] += count
+    return TreeCounts(len(trees), {name: types[name] for name in SDC_TYPES})
 
 
-def _counted(count: Callable[[Sequence[SDC]], Any], body: Record) -> Any:
-    return count(from_json(body["sdcs"]))
+class _Counted(NamedTuple):
+    """What agreement counts of an answer."""
+
+    spans: Counter[Any]
+    nodes: Counter[Any]
+
+
+@lru_cache(maxsize=4096)  # people often leave a suggestion as it is, and the dashboard looks again
+def _counted(sdcs: bytes) -> _Counted:
+    trees = from_json(msgspec.json.decode(sdcs))
+    return _Counted(spans(trees), nodes(trees))
 
 
 def _became_of(provenance: Record | None) -> str:
@@ -376,9 +388,14 @@ SEGMENT = Task(
     counts=Counts(
         TreeCounts, _counts, {"trees": "adopted SDC trees"}, "dashboard/clause_counts.html"
     ),
-    agreement=tuple(
-        mean_of_pairs(f"{name} F", f_score, partial(_counted, count))
-        for name, count in (("span", spans), ("tree", nodes))
+    agreement=(
+        mean_of_pairs(
+            {
+                "span F": lambda one, other: f_score(one.spans, other.spans),
+                "tree F": lambda one, other: f_score(one.nodes, other.nodes),
+            },
+            lambda body: _counted(msgspec.json.encode(body["sdcs"])),
+        ),
     ),
     disputed=_disputed,
     tables={"conllu": AnswerTable("Clauses (CoNLL-U)", "text/plain; charset=utf-8", to_conllu)},

@@ -10,7 +10,7 @@ exported (:func:`most_agreed`).
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,6 +18,7 @@ from typing import Annotated, Any
 
 import msgspec
 import numpy as np
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import N_, gettext
@@ -25,7 +26,7 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.core.sent_text import clean_text
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
-from annotation_app.store.models import Answer, Item, Record, Study
+from annotation_app.store.models import Answer, Item, Record, Study, TaskName
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.agreement import CLOSE_S, mean_of_pairs, times_f
 from annotation_app.tasks.corpus_parts import answers_of
@@ -37,12 +38,6 @@ from annotation_app.tasks.step_alignment import (
     steps_from,
     text_agreement,
     time_agreement,
-)
-from annotation_app.tasks.step_vocabulary import (
-    is_closed,
-    listed_steps,
-    page_vocabulary,
-    step_key,
 )
 from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
 from annotation_app.tasks.watched_videos import (
@@ -61,6 +56,61 @@ LONGEST_TEXT = 300
 MOST_SUBTASKS = 200
 SLACK_S = 0.5
 """Largest time beyond a video's end at which a subtask may begin, as players round, in seconds."""
+
+
+def has_vocabulary(config: StudyConfig) -> bool:
+    """Return True if people are offered steps to choose from."""
+    return bool(config.vocabulary) or config.vocabulary_grows is not None
+
+
+def is_closed(config: StudyConfig) -> bool:
+    """Return True if people can't use other steps than the listed ones."""
+    return bool(config.vocabulary) and config.vocabulary_grows is None
+
+
+def step_key(text: str) -> str:
+    """Return what two spellings of a step have in common: no capitals, no full stop."""
+    return " ".join(text.casefold().split()).rstrip(" .")
+
+
+def listed_steps(config: StudyConfig) -> Mapping[str, str]:
+    """Return the steps in a study's file by their keys."""
+    return {step_key(text): text for text in config.vocabulary}
+
+
+def page_vocabulary(session: Session, study_id: str, task: TaskName) -> Record | None:
+    """Return the page's data of the steps to choose from; None if there is no list."""
+    config = restored(session.get_one(Study, study_id).config)
+    if not has_vocabulary(config):
+        return None
+    steps = dict(listed_steps(config))
+    if config.vocabulary_grows is not None:
+        steps |= _agreed(session, study_id, task, config.vocabulary_grows, steps)
+    return {"steps": list(steps.values()), "closed": is_closed(config)}
+
+
+def _agreed(
+    session: Session, study_id: str, task: TaskName, people: int, known: Mapping[str, str]
+) -> dict[str, str]:
+    """Return the new steps that enough people have used, in their most frequent spelling."""
+    used_by: dict[str, set[str]] = defaultdict(set)
+    spellings: dict[str, Counter[str]] = defaultdict(Counter)
+    rows = session.execute(
+        select(Answer.person_id, Answer.body)
+        .where(Answer.study_id == study_id, Answer.task == task, Answer.excluded.is_(False))
+        .order_by(Answer.id)
+    )
+    for person, body in rows:
+        for step in body["subtasks"]:
+            key = step_key(step["text"])
+            if key not in known:
+                used_by[key].add(person)
+                spellings[key][step["text"]] += 1
+    return {
+        key: spellings[key].most_common(1)[0][0]
+        for key, who in used_by.items()
+        if len(who) >= people
+    }
 
 
 class Subtask(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -284,9 +334,14 @@ SUBTASKS = Task(
     counts=Counts(SubtaskCounts, _counts, {"subtasks": "subtasks"}),
     facts=lambda _session, _item, body: [(f"{s:.1f} s", text) for s, text in steps_of(body)],
     agreement=(
-        mean_of_pairs(f"beginnings within {CLOSE_S:g} s, F", boundary_f),
-        mean_of_pairs("time in the same step, share", time_agreement, _cut_of),
-        mean_of_pairs("texts of steps that overlap by half, likeness", _mean_likeness, _cut_of),
+        mean_of_pairs({f"beginnings within {CLOSE_S:g} s, F": boundary_f}),
+        mean_of_pairs(
+            {
+                "time in the same step, share": time_agreement,
+                "texts of steps that overlap by half, likeness": _mean_likeness,
+            },
+            _cut_of,
+        ),
     ),
     episodes=_add_to_episodes,
 )

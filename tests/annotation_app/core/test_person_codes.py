@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flask import Flask
 
-from annotation_app.core.person_codes import new_code, read_code
+from annotation_app.core.random_ids import new_code, read_code
 from tests.annotation_app.browser import Browser
 from tests.annotation_app.privacy.test_erasure import code_of
 

@@ -13,9 +13,8 @@ from flask import Flask
 from annotation_app.cli.crowd_commands import crowd
 from annotation_app.core.config import Config
 from annotation_app.people.participants import keep_consent
-from annotation_app.store.crowd_models import Participation
 from annotation_app.store.database import transaction
-from annotation_app.store.models import Person
+from annotation_app.store.models import Participation, Person
 from annotation_app.work.handing_out import find_study
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.crowds.prolific_stand_in import Prolific

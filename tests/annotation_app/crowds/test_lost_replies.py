@@ -15,8 +15,7 @@ from sqlalchemy import select
 from annotation_app.crowds import prolific_client
 from annotation_app.crowds.platform import Bonus, LostReplyError, PlatformError, Submission
 from annotation_app.people.participants import subject_of
-from annotation_app.store.crowd_models import LedgerEntry
-from annotation_app.store.models import AuditEntry, Person
+from annotation_app.store.models import AuditEntry, LedgerEntry, Person
 from tests.annotation_app.browser import described, rows_in
 from tests.annotation_app.crowds.crowd_worker import BONUS, OPTIONS, PAID, Lab, take_part
 from tests.annotation_app.crowds.prolific_stand_in import Prolific

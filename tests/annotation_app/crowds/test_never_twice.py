@@ -40,9 +40,8 @@ from annotation_app.crowds import prolific_client as prolific_module
 from annotation_app.crowds.ledger import CURRENT
 from annotation_app.serving.factory import create_app
 from annotation_app.store.audit import RESTORED
-from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import open_database
-from annotation_app.store.models import Answer, AuditEntry
+from annotation_app.store.models import Answer, AuditEntry, LedgerEntry, Participation
 from annotation_app.studies.study_file import Payment, StudyConfig
 from tests.annotation_app.browser import described, execute, rows_in
 from tests.annotation_app.crowds.conftest import PAID

@@ -12,7 +12,7 @@ from annotation_app.crowds.participation import (
     read_offer,
     sign_offer,
 )
-from annotation_app.store.crowd_models import Participation
+from annotation_app.store.models import Participation
 
 KEY = b"k" * 32
 OFFER = Offer("study", "rate", 5)

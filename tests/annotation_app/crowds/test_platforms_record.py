@@ -21,9 +21,8 @@ from annotation_app.copies.restoring import restore
 from annotation_app.core.config import Config, open_instance
 from annotation_app.core.key_file import KEY_FILE
 from annotation_app.export.answer_tables import rows
-from annotation_app.store.crowd_models import LedgerEntry
 from annotation_app.store.database import opened, reading, transaction
-from annotation_app.store.models import AuditEntry, Item, Slot
+from annotation_app.store.models import AuditEntry, Item, LedgerEntry, Slot
 from annotation_app.studies.study_file import Payment
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from annotation_app.work.handing_out import find_study

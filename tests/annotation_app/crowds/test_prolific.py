@@ -8,8 +8,7 @@ import pytest
 from flask import Flask
 from sqlalchemy import select
 
-from annotation_app.store.crowd_models import Participation
-from annotation_app.store.models import Person
+from annotation_app.store.models import Participation, Person
 from tests.annotation_app.browser import described, rows_in
 from tests.annotation_app.crowds.crowd_worker import BONUS, OPTIONS, PAID, Lab, take_part
 from tests.annotation_app.crowds.prolific_stand_in import Prolific

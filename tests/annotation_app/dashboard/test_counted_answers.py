@@ -206,7 +206,9 @@ def _check_agreement(view: Record, rows: list[Row]) -> None:
                 items[a.item_id] += [a.body] if e.name != "adjudicate" else []
         answered = [bodies for bodies in items.values() if bodies]
         compared = [
-            [one.units(bodies) for one in task.agreement] for bodies in answered if len(bodies) > 1
+            [one.units([*map(one.read, bodies)]) for one in task.agreement]
+            for bodies in answered
+            if len(bodies) > 1
         ]
         several = len(compared)
         measures = figures(task.agreement, compared) if answered else ()

@@ -13,13 +13,13 @@ from limits import parse
 from limits.strategies import MovingWindowRateLimiter
 from sqlalchemy import select
 
-from annotation_app.core.counting import ProcessStorage
 from annotation_app.dashboard.study_statistics import durations
 from annotation_app.dashboard.workers import workers
 from annotation_app.items import elapsed
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, Handout, Slot, Study
 from annotation_app.studies.study_file import TaskConfig
+from annotation_app.web.limits import ProcessStorage
 from tests.annotation_app.browser import Browser, described, engine_of, exported, row_in, rows_in
 from tests.annotation_app.conftest import study_of
 

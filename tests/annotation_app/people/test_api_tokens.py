@@ -13,8 +13,7 @@ from sqlalchemy import inspect, select, update
 from annotation_app.people.api_tokens import PREFIX, make_token
 from annotation_app.serving.factory import create_app
 from annotation_app.store.database import reading, transaction
-from annotation_app.store.models import AuditEntry
-from annotation_app.store.program_models import ApiToken
+from annotation_app.store.models import ApiToken, AuditEntry
 from tests.annotation_app.browser import Browser, described, engine_of, execute, installation_of
 from tests.annotation_app.signing_in import signed_in
 

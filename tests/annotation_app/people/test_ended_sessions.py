@@ -183,7 +183,7 @@ def test_each_of_these_requests_tells_who_is_signed_in_from_strangers(
         "account.login", "account.setup", "account.sign_in_", "account.use_link_",
         "openapi.openapi", "api.session_", "crowds.enter", "crowds.finish", "dashboard.studies",
         "entrance.home", "entrance.offline", "entrance.offline_worker",
-        "entrance.invited", "entrance.welcome", "entrance.agree", "practice.practice_page",
+        "entrance.invited", "entrance.welcome", "entrance.agree", "tasks.practice_page",
         "trying.file", "trying.tried",
     }  # fmt: skip
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from annotation_app.people.guessable_passwords import is_guessable
+from annotation_app.people.accounts import is_guessable
 
 GUESSED = (  # noqa: SIM905 - a line for each would be thirty
     "aaaaaaaaaa 1234567890 abcabcabcabc password12 Passw0rd2024 qwertyuiop qwertz123456 maria12345 "

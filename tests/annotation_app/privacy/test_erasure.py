@@ -20,7 +20,6 @@ from annotation_app.people.accounts import add_login, matching
 from annotation_app.people.participants import find_or_add, keep_consent, subject_of
 from annotation_app.privacy import erasure
 from annotation_app.serving import server as serving
-from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import (
     Answer,
@@ -28,6 +27,8 @@ from annotation_app.store.models import (
     Base,
     Event,
     Item,
+    LedgerEntry,
+    Participation,
     Person,
     Slot,
     Study,

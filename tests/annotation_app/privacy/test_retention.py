@@ -16,12 +16,13 @@ from annotation_app.people.accounts import add_login
 from annotation_app.people.participants import find_or_add, keep_consent, subject_of
 from annotation_app.privacy.retention import DAY_S, expire
 from annotation_app.serving import server as serving
-from annotation_app.store.crowd_models import LedgerEntry, Participation
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import (
     Answer,
     AuditEntry,
     Draft,
+    LedgerEntry,
+    Participation,
     Person,
     Study,
 )

@@ -16,8 +16,7 @@ import waitress
 from flask import Flask
 
 from annotation_app.core.config import Config
-from annotation_app.serving.connection_room import Room, network_of
-from annotation_app.serving.connections import Connections
+from annotation_app.serving.connections import Connections, Room, network_of
 from tests.annotation_app.browser import Browser, described
 from tests.annotation_app.real_server import new_uuid, running
 
@@ -239,7 +238,7 @@ def test_nobody_is_sent_away_while_they_are_answered(caplog: pytest.LogCaptureFi
             assert before.recv(1) == b""
         silent.sendall(request(b"y", "/slow"))
         assert [reply(connection) for connection in (*answered, silent)] == [b"x"] * 6 + [b"y"]
-    room = "annotation_app.serving.connection_room"
+    room = "annotation_app.serving.connections"
     told = [r.getMessage() for r in caplog.records if r.name == room]
     assert told == [
         "all 6 connections are in use, 8 of them by one address; "

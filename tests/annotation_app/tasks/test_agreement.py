@@ -30,7 +30,7 @@ def test_f_scores_by_hand() -> None:
 
 def test_pairs() -> None:
     # The pairs of the first command: same, 1/4, 1/4; the second has one annotation.
-    trees = mean_of_pairs("tree F", tree_f)
+    trees = mean_of_pairs({"tree F": tree_f})
     (found,) = figures([trees], [[trees.units([FLAT, FLAT, ATTACHED])], [trees.units([FLAT])]])
     assert (found.value, found.units) == (pytest.approx(0.5), 3)
     (nothing,) = trees.figures([])

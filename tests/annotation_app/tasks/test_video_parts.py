@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from annotation_app.tasks.video_parts import must_be_chosen, read_parts, sent_parts
+from annotation_app.tasks.ground import must_be_chosen, read_parts, sent_parts
 from g3.sdc.sdc_notation import parse_brackets
 
 ONE = parse_brackets(

@@ -11,8 +11,8 @@ from sqlalchemy import update
 
 from annotation_app.core.config import Config
 from annotation_app.serving.factory import create_app
-from annotation_app.store.crowd_models import LedgerEntry
 from annotation_app.store.database import open_database, transaction
+from annotation_app.store.models import LedgerEntry
 from annotation_app.studies.study_file import Payment
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
 from tests.annotation_app.browser import described, engine_of, execute

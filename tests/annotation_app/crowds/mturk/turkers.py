@@ -5,8 +5,7 @@ from __future__ import annotations
 from flask import Flask
 from sqlalchemy import select, update
 
-from annotation_app.store.crowd_models import LedgerEntry, Participation
-from annotation_app.store.models import Answer
+from annotation_app.store.models import Answer, LedgerEntry, Participation
 from tests.annotation_app.browser import described, execute, rows_in
 from tests.annotation_app.crowds.crowd_worker import CrowdWorker
 from tests.annotation_app.crowds.stand_ins import MechanicalTurk

@@ -9,7 +9,7 @@ from limits import parse
 from limits.storage import storage_from_string
 from limits.strategies import MovingWindowRateLimiter
 
-from annotation_app.core import counting
+from annotation_app.web import limits as counting
 
 
 def test_threads_count_together() -> None:
@@ -26,8 +26,8 @@ def test_threads_count_together() -> None:
 
 def test_what_is_old_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = [1000.0]
-    monkeypatch.setattr("annotation_app.core.counting.time.time", lambda: clock[0])
-    monkeypatch.setattr("annotation_app.core.counting.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("annotation_app.web.limits.time.time", lambda: clock[0])
+    monkeypatch.setattr("annotation_app.web.limits.time.monotonic", lambda: clock[0])
     storage = counting.ProcessStorage()
     assert [storage.acquire_entry("ann", 2, 60) for _ in range(3)] == [True, True, False]
     clock[0] += 30
