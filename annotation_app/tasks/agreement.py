@@ -178,7 +178,7 @@ def mean_of_pairs(
 
     def means(pairs: Sequence[Sequence[float | None]]) -> Iterator[Measured]:
         for n, name in enumerate(scores):
-            found = [pair[n] for pair in pairs if pair[n] is not None]
+            found = [score for pair in pairs if (score := pair[n]) is not None]
             value = float(np.mean(found)) if found else None
             reason: Reason = "" if found else "no overlap"
             yield Measured(f"{name}, mean over pairs", value, len(found), reason=reason)
