@@ -24,34 +24,8 @@ from g3.language.lexicon.stemming import stems
 
 FOLDER = Path(__file__).parents[1] / "english"
 
-# fmt: off
-WordSet = Literal[
-    "aboard", "about", "after_all", "again", "aligning", "alone", "an", "anything", "areas",
-    "around", "arrows", "articles", "aside", "asking", "back", "before_all", "behind",
-    "beside_verbs", "between", "breaks", "class/relative", "closing", "collectives", "coming",
-    "counting_all", "decks", "demonstratives", "determiners", "distant", "distributive", "doubled",
-    "doubting", "drivers", "elsewhere", "empty", "emptying", "ends", "everything", "excepting",
-    "existential", "facing", "farthest", "filling", "floor", "forks", "former", "generic",
-    "getting", "having", "heaped", "heaps", "here", "holding", "indefinite", "interjections", "it",
-    "joining", "keeping", "laden", "laps", "later", "lateral", "leading", "leaving", "lifts",
-    "light", "lining", "linking", "listing", "lowering", "mended", "moving", "naming_nothing",
-    "nearer", "nearest", "negated_anyway", "negating_nouns", "negation_leads", "never_absent",
-    "next_to", "no_antecedents", "none_of_them", "not_imperative", "nothing", "nounless", "ones",
-    "option", "orbiting", "others", "owners", "parking", "parts", "passing", "past", "people",
-    "personal", "persons", "place_prepositions", "plural", "pronouns", "purposes", "quantifiers",
-    "questions", "raising", "rear", "reflexives", "regarding", "rest", "returning", "robot", "rows",
-    "same_again", "selves", "sending", "sentence_ends", "single", "singular", "stacking", "start",
-    "stating", "straight", "stressed", "stressing", "subject_links", "swapping", "telling", "these",
-    "touching", "universal", "unloading", "until", "when", "whichever", "whole", "with_verb", "you",
-]
-# fmt: on
-"""Names of the sets of words."""
-CountTable = Literal["ordinals", "cardinals", "counts"]
-ValueTable = Literal["fractions", "numbers", "metres", "seconds", "radians", "circles"]
-FormTable = Literal["short_forms", "contracted", "nominals", "phrasal_verbs", "kinds"]
 Kind = Literal["concept", "class", "colour", "size", "kind", "cue"]
 """Kinds of which several rows are members."""
-K = TypeVar("K", bound=str)
 V = TypeVar("V")
 
 
@@ -122,14 +96,14 @@ def written(row: Row) -> frozenset[str]:
     return frozenset(row.words.split()).union(row.values, row.forms, *included)
 
 
-class _Lookup(dict[K, V]):
+class _Lookup(dict[str, V]):
     """Values by the names of rows, each made when it is first looked up."""
 
     def __init__(self, make: Callable[[Row], V]) -> None:
         super().__init__()
         self._make = make
 
-    def __missing__(self, name: K) -> V:
+    def __missing__(self, name: str) -> V:
         value = self[name] = self._make(rows()[name])
         return value
 
@@ -142,15 +116,13 @@ def _values(row: Row) -> Mapping[str, float]:
     return {w: n for name in row.include for w, n in _values(rows()[name]).items()} | row.values
 
 
-WORDS: Mapping[WordSet, frozenset[str]] = _Lookup[WordSet, frozenset[str]](_word_set)
+WORDS: Mapping[str, frozenset[str]] = _Lookup(_word_set)
 """Sets of words."""
-COUNTS: Mapping[CountTable, Mapping[str, int]] = _Lookup[CountTable, Mapping[str, int]](
+COUNTS: Mapping[str, Mapping[str, int]] = _Lookup(
     lambda row: {word: int(n) for word, n in _values(row).items()}
 )
 """Whole numbers that words stand for."""
-VALUES: Mapping[ValueTable, Mapping[str, float]] = _Lookup[ValueTable, Mapping[str, float]](_values)
+VALUES: Mapping[str, Mapping[str, float]] = _Lookup(_values)
 """Numbers that words stand for, and units in m, s and rad."""
-FORMS: Mapping[FormTable, Mapping[str, str]] = _Lookup[FormTable, Mapping[str, str]](
-    lambda row: row.forms
-)
+FORMS: Mapping[str, Mapping[str, str]] = _Lookup(lambda row: row.forms)
 """Forms that words stand for."""

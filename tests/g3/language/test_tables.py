@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 from pathlib import Path
-from typing import get_args
 
 import msgspec
 import pytest
@@ -74,14 +73,6 @@ def test_each_row_is_read_and_each_row_that_is_read_is_there() -> None:
     of_kinds = {name for name in rows() if name.partition("/")[0] in KINDS}
     assert {*rows()} - READ - included - of_kinds == set()
     assert {*READ, *included} - {*rows()} == set()
-
-
-def test_the_names_of_sets_are_those_of_rows_with_words() -> None:
-    sets = {row.name for row in rows().values() if (row.words or row.include) and not row.values}
-    assert {*get_args(tables.WordSet)} == {
-        *(name for name in sets if "/" not in name),
-        "class/relative",
-    }
 
 
 def test_each_name_is_in_one_row_only_and_each_table_has_a_source() -> None:
