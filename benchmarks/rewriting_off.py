@@ -30,8 +30,7 @@ from g3.language.parsing.parser import parse_unsure
 
 FUNCTIONS = (
     *("restored", "_shared", "_beside_it", "_one_place", "measures_apart"),
-    *("_put_beside", "_light", "_filled", "_needed", "_result"),
-    *("without_statements", "repeated"),
+    *("_put_beside", "_result", "without_statements", "repeated"),
 )
 
 

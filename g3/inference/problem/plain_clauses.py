@@ -12,9 +12,6 @@ stays as it is.
 | `_one_place` | put it on the ground by the gate | put it by the gate |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_put_beside` | lower the drum by the gate, while it is held | lower (the drum) (by the gate) |
-| `_light` | make a left turn | turn left |
-| `_filled` | load the truck with the drum | load (the drum) (the truck) |
-| `_needed` | the truck needs the drum | needs (the drum) (the truck) |
 | `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
 | `without_statements` | there are two crates by the gate. Lift one | lift one |
 | `repeated` | put the drum on the truck, then the crate | …, then put the crate on the truck |
@@ -26,7 +23,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from g3.inference.problem.clause_roles import is_goal
 from g3.inference.problem.ellipsis import repeated, restored
 from g3.inference.problem.phrases import (
     arguments_of,
@@ -48,9 +44,8 @@ from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
 from g3.language.lexicon.tables import WORDS
-from g3.language.lexicon.verb_chains import is_nominal, verb_of
-from g3.sdc.clauses import SDC, SDCType, Span, all_words
-from g3.sdc.sdc_notation import IMPLICIT_FIGURE
+from g3.language.lexicon.verb_chains import verb_of
+from g3.sdc.clauses import SDC, Span, all_words
 
 
 def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
@@ -66,8 +61,7 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
         The command; empty where only its clauses are known.
     """
     whole = _shared(restored(list(map(_whole, sdcs)), text, nouns))
-    wanted = [_wanted(_with_plain_phrases(sdc), nouns) for sdc in whole]
-    asking = without_statements(wanted, nouns)
+    asking = without_statements(list(map(_with_plain_phrases, whole)), nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
 
 
@@ -87,18 +81,11 @@ def _with_plain_phrases(sdc: SDC) -> SDC:
     return _one_place(sdc) if sdc.type == "EVENT" else sdc
 
 
-def _wanted(sdc: SDC, nouns: Nouns) -> SDC:
-    """A thing that is named where it isn't is wanted there: "the drum on the truck, please"."""
-    if sdc.type != "OBJECT":
-        return sdc
-    return _result(SDC("EVENT", figure=IMPLICIT_FIGURE, landmark1=(sdc,)), nouns) or sdc
-
-
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
     sdc = measures_apart(sdc)
-    for moved in (_put_beside, _light, _filled, _needed, _result):
+    for moved in (_put_beside, _result):
         sdc = moved(sdc, nouns) or sdc
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
@@ -218,105 +205,6 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
     return replace(sdc, landmark1=theme.figure, landmark2=(place,))
 
 
-def _light(sdc: SDC, _: Nouns) -> SDC | None:
-    sdc = _with_its_noun(sdc)
-    words = tuple(verb_words(sdc))
-    first = next(iter(sdc.landmark1), None)
-    start = verb_of(words).start
-    if (
-        first is None
-        or first.type != "OBJECT"
-        or WORDS["light"].isdisjoint(words[start : start + 1])
-    ):
-        return None
-    others = (*sdc.landmark1[1:], *sdc.landmark2)
-    if not all(map(is_measure, sdc.landmark1[1:])) or len(first.figure) > 1:
-        return None
-    leaf = first.figure[0] if first.figure else first
-    theme, act = _apart(whole_words(leaf.words))
-    own = bare_words(act)
-    if not leaf.is_leaf or len(own) < 2 or own[0] not in WORDS["an"] | {"one", "another"}:
-        return None
-    acts = is_nominal(own[-1]) or normalise(own[-1]) in WORDS["regarding"]
-    if not acts and own[1:] not in (["left"], ["right"]):
-        return None
-    around = tuple(word for word in act[:-1] if bare(word.text) not in WORDS["articles"])
-    themes = [SDC("OBJECT", words=theme)] if theme else []
-    rest = []
-    if first.relation and field_words(first.relation) == ("of",):
-        themes += first.landmark1
-    elif first.relation:
-        kind: SDCType = "PATH" if is_goal(first) or not first.landmark1 else "PLACE"
-        rest = [SDC(kind, relation=first.relation, landmark1=first.landmark1)]
-    relation = (*sdc.relation[:start], act[-1], *around, *sdc.relation[start + 1 :])
-    parts = (*themes, *rest, *others)
-    return replace(sdc, relation=relation, landmark1=parts[:1], landmark2=parts[1:])
-
-
-def _with_its_noun(sdc: SDC) -> SDC:
-    """A side after an article is a noun, however a tree has it: "take a left"."""
-    measures = tuple(part for part in arguments_of(sdc) if is_measure(part))
-    others = (part for part in arguments_of(sdc) if part not in measures)
-    said = tuple(word for part in others for word in all_words(part))
-    if bare_words(said) not in (["a", "left"], ["a", "right"]):
-        return sdc
-    return replace(sdc, landmark1=(SDC("OBJECT", words=said),), landmark2=measures)
-
-
-def _apart(words: tuple[Span, ...]) -> tuple[tuple[Span, ...], tuple[Span, ...]]:
-    """The two nouns of "the drum a lift", each with its article; the first is empty for one."""
-    inside = [i for i, word in enumerate(words) if i and bare(word.text) in WORDS["an"]]
-    cut = inside[-1] if inside else 0
-    return words[:cut], words[cut:]
-
-
-def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Move a load before the thing that it fills: "load the truck with the drum"."""
-    parts = arguments_of(sdc)
-    if not WORDS["filling"].isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == [
-        "OBJECT"
-    ]:
-        company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
-        if len(parts) == 2 and company and not _names_load(parts[0], nouns):
-            own = (*sdc.relation, *company[0].relation)
-            return replace(sdc, relation=own, landmark1=company[0].landmark1, landmark2=parts[:1])
-    filled = only_object(sdc)
-    if filled is None or not filled.figure or not filled.landmark1:
-        return None
-    if WORDS["filling"].isdisjoint(verb_words(sdc)) or bare_words(filled.relation) != ["with"]:
-        return None
-    if _names_load(filled.figure[0], nouns):
-        return None
-    return replace(
-        sdc,
-        relation=(*sdc.relation, *filled.relation),
-        landmark1=filled.figure,
-        landmark2=filled.landmark1,
-    )
-
-
-def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Move a load to the thing that needs it: "the truck needs the drum"."""
-    theme = only_object(sdc)
-    needs = subject_of(sdc)
-    if (
-        theme is None
-        or needs is None
-        or WORDS["asking"].isdisjoint(map(normalise, verb_words(sdc)))
-    ):
-        return None
-    if names_robot(needs) or _names_load(needs, nouns):
-        return None
-    if not _names_load(theme, nouns):
-        return None
-    return replace(sdc, figure=IMPLICIT_FIGURE, landmark1=(theme,), landmark2=(needs,))
-
-
-def _names_load(sdc: SDC, nouns: Nouns) -> bool:
-    return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
-
-
-_SPACE = len(" ")
 _Apart = tuple[SDC | None, tuple[Span, ...]]
 """Argument that stays in a clause, and the words that become the clause's own."""
 
@@ -351,7 +239,7 @@ def _with_distance(sdc: SDC) -> SDC:
     for part in sdc.landmark2:
         before = found[-1] if found else None
         leads = part.type in ("PLACE", "PATH") and before is not None and is_measure(before)
-        if before is not None and leads and side_by_side(before, part, _SPACE):
+        if before is not None and leads and side_by_side(before, part, len(" ")):
             found[-1] = replace(part, relation=(*before.words, *part.relation))
         else:
             found.append(part)

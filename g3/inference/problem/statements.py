@@ -17,7 +17,7 @@ from g3.language.lexicon.field_words import bare_words, normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.verb_classes import HANDLING_VERBS
-from g3.sdc.clauses import SDC, all_words
+from g3.sdc.clauses import SDC
 
 
 def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
@@ -30,7 +30,7 @@ def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     nouns
         What words may name in the world.
     """
-    states = [_closes(sdc) or _states(sdc, nouns) for sdc in sdcs]
+    states = [_states(sdc, nouns) for sdc in sdcs]
     for i, (sdc, following) in enumerate(pairwise(sdcs)):
         states[i] = states[i] or _wishes(sdc, following)
     if all(stated or sdc.type != "EVENT" for sdc, stated in zip(sdcs, states, strict=True)):
@@ -72,16 +72,6 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     )
 
 
-def _closes(sdc: SDC) -> bool:
-    """Check that a clause says that the command is at its end: "that's it"."""
-    said = set(bare_words(all_words(sdc)))
-    return (
-        said <= WORDS["closing"]
-        and bool(said & WORDS["demonstratives"])
-        and not said.isdisjoint(("it", "all"))
-    )
-
-
 def _wishes(sdc: SDC, following: SDC) -> bool:
     """Check that a clause says what is wanted, and the next one what is to be done about it.
 
@@ -106,6 +96,6 @@ def _named(sdc: SDC, nouns: Nouns) -> tuple[SDC, ...]:
     parts = (*sdc.figure, *sdc.landmark1, *sdc.landmark2)
     if all(p.is_implicit for p in parts) and nouns.name_load(sdc.relation):
         return (SDC("OBJECT", words=sdc.relation),)
-    if nouns.call_robot(sdc.relation) or _closes(sdc):
+    if nouns.call_robot(sdc.relation):
         return ()
     return tuple(p for p in parts if p.type == "OBJECT" and not (p.is_implicit or names_robot(p)))

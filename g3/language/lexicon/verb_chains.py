@@ -156,15 +156,6 @@ def _is_plain_verb(word: str) -> bool:
     return bool(_verb_classes(word)) and not set(_NO_VERBS) & set(word_class(word).split("+"))
 
 
-def is_nominal(word: str) -> bool:
-    """Check that a noun says what to do: "a lift", "a delivery".
-
-    >>> is_nominal("turn"), is_nominal("pickup"), is_nominal("truck")
-    (True, True, False)
-    """
-    return bool(_verb_classes(word))
-
-
 def _verb_classes(word: str) -> frozenset[str]:
     known = word_class(word) or word_class(normalise(word)) or FORMS["nominals"].get(word, "")
     return VERBS.intersection(known.split("+"))
