@@ -25,7 +25,7 @@ from g3.language.discourse.negation import negated
 from g3.language.lexicon.attribute_words import Dimension, colours_named, sizes_named
 from g3.language.lexicon.field_words import bare_words
 from g3.language.lexicon.tables import WORDS
-from g3.sdc.clauses import SDC, Span
+from g3.sdc.clauses import SDC
 
 CLEARLY = 1.1
 """People see that one thing is larger than another if it's so many times as large..."""
@@ -80,9 +80,9 @@ def contents(case: FactorCase) -> Measured:
 def carries(case: FactorCase) -> Measured:
     """A truck "with the tires" has them on it."""
     sdc, problem = case.sdc, case.problem
-    if not (WORDS["having"].intersection(_bare(sdc.relation)) and problem.carriers) or _has_nothing(
-        sdc
-    ):
+    if not (
+        WORDS["having"].intersection(bare_words(sdc.relation)) and problem.carriers
+    ) or _has_nothing(sdc):
         return False
     groups, decks = problem.scene.groups, problem.surfaces
     under = problem.carriers
@@ -104,25 +104,21 @@ def _adjectives(sdc: SDC) -> list[str]:
     What is said of a part of a thing isn't said of the thing: "the long side".
     """
     if sdc.words:
-        said = _bare(sdc.words)
+        said = bare_words(sdc.words)
         return [] if WORDS["parts"].intersection(said) else said
     if not sdc.landmark1:
-        return _bare(sdc.relation)
+        return bare_words(sdc.relation)
     return sorted(WORDS["empty"]) if _has_nothing(sdc) else []
 
 
 def _has_nothing(sdc: SDC) -> bool:
-    said = set(_bare(sdc.relation))
+    said = set(bare_words(sdc.relation))
     if not (sdc.landmark1 and said & WORDS["having"]):
         return False
-    named = set(_bare(noun_leaf(sdc.landmark1[0]).words))
+    named = set(bare_words(noun_leaf(sdc.landmark1[0]).words))
     return bool((named | said) & WORDS["nothing"]) or (
         negated(sdc) and bool(named & WORDS["quantifiers"])
     )
-
-
-def _bare(spans: Iterable[Span]) -> list[str]:
-    return bare_words(spans)
 
 
 def _things(case: FactorCase) -> tuple[PhysicalObject, ...]:

@@ -15,6 +15,7 @@ from g3.inference.problem.phrases import (
     side_by_side,
     subject_of,
     verb_words,
+    with_each,
 )
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import group, noun_leaf
@@ -84,11 +85,7 @@ def _leaves(sdc: SDC) -> list[SDC]:
 def _replaced(sdc: SDC, old: SDC, new: SDC) -> SDC:
     if sdc is old:
         return new
-    figure, first, second = (
-        tuple(_replaced(part, old, new) for part in own)
-        for own in (sdc.figure, sdc.landmark1, sdc.landmark2)
-    )
-    return replace(sdc, figure=figure, landmark1=first, landmark2=second)
+    return with_each(sdc, lambda part: _replaced(part, old, new))
 
 
 def _joined(sdcs: Sequence[SDC]) -> list[SDC]:

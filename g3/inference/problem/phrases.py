@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 
 from g3.features.sets.order import is_ordinal
@@ -167,6 +168,14 @@ def unstressed(words: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(
         w for w, a in zip(words, after, strict=False) if w != "right" or a not in WORDS["stressed"]
     )
+
+
+def with_each(sdc: SDC, change: Callable[[SDC], SDC]) -> SDC:
+    """A clause with the clauses in it changed."""
+    figure, first, second = (
+        tuple(map(change, own)) for own in (sdc.figure, sdc.landmark1, sdc.landmark2)
+    )
+    return replace(sdc, figure=figure, landmark1=first, landmark2=second)
 
 
 def verb_words(sdc: SDC) -> list[str]:

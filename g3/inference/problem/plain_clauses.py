@@ -36,6 +36,7 @@ from g3.inference.problem.phrases import (
     subject_of,
     verb_words,
     whole_words,
+    with_each,
 )
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
@@ -67,15 +68,11 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
 
 def _whole(sdc: SDC) -> SDC:
     """A clause whose relation has whole words: "counter-clockwise" is one."""
-    parts = (tuple(map(_whole, own)) for own in (sdc.figure, sdc.landmark1, sdc.landmark2))
-    return SDC(sdc.type, sdc.words, whole_words(sdc.relation), *parts)
+    return replace(with_each(sdc, _whole), relation=whole_words(sdc.relation))
 
 
 def _with_plain_phrases(sdc: SDC) -> SDC:
-    figure, first, second = (
-        tuple(map(_with_plain_phrases, own)) for own in (sdc.figure, sdc.landmark1, sdc.landmark2)
-    )
-    sdc = replace(sdc, figure=figure, landmark1=first, landmark2=second)
+    sdc = with_each(sdc, _with_plain_phrases)
     if sdc.type == "OBJECT":
         return _beside_it(sdc)
     return _one_place(sdc) if sdc.type == "EVENT" else sdc
