@@ -130,18 +130,6 @@ class Arrangements:
     rows: tuple[Things, ...]
     clusters: tuple[Things, ...]
 
-    @property
-    def called_rows(self) -> list[Things]:
-        """Things that may be called a row: straight ones, bent ones, or a cluster without any."""
-        straight = [{thing.id for thing in row} for row in self.rows]
-        loose = []
-        for cluster in self.clusters:
-            ids = {thing.id for thing in cluster}
-            shared = max((len(row & ids) for row in straight), default=0)
-            if shared < ROW or (shared < len(ids) and _is_chain(cluster)):
-                loose.append(cluster)
-        return [*self.rows, *loose]
-
 
 def arrangements_of(things: Sequence[PhysicalObject]) -> Arrangements:
     """Return the rows and the clusters of things, in the order of their first things."""
@@ -273,15 +261,6 @@ def _spanning_tree(middles: FloatArray) -> list[tuple[float, int, int]]:
         closer = ~inside & (gap[new] < nearest)
         nearest[closer], to[closer] = gap[new, closer], new
     return sorted(links)
-
-
-def _is_chain(things: Things) -> bool:
-    """Check that each thing but the first and last has two neighbours."""
-    middles = centres([thing.prism for thing in things])
-    gap = length(middles[:, None] - middles)
-    near = gap <= APART * _spanning_tree(middles)[-1][0]
-    beside = near.sum(axis=1) - 1
-    return bool((beside <= 2).all() and beside.sum() == 2 * (len(things) - 1))
 
 
 def along_spread(middles: FloatArray) -> IntArray:

@@ -28,6 +28,12 @@ def named(batch: FactorBatch, fields: tuple[WordField, ...]) -> BoolArray:
     return table[batch.factor]
 
 
+def says(batch: FactorBatch, words: frozenset[str], field: WordField = "relation") -> BoolArray:
+    """Find the rows that have any of some words in a field, shape (n,)."""
+    found = [not words.isdisjoint(factor.get(field, ())) for factor in batch.words]
+    return np.array(found, dtype=bool)[batch.factor]
+
+
 @lru_cache(maxsize=4096)
 def _named(words: tuple[str, ...]) -> tuple[bool, ...]:
     named_concepts = concepts(words)

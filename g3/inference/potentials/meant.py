@@ -61,14 +61,6 @@ def no_place(case: CandidateCase) -> Measured:
     return names_thing(case.sdc) and _says(case, lambda g: bool(_places(g)))
 
 
-@potential("whole-row", kind="noun", types=("OBJECT",), weight=UNLIKELY)
-def whole_row(case: CandidateCase) -> Measured:
-    """A row is all that stands in it: "the row"."""
-    if group_of(case.sdc).collective not in WORDS["rows"] or not case.problem.rows:
-        return False
-    return _says(case, lambda g: frozenset(_ids(g)) not in case.problem.rows)
-
-
 @potential("spoken-of", kind="noun", types=("OBJECT",), weight=UNLIKELY)
 def spoken_of(case: CandidateCase) -> Measured:
     """A thing that is pointed at was spoken of before: "this truck"."""

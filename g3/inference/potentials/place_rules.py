@@ -12,7 +12,7 @@ from g3.actions.grounding_candidates import are_free, carrier
 from g3.actions.robot_state import centres
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
-from g3.features.sets.named import named
+from g3.features.sets.named import named, says
 from g3.features.sets.ranks import local_centres
 from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, convex_hull, point_gap, rotate
@@ -167,19 +167,10 @@ def _sides(batch: FactorBatch) -> BoolArray:
 
     "At the end of the row to your right" is on the right whatever "to your right" belongs to.
     """
-    ends = np.array(
-        [bool(WORDS["ends"].intersection(words.get("relation", ()))) for words in batch.words]
-    )
-    named_sides = named(batch, ("relation",))
-    if ends.any():
-        named_sides = np.where(
-            ends[batch.factor, None], named(batch, ("relation", "landmark")), named_sides
-        )
-    named_sides = named_sides[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
-    behind = [
-        bool(WORDS["behind"].intersection(words.get("relation", ()))) for words in batch.words
-    ]
-    return np.column_stack((named_sides, np.array(behind)[batch.factor]))
+    ends = says(batch, WORDS["ends"])[:, None]
+    sides = np.where(ends, named(batch, ("relation", "landmark")), named(batch, ("relation",)))
+    sides = sides[:, [CONCEPTS.index(s) for s in ("left", "right", "front")]]
+    return np.column_stack((sides, says(batch, WORDS["behind"])))
 
 
 def _beyond(

@@ -7,13 +7,10 @@ from math import log
 
 import numpy as np
 
-from g3.actions.robot_state import names_person
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, group_key, things_of
-from g3.language.lexicon.field_words import bare
-from g3.language.lexicon.tables import WORDS
 
 LAST, EARLIER = 0.9, 0.1
 """Probability of what was spoken of last, and how much less probable each thing before it is."""
@@ -51,16 +48,6 @@ def not_itself(case: ReferentCase) -> Measured:
     """A load isn't the landmark of its own goal: "put it next to them"."""
     load = case.problem.load
     return bool(load) and np.array([load in {t.id for t in things_of(g)} for g in case.groups])
-
-
-@potential("personal", kind="referent", types=("OBJECT",), weight=log(0.05))
-def personal(case: ReferentCase) -> Measured:
-    """A pronoun for a person stands for one, where any is there: "next to him"."""
-    words = (bare(word.text) for word in case.tree.nodes[case.node].words)
-    if case.is_theme or WORDS["personal"].isdisjoint(words):
-        return False
-    named = [any(names_person(thing.labels) for thing in things_of(g)) for g in case.groups]
-    return any(named) and ~np.array(named)
 
 
 @potential("last-goal", kind="referent", types=("PLACE",), weight=1.0)

@@ -7,17 +7,14 @@ from math import log
 import numpy as np
 
 from g3.actions.arrangements import rows, turned
-from g3.actions.robot_state import centres
 from g3.features.factor_batch import FactorBatch, Role
+from g3.features.sets.named import named, says
 from g3.features.sets.ranks import local_centres
-from g3.geometry.footprints import centre
 from g3.geometry.plane import BoolArray, cross
-from g3.groundings import PhysicalObject
 from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.clause_roles import landmark_nodes
-from g3.inference.problem.grounding_problem import GroundingProblem, Group
-from g3.language.lexicon.concepts import concepts
+from g3.language.lexicon.concepts import CONCEPTS
 from g3.language.lexicon.field_words import field_words
 from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDCType
@@ -35,7 +32,7 @@ def next_in_row(case: FactorCase) -> Measured:
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
     applies = (
-        _named(batch, WORDS["lateral"]) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
+        says(batch, WORDS["lateral"]) & ~_sided(batch) & (mark >= 0) & (mark != batch.agent_body)
     )
     applies &= bodies.count[mark] == 1
     if not applies.any():
@@ -56,9 +53,7 @@ def row_line(case: FactorCase) -> Measured:
     """A place at the end or the side of several things is in line with them."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    applies = (
-        (_named(batch, WORDS["ends"]) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
-    )
+    applies = (says(batch, WORDS["ends"]) | _sided(batch)) & (mark >= 0) & (bodies.count[mark] > 1)
     if not applies.any():
         return False
     members = bodies.members[mark]
@@ -76,7 +71,7 @@ def place_between(case: FactorCase) -> Measured:
     """A place between things is on the way from one to another, rather in the middle of it."""
     batch = case.batch
     bodies, mark = batch.bodies, batch.landmark
-    applies = _named(batch, WORDS["between"]) & (mark >= 0) & (mark != batch.agent_body)
+    applies = says(batch, WORDS["between"]) & (mark >= 0) & (mark != batch.agent_body)
     if not applies.any():
         return False
     members = bodies.members[mark]
@@ -91,57 +86,18 @@ def place_between(case: FactorCase) -> Measured:
     return np.where(applies, off_middle, 0.0)
 
 
-def _is_between_one(case: CandidateCase) -> bool:
-    """Check that the candidates are all that a clause is between: "between the pallets"."""
-    said = WORDS["between"].intersection(field_words(case.clause.relation))
-    return bool(said) and len(landmark_nodes(case.tree, case.within)) == 1
-
-
 @potential(
     "between-several", kind="argument", types=_PHRASES, roles=("landmark",), weight=log(0.001)
 )
 def between_several(case: CandidateCase) -> Measured:
     """Nothing is between one thing."""
-    return _is_between_one(case) and case.each(lambda group: len(group) == 1)
-
-
-@potential(
-    "between-neighbours",
-    kind="argument",
-    types=("PLACE", "PATH"),
-    roles=("landmark",),
-    weight=log(0.1),
-)
-def between_neighbours(case: CandidateCase) -> Measured:
-    """A place between things is between two neighbours of a kind."""
-    return _is_between_one(case) and case.each(lambda g: not _are_neighbours(g, case.problem))
-
-
-def _are_neighbours(group: Group, problem: GroundingProblem) -> bool:
-    things = [g for g in group if isinstance(g, PhysicalObject)]
-    if len(things) != 2 or len(group) > 2:
+    said = WORDS["between"].intersection(field_words(case.clause.relation))
+    if not said or len(landmark_nodes(case.tree, case.within)) != 1:
         return False
-    one, other = (centre(thing.prism) for thing in things)
-    labels = set(things[0].labels)
-    apart = {things[0].id, things[1].id, problem.load}
-    rest = [
-        o for o in problem.state.context.objects if labels & set(o.labels) and o.id not in apart
-    ]
-    off = centres([thing.prism for thing in rest]) - one
-    way = other - one
-    if not way.any():
-        return False
-    along = off @ way / float(way @ way)
-    aside = np.abs(cross(off, way)) / np.linalg.norm(way)
-    return not bool(((along > 0) & (along < 1) & (aside < OFF_LINE_M)).any())
-
-
-def _named(batch: FactorBatch, words: frozenset[str]) -> BoolArray:
-    return np.array([bool(words.intersection(w.get("relation", ()))) for w in batch.words])[
-        batch.factor
-    ]
+    return case.each(lambda group: len(group) == 1)
 
 
 def _sided(batch: FactorBatch) -> BoolArray:
-    lateral = [bool({"left", "right"} & concepts(w.get("relation", ()))) for w in batch.words]
-    return np.array(lateral)[batch.factor]
+    lateral = [CONCEPTS.index("left"), CONCEPTS.index("right")]
+    sided: BoolArray = np.logical_or(*named(batch, ("relation",))[:, lateral].T)
+    return sided

@@ -11,6 +11,7 @@ from math import log
 
 import numpy as np
 
+from g3.features.sets.named import says
 from g3.features.sets.order import rivals
 from g3.features.sets.ranks import SAME_PLACE_M, is_robot, local_centres
 from g3.geometry.plane import BoolArray
@@ -25,8 +26,7 @@ from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, all_words
 
 FAR_TIMES = 1.5
-"""What is far from something has nothing alike that is so many times as far from it, and what is
-near it is itself not so many times as far as something alike."""
+"""What is near something is not so many times as far from it as something alike."""
 OPPOSITE = 0.2
 """What lies on the other side than one that was told has a sine of its direction beyond this."""
 
@@ -66,33 +66,16 @@ def alone(case: FactorCase) -> Measured:
 )
 def superlative(case: FactorCase) -> Measured:
     """Nothing alike is nearer than "the nearest to it", nor farther than "the farthest"."""
-    near, far = (
-        _says(case, WORDS["nearest"].intersection),
-        _says(case, WORDS["farthest"].intersection),
-    )
+    near, far = (says(case.batch, WORDS[name]) for name in ("nearest", "farthest"))
     sign = 1.0 * near - far
     return _beaten(case, sign != 0, lambda own, others: sign[:, None] * (own - others))
-
-
-@potential("far-from", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=-3.0)
-def far_from(case: FactorCase) -> Measured:
-    """Nothing alike is half as far again as "the crate far from the truck"."""
-    far = _says(case, lambda words: WORDS["distant"] & words and "from" in words)
-    return _beaten(case, far, lambda own, others: others - FAR_TIMES * own)
 
 
 @potential("near-to", kind="factor", types=("OBJECT",), roles=("figure", "landmark"), weight=-3.0)
 def near_to(case: FactorCase) -> Measured:
     """Nothing alike is by half nearer than "the crate next to the truck"."""
-    near = _says(case, lambda words: words & WORDS["next_to"] and not words & WORDS["distant"])
+    near = says(case.batch, WORDS["next_to"]) & ~says(case.batch, WORDS["distant"])
     return _beaten(case, near, lambda own, others: own - FAR_TIMES * others)
-
-
-def _says(case: FactorCase, test: Callable[[frozenset[str]], object]) -> BoolArray:
-    """Of which rows a relation's words pass a test; (n,)."""
-    passes = [bool(test(frozenset(words.get("relation", ())))) for words in case.batch.words]
-    found: BoolArray = np.array(passes, dtype=bool)[case.batch.factor]
-    return found
 
 
 def _beaten(

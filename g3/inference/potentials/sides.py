@@ -15,7 +15,7 @@ import numpy as np
 from g3.actions.arrangements import facing, lines, turned
 from g3.actions.robot_state import is_load
 from g3.features.factor_batch import FactorBatch, WordField
-from g3.features.sets.named import named
+from g3.features.sets.named import named, says
 from g3.features.sets.order import DIRECTIONS, all_ordinals, extents, ordinals, rivals
 from g3.features.sets.ranks import SAME_PLACE_M, is_member, is_robot, local_centres
 from g3.geometry.plane import BoolArray
@@ -116,11 +116,7 @@ def _away(batch: FactorBatch, direction: BoolArray) -> BoolArray:
 
 def _says(batch: FactorBatch, wanted: frozenset[str], free: BoolArray) -> BoolArray:
     """Check that each row's noun has one of some words, or its relation where that's free; (n,)."""
-    own, relation = (
-        np.array([bool(wanted.intersection(w.get(f, ()))) for w in batch.words]) for f in _FIELDS
-    )
-    result: BoolArray = own[batch.factor] | (relation[batch.factor] & free)
-    return result
+    return says(batch, wanted, "figure") | (says(batch, wanted) & free)
 
 
 def _arranged(batch: FactorBatch, rival: BoolArray) -> tuple[FloatArray, BoolArray, FloatArray]:

@@ -19,7 +19,6 @@ from g3.inference.problem.clause_roles import is_goal
 from g3.inference.problem.frames import (
     Frame,
     frame,
-    is_itself_put_later,
     is_put_later,
     leads_aboard,
     spares,
@@ -57,8 +56,6 @@ class Asked:
         What is on the forks.
     taken
         Whether the command itself has had that picked up.
-    put_later
-        Whether a later clause puts down what this one is about.
     sent
         Whether it says where something is in the end: "deliver it to the truck".
     spared
@@ -71,7 +68,6 @@ class Asked:
     onto_robot: bool = False
     held: str | None = None
     taken: bool = False
-    put_later: bool = False
     sent: bool = False
     spared: bool = False
 
@@ -82,7 +78,6 @@ Sense = Literal[
     "own-forks",
     "still",
     "none",
-    "before-putting",
     "putting",
     "placing",
     "carrying",
@@ -112,8 +107,6 @@ def sense(own: Frame, asked: Asked) -> Sense:  # noqa: PLR0911 - a case each
         return "none"
     if verb <= {"going", "turning", "staying"}:
         return "still"
-    if verb == {"carrying"} and asked.put_later:
-        return "before-putting"
     if verb == {"placing"} or (verb <= moving and asked.taken and asked.leads):
         return "putting"
     if "placing" in verb and not verb & {"taking", "carrying"}:
@@ -149,7 +142,6 @@ def _read(case: ActionCase) -> _Reading:
         onto_robot=onto_robot,
         held=held,
         taken=held not in (None, case.problem.state.held),
-        put_later=is_itself_put_later(tree, root),
         sent=own.sends,
         spared=spares(tree, root, held),
     )
@@ -223,13 +215,6 @@ def verb_forks(case: ActionCase) -> Measured:
     return ~down if found.sense == "lowering" else found.handles
 
 
-@potential("verb-put-later", kind="action", types=_CLAUSES, weight=UNUSUAL)
-def verb_put_later(case: ActionCase) -> Measured:
-    """A load that a later clause puts down isn't put down yet."""
-    found = _reading(case, "before-putting")
-    return found is not None and found.puts
-
-
 @potential("verb-put", kind="action", types=_CLAUSES, weight=UNUSUAL)
 def verb_put(case: ActionCase) -> Measured:
     """A verb of placing puts down, and so does moving on what was picked up before."""
@@ -272,7 +257,6 @@ def _not_taking(found: _Reading) -> BoolArray:
 
 
 _AGAINST: dict[Sense, Callable[[_Reading], BoolArray]] = {
-    "before-putting": lambda found: found.puts,
     "putting": lambda found: ~found.puts,
     "carrying": _not_carrying,
     "taking": _not_taking,

@@ -401,14 +401,6 @@ def is_put_later(tree: Tree, node: int) -> bool:
     return any(_puts(own) for own in later(tree, node))
 
 
-def is_itself_put_later(tree: Tree, node: int) -> bool:
-    """Check that a later clause puts down what is spoken of now: "set it down"."""
-    own = next(filter(_puts, later(tree, node)), None)
-    if own is None:
-        return False
-    return own.theme is None or is_pronoun(tree.nodes[own.theme])
-
-
 def _puts(own: Frame) -> bool:
     return own.places_load and not own.guessed
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from g3.actions.action_kinds import ActionKind, Amounts
-from g3.actions.arrangements import arrangements_of
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State
 from g3.groundings import FloatArray, Grounding, PhysicalObject
@@ -136,15 +135,6 @@ class GroundingProblem:
         things = (o for o in self.state.context.objects if o.id != self.state.context.agent_id)
         under = {thing.id: carrier(self.state, thing.id) for thing in things}
         return {upper: lower.id for upper, lower in under.items() if lower is not None}
-
-    @cached_property
-    def rows(self) -> frozenset[frozenset[str]]:
-        """Ids of things that stand in a row, but for what is on the forks."""
-        apart = (self.state.context.agent_id, self.state.held)
-        things = [o for o in self.state.context.objects if o.id not in apart]
-        return frozenset(
-            frozenset(o.id for o in row) for row in arrangements_of(things).called_rows
-        )
 
     @cached_property
     def surfaces(self) -> frozenset[str]:

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from g3.actions.arrangements import arrangements_of
 from g3.actions.grounding_candidates import object_groups
 from g3.geometry.footprints import centre
 from g3.geometry.plane import rotate
@@ -103,11 +102,3 @@ def test_so_many_of_a_row_from_either_end(count, gap, data):
     found = {frozenset(getattr(o, "id", "") for o in group) for group in groups}
     first = {frozenset(f"c{i}" for i in part) for part in (range(some), range(count)[-some:])}
     assert first <= found
-
-
-def test_a_row_may_turn_a_corner_but_a_block_is_none():
-    corner = [*crates(4), *(box(f"d{i}", "crate", (9.0, 3.0 * i, 0)) for i in range(1, 4))]
-    far = [box(f"f{i}", "crate", (60.0 + 9 * i, 40, 0)) for i in range(2)]
-    assert tuple(corner) in arrangements_of([*corner, *far]).called_rows
-    block = [box(f"b{i}", "crate", (3.0 * (i % 3), 3.0 * (i // 3), 0)) for i in range(6)]
-    assert tuple(block) not in arrangements_of([*block, *far]).called_rows

@@ -2,18 +2,14 @@
 
 import pytest
 
-from g3.actions.grounding_candidates import object_groups
 from g3.actions.robot_state import start_state
 from g3.groundings import Context, Place
 from g3.inference.potentials.cases import CandidateCase
 from g3.inference.potentials.meant import UNLIKELY
 from g3.inference.potentials.potential_registry import added
-from g3.inference.problem.grounding_problem import GroundingProblem
-from g3.inference.problem.packed_scene import scene_of
 from g3.inference.problem.phrases import named_places
 from g3.inference.search.thing_search import ground_others, ground_thing
 from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.constant_cost import ConstantCost
 from tests.g3.inference.ruled import (
     WEIGHT,
     adds,
@@ -111,20 +107,6 @@ def test_a_noun_that_is_all_of_a_label_means_no_thing_that_it_only_begins(parts)
     assert costs("the generator accessories") == [dear, 0]
     # Both stand on pallets.
     assert costs("the pallet") == [0, 0] or "pallet" not in parts
-
-
-def test_a_row_is_all_that_stands_in_it():
-    row_of = [thing(f"p{i}", "tire pallet", 5, 4 * i, (1.2, 1.2)) for i in range(3)]
-    boxes, far = thing("b", "box pallet", 5, 12, (1.2, 1.2)), thing("f", "tire pallet", 5, 40)
-    state = start_state(Context("yard", (*row_of, boxes, far, robot()), (), "robot"))
-    groups = object_groups(state.context)
-    assert (*row_of, boxes) in groups
-    problem = GroundingProblem(state, scene_of(state.context, groups), ConstantCost())
-    tried = ((*row_of, boxes), tuple(row_of), (far,))
-    costs = of_groups("whole-row", "OBJ(f = the row)", tried, problem)
-    assert costs.tolist() == [0, UNLIKELY, UNLIKELY]
-    # What is on the forks is in no row.
-    assert tuple(row_of) in object_groups(state.context, "b")
 
 
 def test_you_are_the_robot():
@@ -234,20 +216,6 @@ def test_what_is_next_to_something_has_nothing_alike_much_nearer():
     dear = WEIGHT["near-to"]
     assert costs("next to") == costs("by") == costs("near") == [0, dear, dear, dear]
     assert costs("not far from") == costs("left of") == costs("far from") == [0, 0, 0, 0]
-
-
-def test_what_is_far_from_something_has_nothing_alike_much_farther():
-    rank = [thing(name, "pallet", x, 0) for name, x in (("a", 5), ("b", 9), ("c", 12), ("d", 14))]
-    barrel = thing("barrel", "barrel", 1, 3, (1, 1))
-    world = scene(*rank, barrel, thing("e", "crate", 30, 0), agent=robot())
-
-    def costs(relation):
-        roles = {"words": "the pallet", "relation": relation, "landmark": (barrel,)}
-        return of_examples("far-from", world, "OBJECT", rank, **roles).tolist()
-
-    dear = WEIGHT["far-from"]
-    assert costs("far from") == costs("far away from") == [dear, dear, 0, 0]
-    assert costs("from") == costs("far") == costs("next to") == [0, 0, 0, 0]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from g3.actions.grounding_candidates import carrier, object_groups, square
+from g3.actions.grounding_candidates import carrier, square
 from g3.actions.robot_state import start_state
 from g3.groundings import Context, Place
 from g3.inference.potentials.cases import SpotCase
@@ -13,12 +13,9 @@ from g3.inference.potentials.meant import UNLIKELY
 from g3.inference.potentials.place_rules import on_ground
 from g3.inference.potentials.potential_registry import allowed
 from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.grounding_problem import GroundingProblem
-from g3.inference.problem.packed_scene import scene_of
 from g3.inference.search.arguments import arguments
-from g3.inference.search.thing_search import ground_place, ground_places, landmarks_of
+from g3.inference.search.thing_search import ground_place, ground_places
 from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.constant_cost import ConstantCost
 from tests.g3.inference.following_commands import under, world
 from tests.g3.inference.ruled import WEIGHT, of_examples, of_groups, problem_in, tree_of
 from tests.worlds import robot, scene, thing
@@ -178,21 +175,6 @@ def test_between_things_is_on_the_way_from_one_to_the_other():
         roles = {"relation": "between", "landmark": landmark}
         assert of_places("place-between", places, world, **roles) == pytest.approx(np.array(costs))
     assert not of_places("place-between", places, world, relation="near", landmark=pair).any()
-
-
-def test_what_is_between_pallets_is_between_neighbours():
-    tree = tree_of("PLACE(r = between, l = OBJ(f = the pallets))")
-    scene = scene_of(STATE.context, object_groups(STATE.context))
-
-    def best(**options):
-        beam = landmarks_of(tree, 0, GroundingProblem(STATE, scene, ConstantCost(), **options))
-        groups = {frozenset(o.id for o in c.group): c.score for c in beam}
-        return {group for group, score in groups.items() if score == beam[0].score}
-
-    assert {frozenset("ab"), frozenset("bc")} <= best()
-    assert frozenset("ac") not in best()
-    # What is moved is out of the way.
-    assert frozenset("ac") in best(load="b")
 
 
 def test_what_has_no_place_is_put_down_ahead_rather_than_aside():
