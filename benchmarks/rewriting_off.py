@@ -29,8 +29,8 @@ from g3.inference.tree_choice import PARSES
 from g3.language.parsing.parser import parse_unsure
 
 FUNCTIONS = (
-    *("restored", "_shared", "_beside_it", "_one_place", "measures_apart"),
-    *("_put_beside", "_result", "without_statements", "repeated"),
+    *("restored", "_shared", "_one_place", "measures_apart", "_result"),
+    *("without_statements", "repeated"),
 )
 
 

@@ -8,10 +8,8 @@ stays as it is.
 | --- | --- | --- |
 | `restored` | far tires, truck | far tires (to the truck) |
 | `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
-| `_beside_it` | the crate with a drum beside it | the crate beside a drum |
 | `_one_place` | put it on the ground by the gate | put it by the gate |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
-| `_put_beside` | lower the drum by the gate, while it is held | lower (the drum) (by the gate) |
 | `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
 | `without_statements` | there are two crates by the gate. Lift one | lift one |
 | `repeated` | put the drum on the truck, then the crate | …, then put the crate on the truck |
@@ -28,7 +26,6 @@ from g3.inference.problem.phrases import (
     arguments_of,
     is_floor,
     is_measure,
-    is_pronoun,
     names_forks,
     names_robot,
     only_object,
@@ -73,8 +70,6 @@ def _whole(sdc: SDC) -> SDC:
 
 def _with_plain_phrases(sdc: SDC) -> SDC:
     sdc = with_each(sdc, _with_plain_phrases)
-    if sdc.type == "OBJECT":
-        return _beside_it(sdc)
     return _one_place(sdc) if sdc.type == "EVENT" else sdc
 
 
@@ -82,8 +77,7 @@ def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
     sdc = measures_apart(sdc)
-    for moved in (_put_beside, _result):
-        sdc = moved(sdc, nouns) or sdc
+    sdc = _result(sdc, nouns) or sdc
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
     )
@@ -108,15 +102,6 @@ def _subject_before(before: SDC, sdc: SDC) -> SDC | None:
     goes = verb_of(tuple(verb_words(sdc))).classes == {"going"}
     near = side_by_side(before, sdc, len(" and "))
     return subject if goes and leads and near and not subject_of(sdc) else None
-
-
-def _beside_it(sdc: SDC) -> SDC:
-    mark = next(iter(sdc.landmark1), None)
-    if mark is None or WORDS["having"].isdisjoint(verb_words(sdc)) or not mark.figure:
-        return sdc
-    if not (mark.landmark1 and is_pronoun(mark.landmark1[0]) and _says_beside(mark)):
-        return sdc
-    return replace(sdc, relation=mark.relation, landmark1=mark.figure)
 
 
 def _says_beside(sdc: SDC) -> bool:
@@ -153,27 +138,6 @@ def _is_on_it(place: SDC) -> bool:
     """Check that a place is on the thing just named: "on it"."""
     marks = [bare(word.text) for mark in place.landmark1 for word in all_words(mark)]
     return bool(marks) and WORDS["it"].issuperset(marks) and "on" in verb_words(place)
-
-
-def _put_beside(sdc: SDC, nouns: Nouns) -> SDC | None:
-    held = nouns.state.held
-    theme = next(iter(sdc.landmark1), None)
-    if held is None or theme is None or len(theme.figure) != 1 or not theme.landmark1:
-        return None
-    said = concepts(field_words(theme.relation))
-    if verb_of(tuple(verb_words(sdc))).classes != {"placing"} or not said & BESIDE:
-        return None
-    names = WORDS["generic"].union(map(normalise, nouns.state.thing(held).labels))
-    named = noun_leaf(theme).words
-    own = WORDS["you"].intersection(bare_words(named[:1]))
-    if not (own or names.intersection(field_words(named))):
-        return None
-    place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
-    floors = [p for p in sdc.landmark2 if p.landmark1 and is_floor(p.landmark1[0])]
-    others = (*sdc.landmark1[1:], *(p for p in sdc.landmark2 if p not in floors))
-    if any(part.type in ("PLACE", "PATH") for part in others):
-        return None
-    return replace(sdc, landmark1=theme.figure, landmark2=(place, *others))
 
 
 def _result(sdc: SDC, nouns: Nouns) -> SDC | None:

@@ -7,7 +7,6 @@ then, but nothing is to be done about it. A command that has nothing else keeps 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 from g3.inference.problem.phrases import is_pronoun, names_robot
 from g3.inference.problem.world_nouns import Nouns
@@ -16,7 +15,6 @@ from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare_words, normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.sdc.clauses import SDC
 
 
@@ -31,8 +29,6 @@ def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
         What words may name in the world.
     """
     states = [_states(sdc, nouns) for sdc in sdcs]
-    for i, (sdc, following) in enumerate(pairwise(sdcs)):
-        states[i] = states[i] or _wishes(sdc, following)
     if all(stated or sdc.type != "EVENT" for sdc, stated in zip(sdcs, states, strict=True)):
         return tuple(sdcs)
     return tuple(
@@ -70,25 +66,6 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
         or (bool(subjects) and (head in WORDS["stating"] or words[0] in WORDS["past"]))
         or (bool(named) if exists else not (named or subjects or verb.classes))
     )
-
-
-def _wishes(sdc: SDC, following: SDC) -> bool:
-    """Check that a clause says what is wanted, and the next one what is to be done about it.
-
-    "I want the crate by the gate. Lift it."
-    """
-    if sdc.type != "EVENT" or following.type != "EVENT":
-        return False
-    parts = [p for p in (*sdc.landmark1, *sdc.landmark2) if not p.is_implicit]
-    verb = verb_of(tuple(bare_words(sdc.relation)))
-    asks = WORDS["asking"].intersection(
-        normalise(word.text) for word in sdc.relation[verb.start :][:1]
-    )
-    if not asks or [p.type for p in parts] != ["OBJECT"] or names_robot(parts[0]):
-        return False
-    others = [p for p in (*following.landmark1, *following.landmark2) if p.type == "OBJECT"]
-    handles = verb_of(tuple(bare_words(following.relation))).classes
-    return bool(handles & HANDLING_VERBS) and all(map(is_pronoun, others))
 
 
 def _named(sdc: SDC, nouns: Nouns) -> tuple[SDC, ...]:
