@@ -35,6 +35,7 @@ def commands(corpus: str, slu_core: Path | None, folder: Path) -> Iterator[str]:
     yield f"growth {corpus}"
     yield "inference"
     yield "logs"
+    yield "many_episodes"
     yield "rendering"
     yield "jobs"
     yield "cold_start"

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.lerobot import language_rows
 from corpus_tools.lerobot.episode_reading import EPISODES_JSONL, INFO, NEW, OLD, PATHS
-from corpus_tools.lerobot.language_rows import SUBTASK, Language
+from corpus_tools.lerobot.language_rows import LANGUAGE_JSONL, SUBTASK, Language
 from corpus_tools.lerobot.task_tables import TASKS_JSONL, TASKS_PARQUET, tasks_parquet
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from corpus_tools.video.cutting import first_picture, whole
@@ -39,8 +39,6 @@ IMAGES = "observation.images"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 FILES_IN_CHUNK = 1000
-LANGUAGE_JSONL = "meta/language.jsonl"
-"""The file of version 2.1 with language beside the tasks."""
 _RENDER = "render it again: ct render-videos --corpus CORPUS --out FOLDER --force"
 QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
 

@@ -270,18 +270,18 @@ class _Files:
 
     def __init__(self, dataset: Dataset) -> None:
         self._dataset = dataset
-        self._checked: dict[str, Path] = {}
+        self._checked: dict[tuple[int | str, ...], Path] = {}
         self._folders: set[Path] = set()
 
     def of(self, kind: str, names: Mapping[str, int | str]) -> Path:
         """Return a file, by the given pattern, else by the usual one."""
-        dataset = self._dataset
-        usual = dict(zip(("data_path", "video_path"), PATHS[dataset.is_old], strict=True))
-        pattern = getattr(dataset.info, kind) or usual[kind]
-        where = f"{dataset.folder / INFO}, {kind}"
-        name = filled_in(pattern, names, where=where)
-        if name not in self._checked:
-            self._checked[name] = file_inside(
-                dataset.folder, name, where=where, checked=self._folders
-            )
-        return self._checked[name]
+        key = (kind, *names.values())
+        if key not in self._checked:
+            dataset = self._dataset
+            usual = dict(zip(("data_path", "video_path"), PATHS[dataset.is_old], strict=True))
+            pattern = getattr(dataset.info, kind) or usual[kind]
+            where = f"{dataset.folder / INFO}, {kind}"
+            name = filled_in(pattern, names, where=where)
+            inside = file_inside(dataset.folder, name, where=where, checked=self._folders)
+            self._checked[key] = inside
+        return self._checked[key]

@@ -25,7 +25,9 @@ import numpy.typing as npt
 from corpus_tools.lerobot.dataset_files import (
     content_of,
     damaged,
+    file_inside,
     is_text,
+    json_lines,
     parquet_file,
     whole_numbers_of,
 )
@@ -41,6 +43,8 @@ INTERJECTION, VQA, TRACE = "interjection", "vqa", "trace"
 USER, ASSISTANT = "user", "assistant"
 SAY = "say"
 """The tool whose call is what the robot says."""
+LANGUAGE_JSONL = "meta/language.jsonl"
+"""The file of version 2 with language: it has no columns for it, and its readers refuse others."""
 FRAMES_AT_ONCE = 4096
 
 Row = dict[str, Any]
@@ -357,18 +361,24 @@ def check_language(schema: Any, file: Path) -> None:
             language_array([reach], widened(kind, column_types()[column]))
 
 
-def widened(kind: Any, usual: Any) -> Any:
-    """Return a type in which nulls have become those of `usual`, and the rest stays."""
+def widened(kind: Any, usual: Any, *, is_complete: bool = False) -> Any:
+    """Return a type in which nulls have become those of `usual`, and the rest stays.
+
+    If it is to be complete, it gets the fields that its rows lack: a question without its camera
+    is about no picture.
+    """
     pa, _ = import_pyarrow()
     if pa.types.is_null(kind):
         return usual
     new = kind
     if _is_list(kind) and _is_list(usual):
         make = pa.large_list if pa.types.is_large_list(kind) else pa.list_
-        new = make(widened(kind.value_type, usual.value_type))
+        new = make(widened(kind.value_type, usual.value_type, is_complete=is_complete))
     elif pa.types.is_struct(kind) and pa.types.is_struct(usual):
         names = {f.name: f.type for f in usual}
-        new = pa.struct([f.with_type(widened(f.type, names.get(f.name, f.type))) for f in kind])
+        fields = [f.with_type(widened(f.type, names.get(f.name, f.type))) for f in kind]
+        fields += [f for f in usual if is_complete and kind.get_field_index(f.name) < 0]
+        new = pa.struct(fields)
     return kind if new == kind else new
 
 
@@ -407,13 +417,48 @@ def _is_list(kind: Any) -> bool:
     return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind))
 
 
-def persistent_rows(dataset: Dataset) -> Iterator[tuple[int, list[Row]]]:
+def persistent_rows(
+    dataset: Dataset, files: Iterable[Path] | None = None
+) -> Iterator[tuple[int, list[Row]]]:
     """Yield for each episode its number and its persistent rows, of datasets that have some.
 
     Only the first frame of an episode is made into objects of Python, so that memory stays flat.
+
+    Parameters
+    ----------
+    files
+        Files with the frames of the episodes; all of the dataset if None.
     """
-    for file in data_files(dataset):
+    for file in data_files(dataset) if files is None else files:
         yield from persistent_rows_of(file)
+    yield from language_lines(dataset)[0].items()
+
+
+def language_lines(
+    dataset: Dataset,
+) -> tuple[dict[int, list[Row]], dict[tuple[int, int], list[Row]]]:
+    """Return what a dataset of version 2 has in its file of language.
+
+    That are the persistent rows by the numbers of episodes, and events by those of episodes and
+    frames. Nothing without such a file.
+    """
+    persistent: dict[int, list[Row]] = {}
+    events: dict[tuple[int, int], list[Row]] = {}
+    file = file_inside(dataset.folder, LANGUAGE_JSONL, where=str(dataset.folder / LANGUAGE_JSONL))
+    if not dataset.is_old or not file.exists():
+        return persistent, events
+    for record in json_lines(file):
+        index, row = record.whole("episode_index"), {n: record.values.get(n) for n in _FIELDS}
+        for name in ("role", "content", "style", "camera"):
+            if not isinstance(row[name], str | None):
+                raise record.error(name, f"{row[name]!r:.80} is no text")
+        if record.values.get("frame_index") is None:
+            row["timestamp"] = record.seconds("timestamp")
+            persistent.setdefault(index, []).append(row)
+        else:
+            del row["timestamp"]
+            events.setdefault((index, record.whole("frame_index")), []).append(row)
+    return persistent, events
 
 
 def persistent_rows_of(file: Path) -> Iterator[tuple[int, list[Row]]]:
@@ -452,6 +497,8 @@ def event_rows(dataset: Dataset) -> Iterator[tuple[int, int, list[Row]]]:
                         yield index, seen[index], [row for row in rows if row is not None]
                     seen[index] += 1
                 first_row += len(episodes)
+    for (index, frame), rows in language_lines(dataset)[1].items():
+        yield index, frame, rows
 
 
 def _checked(row: Row | None, where: str) -> Row:

@@ -1,9 +1,10 @@
 """Putting language, tasks and columns of the episodes' index into a copy of a LeRobot dataset.
 
 Videos are linked, or copied where that can't be done. Of the frames only the two language columns
-change, and ``task_index`` where an episode gets a new task. A file in which nothing changes is
-copied byte for byte. Files are read and written a group of rows at a time, so that memory stays
-flat.
+change, and ``task_index`` where an episode gets a new task. Version 2 has no such columns: there
+language is in a file of its own, unless somebody has added the columns already. A file in which
+nothing changes is copied byte for byte. Files are read and written a group of rows at a time, so
+that memory stays flat.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import json
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -36,6 +37,7 @@ from corpus_tools.lerobot.episode_index import IndexColumn, rewritten_index
 from corpus_tools.lerobot.language_rows import (
     EVENTS,
     FEATURE,
+    LANGUAGE_JSONL,
     PERSISTENT,
     PLAN,
     SAY,
@@ -46,6 +48,7 @@ from corpus_tools.lerobot.language_rows import (
     column_types,
     events_of,
     language_array,
+    language_lines,
     persistent_rows_of,
     placed,
     plans,
@@ -166,7 +169,7 @@ def write_language(
             fix="name a folder elsewhere: the dataset stays as it is",
         )
     table, notes, new = task_table(dataset), [], dict[int, _NewLanguage]()
-    changed: set[Path] = set()
+    data: dict[int, Path] = {}
     wrong: list[CorpusError] = []
     numbers: set[int] = set()
     there: set[int] = set()
@@ -178,7 +181,7 @@ def write_language(
         there.add(index)
         if added is not None:
             new[index], gone = _new_language(framed, added, dataset)
-            changed.add(framed.episode.data)
+            data[index] = framed.episode.data
             notes += [
                 f"episode {index}: the task {text!r:.60} is no longer its own" for text in gone
             ]
@@ -194,7 +197,10 @@ def write_language(
         )
     notes += [f"episode {n}: its language isn't written: it is no episode here" for n in left_out]
     tasks_of = _new_tasks(table, new, max(numbers, default=-1))
-    with_language = any(one.is_language for one in new.values())
+    is_said = any(one.is_language for one in new.values())
+    in_lines = dataset.is_old and not any(map(_has_columns, episode_reading.data_files(dataset)))
+    with_language = is_said and not in_lines
+    changed = {data[index] for index in (tasks_of.numbers if in_lines else data)}
     peoples = _peoples_wordings(source / PROVENANCE)
     events = {index: events_of(one.items) for index, one in new.items()}
     usual = column_types(has_speech=_has_speech(new))
@@ -212,7 +218,7 @@ def write_language(
                 continue
             name = file.relative_to(source).as_posix()
             files[name] = Path(scratch) / f"{name}.new"
-            rows = _rows_by_episode(file, new, peoples, notes)
+            rows = _rows_by_episode(persistent_rows_of(file), new, peoples, notes)
             of_file = _FileEvents(events)
             _rewrite(file, files[name], rows, of_file, kinds=kinds, tasks=tasks_of.numbers)
             notes += of_file.notes
@@ -229,14 +235,19 @@ def write_language(
                 dataset, Path(scratch), {i: one.new_tasks for i, one in new.items()}, columns
             ),
         }
-        for name, content in (*attachments.items(), (PROVENANCE, _provenance(language, new))):
-            if content:  # behind the lines of those who were asked about this dataset earlier
-                before = every.get(name, b"") if name.endswith(".jsonl") else b""
-                every[name] = (
-                    before.read_bytes() if isinstance(before, Path) else before
-                ) + content
+        if is_said and in_lines:
+            every[LANGUAGE_JSONL] = _lines(dataset, new, events, peoples, notes)
+        _attach(every, [*attachments.items(), (PROVENANCE, _provenance(language, new))])
         write_folder(target, every, force=force, marker=episode_reading.INFO)
     return notes
+
+
+def _attach(every: dict[str, bytes | Path], further: Iterable[tuple[str, bytes]]) -> None:
+    """Add files, and lines behind those of people who were asked about the dataset earlier."""
+    for name, content in further:
+        before = every.get(name, b"") if name.endswith(".jsonl") else b""
+        if content:
+            every[name] = (before.read_bytes() if isinstance(before, Path) else before) + content
 
 
 def _notes(items: Sequence[Placed]) -> Iterator[str]:
@@ -366,10 +377,14 @@ def _language_kinds(
     kinds = {name: kind for name, kind in usual.items() if is_added or name in before.names}
     if EVENTS in before.names:
         kind = before.field(EVENTS).type
-        kinds[EVENTS] = widened(kind, usual[EVENTS]) if has_events else kind
+        kinds[EVENTS] = widened(kind, usual[EVENTS], is_complete=True) if has_events else kind
     if PERSISTENT in before.names:
         kinds[PERSISTENT] = widened(before.field(PERSISTENT).type, usual[PERSISTENT])
     return kinds
+
+
+def _has_columns(file: Path) -> bool:
+    return not {PERSISTENT, EVENTS}.isdisjoint(_schema(file).names)
 
 
 def _schema(file: Path) -> Any:
@@ -462,8 +477,32 @@ class _FileEvents:
         return pa.chunked_array(chunks, kind)
 
 
+def _lines(
+    dataset: episode_reading.Dataset,
+    new: Mapping[int, _NewLanguage],
+    new_events: Mapping[int, Mapping[int, list[Row]]],
+    peoples: Collection[tuple[int, str]],
+    notes: list[str],
+) -> bytes:
+    """Return the file of language of a dataset of version 2."""
+    had, events = language_lines(dataset)
+    lines: list[dict[str, Any]] = []
+    for index, changed in sorted(_rows_by_episode(had.items(), new, peoples, notes).items()):
+        rows = had[index] if changed is None else changed
+        lines += [{"episode_index": index, **row} for row in rows]
+    for index, of_episode in new_events.items():
+        for frame, rows in of_episode.items():
+            events[index, frame] = with_events(events.get((index, frame), ()), rows)
+    for (index, frame), rows in sorted(events.items()):
+        about: dict[str, Any] = {"episode_index": index, "frame_index": frame}
+        if index in new:
+            about["timestamp"] = float(new[index].timestamps[frame])
+        lines += [{**about, **row} for row in rows]
+    return msgspec.json.Encoder().encode_lines(lines)
+
+
 def _rows_by_episode(
-    file: Path,
+    before: Iterable[tuple[int, list[Row]]],
     new: Mapping[int, _NewLanguage],
     peoples: Collection[tuple[int, str]],
     notes: list[str],
@@ -471,7 +510,7 @@ def _rows_by_episode(
     """Return the persistent rows of episodes; None for those that stay as they are."""
     result: dict[int, list[Row] | None] = {}
     had: dict[int, list[Row]] = {}
-    for index, rows in persistent_rows_of(file):
+    for index, rows in before:
         had.setdefault(index, rows)
         result[index] = None
     for index, one in new.items():

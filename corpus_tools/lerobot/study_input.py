@@ -54,7 +54,7 @@ from corpus_tools.lerobot.language_rows import (
     VQA,
     Row,
     event_rows,
-    persistent_rows_of,
+    persistent_rows,
 )
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from g3.errors import CorpusError, FormatError
@@ -195,7 +195,7 @@ def study_input(
         ),
         SUBTASKS: (
             (*VIDEO_COLUMNS, "command", *_OF_SUBTASKS, *more),
-            list(_of_texts(dataset, _lasting(shown, (SUBTASK,), notes), cameras, curves)),
+            list(_of_texts(dataset, _lasting(dataset, shown, (SUBTASK,), notes), cameras, curves)),
         ),
         MOMENTS: (
             (*VIDEO_COLUMNS, "command", *_OF_SUBTASKS, *more),
@@ -203,7 +203,7 @@ def study_input(
                 _of_texts(
                     dataset,
                     [
-                        *_lasting(shown, (MEMORY, MOTION), notes),
+                        *_lasting(dataset, shown, (MEMORY, MOTION), notes),
                         *_events(dataset, shown, cameras[0], notes),
                     ],
                     cameras,
@@ -365,34 +365,36 @@ class _Text:
     until_s: float
 
 
-def _lasting(shown: Sequence[_Shown], styles: Collection[str], notes: list[str]) -> Iterator[_Text]:
+def _lasting(
+    dataset: Dataset, shown: Sequence[_Shown], styles: Collection[str], notes: list[str]
+) -> Iterator[_Text]:
     """Yield the texts that last until the next one of their style.
 
     Those with one beginning share a part.
     """
     by_index = {one.framed.episode.index: one for one in shown}
     seen: set[int] = set()
-    for file in dict.fromkeys(one.framed.episode.data for one in shown):
-        for index, rows in persistent_rows_of(file):
-            one = by_index.get(index)
-            if one is None or index in seen:
-                continue
-            seen.add(index)
-            first_s, length_s = float(one.framed.frames.times[0]), one.framed.length_s
-            for style in styles:
-                texts = []
-                for row in sorted((r for r in rows if r["style"] == style), key=_time):
-                    since_s = round(_time(row) - first_s, 6)
-                    if not 0 <= since_s < length_s or not (row["content"] or "").strip():
-                        text, at = repr(row["content"])[:60], f"at {_time(row):g} s"
-                        why = f"isn't shown: the episode has {length_s:g} s, and it needs a text"
-                        notes.append(f"episode {index}: the {style} {text} {at} {why}")
-                        continue
-                    texts.append((since_s, row))
-                starts = [*sorted({since_s for since_s, _ in texts}), length_s]
-                for since_s, row in texts:
-                    end_s = starts[starts.index(since_s) + 1]
-                    yield _Text(one, style, row["content"], _time(row), since_s, end_s)
+    files = dict.fromkeys(one.framed.episode.data for one in shown)
+    for index, rows in persistent_rows(dataset, files):
+        one = by_index.get(index)
+        if one is None or index in seen:
+            continue
+        seen.add(index)
+        first_s, length_s = float(one.framed.frames.times[0]), one.framed.length_s
+        for style in styles:
+            texts = []
+            for row in sorted((r for r in rows if r["style"] == style), key=_time):
+                since_s = round(_time(row) - first_s, 6)
+                if not 0 <= since_s < length_s or not (row["content"] or "").strip():
+                    text, at = repr(row["content"])[:60], f"at {_time(row):g} s"
+                    why = f"isn't shown: the episode has {length_s:g} s, and it needs a text"
+                    notes.append(f"episode {index}: the {style} {text} {at} {why}")
+                    continue
+                texts.append((since_s, row))
+            starts = [*sorted({since_s for since_s, _ in texts}), length_s]
+            for since_s, row in texts:
+                end_s = starts[starts.index(since_s) + 1]
+                yield _Text(one, style, row["content"], _time(row), since_s, end_s)
 
 
 def _events(

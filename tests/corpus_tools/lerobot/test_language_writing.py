@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from g3.errors import FormatError
 from tests.lerobot_datasets import (
     CAMERA,
     LANGUAGE,
+    ROW,
     WRIST,
     new_dataset,
     old_dataset,
@@ -138,25 +140,63 @@ def test_episodes_without_a_task_get_one(tmp_path: Path):
     } == {2}
 
 
-def test_version_2_gets_language_and_tasks(tmp_path: Path):
-    source = old_dataset(tmp_path / "set")
-    write_language(open_dataset(source), tmp_path / "copy", PEOPLE, attachments={})
+def test_version_2_gets_tasks_and_a_file_of_language(tmp_path: Path):
+    """Its readers refuse columns that they don't know, so frames are the same byte for byte."""
+    source = open_dataset(old_dataset(tmp_path / "set"))
+    language = dict(PEOPLE)
+    speech = Language("interjection", 0.42, "Wait!", {"who": "p"}, reply="Yes.")
+    language[0] = replace(language[0], said=(*language[0].said, speech))
+    write_language(source, tmp_path / "copy", language, attachments={})
     copy = open_dataset(tmp_path / "copy")
     assert [e.tasks for e in copy.episodes()][2] == ("Wait.",)
     found = dict(persistent_rows(copy))
     assert [row["content"] for row in found[0] if row["style"] == "subtask"] == [
         "reach for it", "take it",
     ]  # fmt: skip
-    assert found[1] == []
+    assert 1 not in found
+    ((index, frame, rows),) = event_rows(copy)
+    assert (index, frame, [row["content"] for row in rows]) == (0, 4, [None, "Wait!"])
+    assert rows[0]["tool_calls"][0]["function"]["arguments"] == {"text": "Yes."}
+    assert "language_persistent" not in copy.info.features
     lines = (tmp_path / "copy/meta/tasks.jsonl").read_text().splitlines()
     assert json.loads(lines[-1]) == {"task_index": 2, "task": "Wait."}
-    last = pq.read_table(data_files(copy)[2])
+    before, after = data_files(source), data_files(copy)
+    assert [one.read_bytes() for one in after[:2]] == [one.read_bytes() for one in before[:2]]
+    last = pq.read_table(after[2])
     assert set(last.column("task_index").to_pylist()) == {2}
+    assert last.column_names == pq.read_table(before[2]).column_names
+    # The copy is input of a study, and can be corrected in turn.
+    cut = EpisodeLanguage((Language("subtask", 0.0, "grab"),), frozenset({"subtask", "plan"}))
+    write_language(copy, tmp_path / "again", {0: cut}, attachments={})
+    again = open_dataset(tmp_path / "again")
+    of_first = dict(persistent_rows(again))[0]
+    assert [row["content"] for row in of_first if row["style"] == "subtask"] == ["grab"]
+    assert {"task_aug", "plan"} <= {row["style"] for row in of_first}
+    assert [list(one) for one in event_rows(again)] == [[0, 4, rows]]
+
+
+@pytest.mark.parametrize(
+    ("more", "where"),
+    [
+        ({"content": ["reach"], "timestamp": 0}, "row 1, column content"),
+        ({"content": "reach", "timestamp": "0"}, "row 1, column timestamp"),
+        ({"content": "reach", "frame_index": -1}, "row 1, column frame_index"),
+    ],
+)
+def test_a_damaged_file_of_language_names_its_row(
+    tmp_path: Path, more: dict[str, object], where: str
+):
+    folder = old_dataset(tmp_path / "set")
+    write_lines(folder / "meta/language.jsonl", [{"episode_index": 0, "style": "subtask", **more}])
+    with pytest.raises(FormatError, match=where):
+        list(persistent_rows(open_dataset(folder)))
+    with pytest.raises(FormatError, match=where):
+        study_input(open_dataset(folder), tmp_path)
 
 
 def test_huggings_face_own_metadata_names_the_new_columns(tmp_path: Path):
     datasets = pytest.importorskip("datasets", reason="datasets is not installed")
-    source = old_dataset(tmp_path / "set")
+    source = new_dataset(tmp_path / "set", language=False)
     for file in data_files(open_dataset(source)):
         datasets.disable_progress_bars()
         datasets.Dataset(pq.read_table(file)).to_parquet(file)
@@ -439,7 +479,9 @@ def test_what_breaks_a_rule_is_named_and_not_written(tmp_path: Path, language: L
 
 
 @pytest.mark.parametrize(
-    "kind", [pa.null(), pa.list_(pa.null()), "text", "json"], ids=["null", "nulls", "text", "json"]
+    "kind",
+    [pa.null(), pa.list_(pa.null()), "text", "json", pa.list_(pa.struct(ROW))],
+    ids=["null", "nulls", "text", "json", "no camera"],
 )
 def test_events_fit_the_column_that_is_there(tmp_path: Path, kind: pa.DataType | str):
     source = open_dataset(new_dataset(tmp_path / "set", language=False))
@@ -458,3 +500,4 @@ def test_events_fit_the_column_that_is_there(tmp_path: Path, kind: pa.DataType |
     call = json.loads(call) if isinstance(call, str) else call
     assert call["function"]["arguments"] == {"text": "On it."}
     assert rows[0, 5][1]["content"] == "Now lift it."
+    assert any(row["camera"] == CAMERA for of_frame in rows.values() for row in of_frame)
