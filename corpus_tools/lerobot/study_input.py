@@ -88,21 +88,8 @@ def study_input(
 ) -> StudyInput:
     """Make the tables for a study of a dataset.
 
-    Parameters
-    ----------
-    folder
-        The folder where the tables will be; paths in them begin there.
-    cameras
-        The features to show, the large one first; by default all videos and images that are no
-        depth maps, at most `MOST_CAMERAS`.
-    first
-        The number of episodes to take; all if None.
-    scratch
-        A folder for videos made of pictures or depth maps, which need it, and for curves.
-    has_curves
-        True to have state and action beside the videos as curves, if there is a `scratch` folder.
-    keep_going
-        True to leave out and name episodes that can't be shown.
+    The parameters are those of :func:`corpus_tools.episodes.study_tables.study_input`. Without a
+    `scratch` folder there are no curves, and pictures and depth maps can't be shown.
     """
     cameras = _cameras(dataset, cameras)
     videos = [name for name in cameras if name in dataset.cameras]
