@@ -44,6 +44,7 @@ from annotation_app.study_setup.study_starting import (
 from annotation_app.tasks.task_registry import find_task
 from annotation_app.web.public_links import public
 from annotation_app.web.who_asks import cannot_be_done, changed_by, refused, seen_by
+from annotation_app.work.assigning import group_sizes
 from annotation_app.work.handing_out import find_study
 from g3.errors import CorpusError
 
@@ -152,7 +153,8 @@ def _review(session: Session, draft: StudyDraft) -> Review:
         changed = changes(read_study(draft.file), config, asked_so_far(session, study))
         lost = comments(draft.file.read_bytes())
     logins = people_by_role(session)
-    stopping = study_obstacles(config, logins, {}, things_known=parts.things_known)
+    known, sizes = parts.things_known, group_sizes(session)
+    stopping = study_obstacles(config, logins, {}, things_known=known, groups=sizes)
     return Review(parts, [], changed, lost, _sentences(stopping))
 
 

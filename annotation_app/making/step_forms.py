@@ -115,6 +115,10 @@ def _people(value: Value, form: Form) -> None:
     _put(value, "access", form.get("access", ""), defaults()["access"])
     for name, of_task in value["tasks"].items():
         _put(of_task, "role", form.get(f"role-{name}", ""), task_defaults()["role"])
+    if "group-0-name" in form:
+        rows = ((text_of(form, f"group-{i}-name"), f"group-{i}-share") for i in range(MOST_ROWS))
+        groups = {name: number_of(form, share) for name, share in rows if name}
+        _put(value, "groups", {name: share for name, share in groups.items() if share != ""}, {})
     lines = [line for line in text_of(form, "qualification").split("\n") if line.strip()]
     _put(value, "qualification", lines, [])
     amount = number_of(form, "amount")

@@ -52,6 +52,7 @@ from annotation_app.study_setup.study_starting import StudyParts
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.web.public_links import here
 from annotation_app.web.who_asks import cannot_be_done, refused, seen_by
+from annotation_app.work.assigning import group_sizes
 from g3.errors import CorpusError
 
 ADOPTIONS = {
@@ -310,7 +311,10 @@ def videos_of(draft: StudyDraft) -> list[str]:
 _ABOUT: dict[str, Callable[[Session, StudyDraft], dict[str, Any]]] = {
     "videos": _about_videos,
     "tasks": _about_tasks,
-    "people": lambda session, _draft: {"logins": people_by_role(session)},
+    "people": lambda session, _draft: {
+        "logins": people_by_role(session),
+        "groups": group_sizes(session),
+    },
     "texts": _about_texts,
 }
 

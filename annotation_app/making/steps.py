@@ -60,7 +60,7 @@ STEPS = (
             "drawing",
         ),
     ),
-    Step("people", "People", ("access", "qualification", "payment"), ("role",)),
+    Step("people", "People", ("access", "groups", "qualification", "payment"), ("role",)),
     Step(
         "texts",
         "Texts",
@@ -128,7 +128,7 @@ def parts_of(
 
 def target(field: Field) -> str:
     """Return the id of the control for a field of the study's file."""
-    return "-".join(("f", *map(str, field)))
+    return "-".join(("f", *map(str, field))).replace(" ", "-")
 
 
 def _check_inside(root: Path, draft: StudyDraft) -> None:
@@ -215,6 +215,7 @@ LABELS = {
     "place": "a place",
     "consent": "Consent",
     "questions": "Question",
+    "groups": "Group",
     "qualification": "Condition",
     "payment": "Payment",
     "practice_items": "Practice item",

@@ -18,6 +18,9 @@ Language: TypeAlias = Annotated[
     str, msgspec.Meta(pattern=r"^[a-z]{2,3}(-[A-Za-z]+)*$", max_length=20)
 ]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=0.5)]
+LONGEST_GROUP = 100
+Group: TypeAlias = Annotated[str, msgspec.Meta(min_length=1, max_length=LONGEST_GROUP)]
+"""Name of a group of people."""
 
 CONSENT = N_("""You will watch short videos of a robot, or read what others wrote about them.
 What you type and choose is kept without your name and may be published for research.
@@ -224,6 +227,9 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
         What things are called.
     access
         Whether anybody with the address may take part, or only who is invited.
+    groups
+        The groups of people that alone get the items, with their shares: of 2 and 1, the first gets
+        two thirds.
     qualification
         What people must confirm of themselves, each with a box to tick.
     attention_checks
@@ -253,6 +259,7 @@ class StudyConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_on
     things: Line | None = None
     tasks: dict[TaskName, TaskConfig]
     access: Literal["open", "invited"] = "open"
+    groups: dict[Group, Annotated[float, msgspec.Meta(gt=0, le=1000)]] = {}
     robot: Line = ROBOT
     statement: Line = STATEMENT
     scale: Scale = SCALE

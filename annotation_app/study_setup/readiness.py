@@ -20,6 +20,7 @@ from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.study_setup.prepared_videos import looked_at
 from annotation_app.tasks.task_record import COMMAND, Source, Task
 from annotation_app.tasks.task_registry import find_task, tasks
+from annotation_app.work.assigning import group_sizes
 from corpus_tools.runtime.progress import OnProgress
 from corpus_tools.video.frame_reading import has_decoder
 from g3.errors import CorpusError
@@ -52,7 +53,7 @@ def obstacles(
         Called while videos are decoded. If it is left out, or PyAV isn't installed, only those are
         named that have gone or were replaced.
     """
-    logins = people_by_role(session)
+    logins, sizes = people_by_role(session), group_sizes(session)
     found: list[Obstacle] = []
     if of_installation and not logins["admin"]:
         what = "there is no admin, so nobody sees the dashboard or makes logins on it"
@@ -65,7 +66,8 @@ def obstacles(
         items: dict[TaskName, int] = dict(counts.all())
         films = films_of(session, study.id).values()
         known = {film.has_things for film in films} or {True}
-        found += study_obstacles(restored(study.config), logins, items, things_known=known)
+        config = restored(study.config)
+        found += study_obstacles(config, logins, items, things_known=known, groups=sizes)
         wrong: list[CorpusError] = list(replaced(session, study.id))
         if on_progress is not None and not wrong and has_decoder():
             wrong += _not_watchable(session, study.id, on_progress)
@@ -115,12 +117,22 @@ def study_obstacles(
     items: Mapping[TaskName, int],
     *,
     things_known: Collection[bool] = (True,),
+    groups: Mapping[str, int] | None = None,
 ) -> Iterator[Obstacle]:
     """Find the obstacles to people's work in a study.
 
     `logins` are as :func:`people_by_role` counts them, `items` how many there are already, by task.
     `things_known` has True if the things in some videos are known, False if those in some aren't.
+    `groups` are the numbers of members of groups, if they are known.
     """
+    answers = max((of_task.answers for of_task in config.tasks.values()), default=1)
+    sizes = {name: groups.get(name, 0) for name in config.groups} if groups is not None else {}
+    for name, size in sizes.items():
+        if size < answers:
+            has = f"the group {name} has {size or 'no'} member{'' if size == 1 else 's'}"
+            what = f"{has}, and items want {answers} answers: anybody gets those that it can't do"
+            fix = f'ct annotate people group "{name}" LOGIN..., or the page Assign items'
+            yield Obstacle(config.name, what, fix)
     for task in tasks():
         if task.name in config.tasks:
             sources = [task.source if known else task.without_scenes for known in things_known]

@@ -47,6 +47,7 @@ from annotation_app.study_setup.rendered_study import (
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.tasks.ground import named_things
 from annotation_app.work.adoption import catch_up, settle_open
+from annotation_app.work.assigning import share_among_groups
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.tables.file_names import normal_name
 from corpus_tools.tables.table_reading import TABLES, OnNote, no_note
@@ -250,6 +251,7 @@ def put_parts(session: Session, parts: StudyParts, ready: list[Rendered], salt: 
         for name, of_task in parts.config.tasks.items():
             if name in had and had[name].adoption != of_task.adoption:
                 settle_open(session, study, name)
+    share_among_groups(session, study)
     return study
 
 

@@ -20,6 +20,7 @@ from annotation_app.studies.study_file import TaskConfig, restored
 from annotation_app.tasks.task_registry import makers, task_of, tasks
 from annotation_app.work.answer_flags import odd_below
 from annotation_app.work.answer_reading import gist_of
+from annotation_app.work.assigning import share_among_groups
 
 ROUNDING = 1e-9
 
@@ -167,6 +168,7 @@ def _go_on(session: Session, study: Study, item: Item, answer: Answer) -> None:
             if source.made_of == gives and task.name in config.tasks:
                 for new in source.items(session, config, item, answer):
                     add_item(session, study, config, new)
+    share_among_groups(session, study)
 
 
 def catch_up(session: Session, study: Study, added: Collection[TaskName] = ()) -> None:

@@ -17,12 +17,11 @@ from annotation_app.core.sent_text import clean_text
 from annotation_app.items.new_items import REPLACED
 from annotation_app.store.audit import note
 from annotation_app.store.models import Answer, Assignment, Item, Person, Slot, Study, TaskName
-from annotation_app.studies.study_file import TaskConfig, restored
+from annotation_app.studies.study_file import LONGEST_GROUP, TaskConfig, restored
 
 Way: TypeAlias = Literal["share", "each", "anybody"]
 WAYS: tuple[Way, ...] = get_args(Way)
 """Shared out evenly; each item for all of them; for anybody again."""
-LONGEST_GROUP = 100
 _GROUPS = "groups"
 
 
@@ -46,7 +45,10 @@ def assign(
     int
         The number of items.
     """
-    wanted = restored(study.config).tasks.get(task, TaskConfig()).answers
+    config = restored(study.config)
+    if way == "anybody" and config.groups:
+        raise Refusal(422, "The study gives its items to groups. Change these in its set-up.")
+    wanted = config.tasks.get(task, TaskConfig()).answers
     known = groups(session)
     for group in in_groups:
         if group not in known:
@@ -91,6 +93,56 @@ def assign(
     return len(items)
 
 
+def share_among_groups(session: Session, study: Study) -> None:
+    """Assign the items that nobody has or has answered to the groups of a study's file.
+
+    Each goes to the group that is furthest behind its share of the task's items, and there to those
+    who have the fewest. While a group has fewer members than an item wants answers, its items are
+    for anybody.
+    """
+    shares = restored(study.config).groups
+    if not shares:
+        return
+    members = {name: [one.id for one in found] for name, found in groups(session).items()}
+    mine = (Item.study_id == study.id, Item.attention.is_(False))
+    assigned_to = (
+        select(Item.task, Assignment.person_id, func.count())
+        .join(Item, Item.id == Assignment.item_id)
+        .where(*mine)
+        .group_by(Item.task, Assignment.person_id)
+    )
+    load = Counter({(task, one): count for task, one, count in session.execute(assigned_to)})
+    unassigned = (
+        select(Item, func.count(Slot.id))
+        .join(Slot, Slot.item_id == Item.id)
+        .where(
+            *mine,
+            ~Item.subject.startswith(REPLACED),
+            ~exists().where(Assignment.item_id == Item.id),
+        )
+        .group_by(Item.id)
+        .having(func.count(Slot.id).filter(Slot.answered) == 0)
+        .order_by(Item.task, Item.rank, Item.id)
+    )
+    left_over: Counter[tuple[TaskName, str]] = Counter()
+    for item, wanted in session.execute(unassigned).all():
+        had = {
+            name: left_over[item.task, name]
+            + sum(load[item.task, one] for one in members.get(name, ())) / wanted
+            for name in shares
+        }
+        each = (sum(had.values()) + 1) / sum(shares.values())
+        group = max(shares, key=lambda name: shares[name] * each - had[name])
+        able = [one for one in members.get(group, ()) if one != item.author_id]
+        able.sort(key=lambda one: load[item.task, one])
+        if len(able) < wanted:
+            left_over[item.task, group] += 1
+            continue
+        load.update((item.task, one) for one in able[:wanted])
+        session.add_all(Assignment(item_id=item.id, person_id=one) for one in able[:wanted])
+    session.flush()
+
+
 def assignable(session: Session, study_id: str) -> Sequence[Person]:
     """Return the people to whom items may be assigned: with a login, a group, or answers."""
     answering = select(Answer.person_id).where(Answer.study_id == study_id)
@@ -114,6 +166,11 @@ def groups(session: Session) -> dict[str, list[Person]]:
     return dict(sorted(found.items()))
 
 
+def group_sizes(session: Session) -> dict[str, int]:
+    """Return the number of members of each group, by its name."""
+    return {name: len(members) for name, members in groups(session).items()}
+
+
 def set_group(session: Session, name: str, people: Sequence[str], *, actor: str) -> str:
     """Make a group of exactly these people, by their ids; without people there is none any more.
 
@@ -134,6 +191,9 @@ def set_group(session: Session, name: str, people: Sequence[str], *, actor: str)
         rest = {key: value for key, value in person.profile.items() if key != _GROUPS}
         person.profile = {**rest, _GROUPS: sorted(names)} if names else rest
     session.flush()
+    for study in session.scalars(select(Study).where(Study.closed_at.is_(None))).all():
+        if name in study.config.get(_GROUPS, ()):
+            share_among_groups(session, study)
     note(session, actor, "changed a group", name, people=len(chosen))
     return name
 

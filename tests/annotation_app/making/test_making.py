@@ -14,12 +14,13 @@ from flask import Flask
 from sqlalchemy import select
 
 from annotation_app.store.audit import trail
-from annotation_app.store.database import reading
-from annotation_app.store.models import Item, Role, Study
+from annotation_app.store.database import reading, transaction
+from annotation_app.store.models import Assignment, Item, Role, Study
 from annotation_app.studies.study_file import CONSENT, STATEMENT, KnownCommand
 from annotation_app.study_setup.study_reading import read_study
+from annotation_app.work.assigning import set_group
 from corpus_tools.tables.curve_file import Curve, write_curves
-from tests.annotation_app.browser import Browser, described, engine_of, row_in
+from tests.annotation_app.browser import Browser, described, engine_of, row_in, rows_in
 from tests.annotation_app.signing_in import Member, signed_in
 from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH
 
@@ -280,6 +281,44 @@ def test_a_task_says_when_an_answer_is_adopted(admin: Member, root: Path, rule: 
     assert f'<option value="{rule}" selected>' in page
     assert send(admin, "review").status_code == 303
     assert str(read_study(root / "arm.yaml").tasks["segment"].adoption) == rule
+
+
+def test_a_study_names_groups_and_what_share_they_get(
+    app: Flask, admin: Member, root: Path
+) -> None:
+    people = [signed_in(app, name, "annotator").person.id for name in ("ann", "bob", "cy", "dan")]
+    with app.app_context(), transaction(engine_of(app)) as session:
+        set_group(session, "day shift", people[:2], actor="test")
+    begun(admin)
+    send(admin, "videos", videos="clips")
+    send(admin, "tasks", **TASKS)
+    wrong = {"group-0-name": "day shift", "group-0-share": "much"}
+    refused = send(admin, "people", access="open", **wrong)
+    assert refused.status_code == 422
+    assert 'id="f-groups-day-shift"' in refused.text
+    shares = {"group-0-share": "1", "group-1-name": "night", "group-1-share": "1"}
+    assert send(admin, "people", access="open", **wrong | shares).status_code == 303
+    for step, form in (("texts", TEXTS), ("consent", {"consent": CONSENT})):
+        send(admin, step, **form)
+    assert "group night has no members" in admin.client.get("/admin/studies/arm/review").text
+    send(admin, "review")
+    assert read_study(root / "arm.yaml").groups == {"day shift": 1, "night": 1}
+    items = rows_in(app, select(Item.id))
+    assert len(items) > 1
+    assigned = select(Assignment.item_id, Assignment.person_id)
+    with reading(engine_of(app)) as session:
+        first = {person for _, person in session.execute(assigned)}
+    assert first == {*people[:2]}
+    with app.app_context(), transaction(engine_of(app)) as session:
+        set_group(session, "night", people[2:], actor="test")
+    with reading(engine_of(app)) as session:
+        of_items: dict[str, set[str]] = {}
+        for item, person in session.execute(assigned):
+            of_items.setdefault(item, set()).add(person)
+    assert set(of_items) == set(items)
+    day = sum(one == {*people[:2]} for one in of_items.values())
+    assert all(one in ({*people[:2]}, {*people[2:]}) for one in of_items.values())
+    assert abs(2 * day - len(items)) <= 1
 
 
 def test_a_task_says_which_styles_of_text_people_write(admin: Member, root: Path) -> None:
