@@ -147,7 +147,7 @@ def _bounded(one: Measured, values: Sequence[float], share: float) -> Measured:
 _Group: TypeAlias = tuple[TaskName, str]
 """A task, and which of its answers."""
 _Units: TypeAlias = tuple[Sequence[Any], ...]
-"""What is compared of the answers to an item, by each measure of its task."""
+"""Units of the answers to an item, by each measure of its task."""
 _Answered: TypeAlias = dict[_Group, list[tuple[int, _Units | None]]]
 """The id of each item's last answer, and what is compared; None of an item with one answer.
 Ids grow with time."""

@@ -115,7 +115,7 @@ def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """What is compared of the answers to an item, and what is measured over all items.
+    """A measure of agreement: the units of an item that are compared, and figures over all items.
 
     Each answer is read once and each item compared once, however many intervals are made of it.
     """

@@ -259,7 +259,7 @@ def _counts(answers: Sequence[tuple[Record, bool]]) -> Any:
 
 
 class _Counted(NamedTuple):
-    """What agreement counts of an answer."""
+    """The clauses of an answer, counted for measures of agreement."""
 
     spans: Counter[Any]
     nodes: Counter[Any]
