@@ -94,6 +94,7 @@ def check(
     )
     from annotation_app.study_setup.study_reading import read_study
     from annotation_app.study_setup.study_starting import changed_since_asked, find_parts
+    from annotation_app.work.assigning import group_sizes
     from corpus_tools.runtime.progress import progress_bar
 
     found: list[Obstacle] = []
@@ -102,6 +103,7 @@ def check(
         if session is None and not study_files:
             raise no_installation(place.instance)
         logins = NOBODY if session is None else people_by_role(session)
+        sizes = None if session is None else group_sizes(session)
         for file in study_files:
             study = read_study(file)
             with progress_bar("looking at the videos") as on_progress:
@@ -114,7 +116,8 @@ def check(
             for error in errors:
                 where = f"{error.where}: " if error.where else ""
                 found.append(Obstacle(study.name, f"{where}{error.what}", error.fix))
-            found += study_obstacles(study, logins, {}, things_known=parts.things_known)
+            known = parts.things_known
+            found += study_obstacles(study, logins, {}, things_known=known, groups=sizes)
         if session is not None and not study_files:
             with progress_bar("looking at the videos") as on_progress:
                 found += obstacles(session, on_progress=on_progress)
