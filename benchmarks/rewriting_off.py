@@ -29,7 +29,7 @@ from g3.inference.tree_choice import PARSES
 from g3.language.parsing.parser import parse_unsure
 
 FUNCTIONS = (
-    *("restored", "_shared", "_one_place", "measures_apart", "_result"),
+    *("restored", "_shared", "_one_place", "measures_apart", "_light", "_result"),
     *("without_statements", "repeated"),
 )
 

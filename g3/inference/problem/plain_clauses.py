@@ -10,6 +10,7 @@ stays as it is.
 | `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
 | `_one_place` | put it on the ground by the gate | put it by the gate |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
+| `_light` | make a left turn | turn left |
 | `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
 | `without_statements` | there are two crates by the gate. Lift one | lift one |
 | `repeated` | put the drum on the truck, then the crate | …, then put the crate on the truck |
@@ -76,7 +77,7 @@ def _with_plain_phrases(sdc: SDC) -> SDC:
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
-    sdc = measures_apart(sdc)
+    sdc = measures_apart(_light(sdc))
     sdc = _result(sdc, nouns) or sdc
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
@@ -153,7 +154,7 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
         noun_leaf(theme.landmark1[0]).words
     )
     wants = not own or not WORDS["asking"].isdisjoint(map(normalise, own)) or gets
-    puts = classes == {"placing"} and WORDS["lowering"].isdisjoint((*own, *map(normalise, own)))
+    puts = classes == {"placing"}
     where = puts and "down" not in own if said & BESIDE else "on" in said
     if not where or "from" in said or not (wants or classes in ({"placing"}, {"carrying"})):
         return None
@@ -164,6 +165,20 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
         return None
     place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
     return replace(sdc, landmark1=theme.figure, landmark2=(place,))
+
+
+def _light(sdc: SDC) -> SDC:
+    start = verb_of(tuple(verb_words(sdc))).start
+    noun, *others = arguments_of(sdc) or (None,)
+    said = whole_words(noun.words) if noun is not None and noun.type == "OBJECT" else ()
+    own = bare_words(said)
+    if WORDS["light"].isdisjoint(verb_words(sdc)[start : start + 1]) or len(own) < 2:
+        return sdc
+    acts = verb_of((own[-1],)).classes or own[1:] in (["left"], ["right"])
+    if own[0] not in WORDS["an"] or not acts:
+        return sdc
+    relation = (*sdc.relation[:start], said[-1], *said[1:-1], *sdc.relation[start + 1 :])
+    return replace(sdc, relation=relation, landmark1=tuple(others[:1]), landmark2=tuple(others[1:]))
 
 
 _Apart = tuple[SDC | None, tuple[Span, ...]]
