@@ -43,8 +43,8 @@ def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
     """
     tokens = cut(text).spans
     covered = {word.start for sdc in sdcs for word in all_words(sdc)}
-    for before, token, after in zip((None, *tokens), tokens, (*tokens[1:], None), strict=False):
-        if token.start not in covered and _counts_all(before, token, after):
+    for token in tokens:
+        if token.start not in covered and bare(token.text) in WORDS["counting_all"]:
             sdcs = _with_quantifier(sdcs, token, nouns)
     named = [sdc for sdc in sdcs if text and _only_names(sdc, nouns)]
     covered -= {word.start for sdc in named for word in sdc.relation}
@@ -57,12 +57,6 @@ def _only_names(sdc: SDC, nouns: Nouns) -> bool:
     alone = sdc.type == "EVENT" and sdc.relation and not arguments_of(sdc)
     verb = verb_of(tuple(verb_words(sdc)))
     return bool(alone) and not verb.classes and nouns.name_other(sdc.relation[-1:])
-
-
-def _counts_all(before: Span | None, token: Span, after: Span | None) -> bool:
-    beside = (set(bare_words(filter(None, own))) for own in ((before,), (after,)))
-    counts = bare(token.text) in WORDS["counting_all"]
-    return counts and all(map(set.isdisjoint, beside, (WORDS["before_all"], WORDS["after_all"])))
 
 
 def _with_quantifier(sdcs: Sequence[SDC], token: Span, nouns: Nouns) -> tuple[SDC, ...]:

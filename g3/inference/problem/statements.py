@@ -55,16 +55,13 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
         return not any(nouns.name_load(noun_leaf(p).words) for p in named)
     if any(part.type == "EVENT" for part in parts):
         return False
-    asks = not WORDS["asking"].isdisjoint(map(normalise, words))
-    exists = WORDS["existential"].issuperset(words)
     calls = verb.is_open and nouns.call_robot(sdc.relation)
     return (
         (calls and all(part.type == "OBJECT" for part in parts))
-        or (words[0] in WORDS["questions"] and verb.classes <= {"staying"} and not asks)
         or normalise(head) in WORDS["regarding"]
         or words[0] == "while"
-        or (bool(subjects) and (head in WORDS["stating"] or words[0] in WORDS["past"]))
-        or (bool(named) if exists else not (named or subjects or verb.classes))
+        or (bool(subjects) and head in WORDS["stating"])
+        or not (named or subjects or verb.classes)
     )
 
 
