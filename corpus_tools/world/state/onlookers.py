@@ -55,7 +55,7 @@ def _gaze(recording: Recording, place: FloatArray, yaw: FloatArray, robot: int) 
     towards = recording.position[:, robot, :2] - place
     near = np.linalg.norm(towards, axis=1) < LOOK_M
     wanted = np.where(near, np.arctan2(towards[:, 1], towards[:, 0]), yaw)
-    gaze = yaw.copy()
+    gaze: FloatArray = yaw.copy()
     for k, step_s in enumerate(np.diff(recording.t_s), start=1):
         turn = float(wrap(wanted[k] - gaze[k - 1])) * min(1.0, step_s / TURN_S)
         gaze[k] = gaze[k - 1] + np.clip(turn, -TURN_RATE * step_s, TURN_RATE * step_s)
@@ -88,7 +88,8 @@ def _aside(recording: Recording, person: int, robot: int) -> FloatArray:
     if returns < leaves + WALK_S:
         return nothing
     share = _eased((t - leaves) / WALK_S) - _eased((t - returns) / WALK_S)
-    return ASIDE_M * share[:, None] * aside
+    way: FloatArray = ASIDE_M * share[:, None] * aside
+    return way
 
 
 def _eased(x: FloatArray) -> FloatArray:
