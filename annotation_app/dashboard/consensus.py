@@ -29,7 +29,7 @@ from annotation_app.tasks.agreement import (
     figures,
 )
 from annotation_app.tasks.task_record import Task
-from annotation_app.tasks.task_registry import find_task, task_names, tasks
+from annotation_app.tasks.task_registry import find_task, tasks
 from annotation_app.work.answer_flags import is_untouched
 
 ALL, TOUCHED, UNSEEN = "all", "without untouched suggestions", "no suggestion seen"
@@ -203,7 +203,7 @@ def _add_bodies(session: Session, study_id: str, answered: _Answered) -> None:
     compared, with_gists = _compared(study_id), _with_gists()
     without = select(Answer.item_id).where(*compared, Answer.gist.is_(None))
     for condition in (
-        Answer.task.in_([name for name in task_names() if name not in with_gists]),
+        Answer.task.in_([t.name for t in tasks() if t.agreement and t.name not in with_gists]),
         and_(Answer.task.in_(with_gists), Answer.item_id.in_(without)),
     ):
         rows = (
