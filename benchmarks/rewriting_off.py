@@ -29,8 +29,8 @@ from g3.inference.tree_choice import PARSES
 from g3.language.parsing.parser import parse_unsure
 
 FUNCTIONS = (
-    *("restored", "_shared", "_one_place", "measures_apart", "_light", "_result"),
-    *("without_statements", "repeated"),
+    *("restored", "_shared", "_one_place", "measures_apart", "_light"),
+    *("_filled", "_needed", "_result", "without_statements", "repeated"),
 )
 
 

@@ -11,6 +11,8 @@ stays as it is.
 | `_one_place` | put it on the ground by the gate | put it by the gate |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_light` | make a left turn | turn left |
+| `_filled` | load the truck with the drum | load (the drum) (the truck) |
+| `_needed` | the truck needs the drum | needs (the drum) (the truck) |
 | `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
 | `without_statements` | there are two crates by the gate. Lift one | lift one |
 | `repeated` | put the drum on the truck, then the crate | …, then put the crate on the truck |
@@ -45,6 +47,7 @@ from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.sdc.clauses import SDC, Span, all_words
+from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 
 def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
@@ -78,7 +81,8 @@ def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
     sdc = measures_apart(_light(sdc))
-    sdc = _result(sdc, nouns) or sdc
+    for moved in (_filled, _needed, _result):
+        sdc = moved(sdc, nouns) or sdc
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
     )
@@ -179,6 +183,52 @@ def _light(sdc: SDC) -> SDC:
         return sdc
     relation = (*sdc.relation[:start], said[-1], *said[1:-1], *sdc.relation[start + 1 :])
     return replace(sdc, relation=relation, landmark1=tuple(others[:1]), landmark2=tuple(others[1:]))
+
+
+def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Move a load before the thing that it fills: "load the truck with the drum"."""
+    parts = arguments_of(sdc)
+    if not WORDS["filling"].isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == [
+        "OBJECT"
+    ]:
+        company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
+        if len(parts) == 2 and company and not _names_load(parts[0], nouns):
+            own = (*sdc.relation, *company[0].relation)
+            return replace(sdc, relation=own, landmark1=company[0].landmark1, landmark2=parts[:1])
+    filled = only_object(sdc)
+    if filled is None or not filled.figure or not filled.landmark1:
+        return None
+    if WORDS["filling"].isdisjoint(verb_words(sdc)) or bare_words(filled.relation) != ["with"]:
+        return None
+    if _names_load(filled.figure[0], nouns):
+        return None
+    return replace(
+        sdc,
+        relation=(*sdc.relation, *filled.relation),
+        landmark1=filled.figure,
+        landmark2=filled.landmark1,
+    )
+
+
+def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """Move a load to the thing that needs it: "the truck needs the drum"."""
+    theme = only_object(sdc)
+    needs = subject_of(sdc)
+    if (
+        theme is None
+        or needs is None
+        or WORDS["asking"].isdisjoint(map(normalise, verb_words(sdc)))
+    ):
+        return None
+    if names_robot(needs) or _names_load(needs, nouns):
+        return None
+    if not _names_load(theme, nouns):
+        return None
+    return replace(sdc, figure=IMPLICIT_FIGURE, landmark1=(theme,), landmark2=(needs,))
+
+
+def _names_load(sdc: SDC, nouns: Nouns) -> bool:
+    return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
 
 
 _Apart = tuple[SDC | None, tuple[Span, ...]]

@@ -93,10 +93,6 @@ def test_what_the_command_has_had_picked_up_is_put_down_at_the_end():
     assert dear(it("Go"), **taken) == {"pick up", "carry", "put down"}
 
 
-def test_who_is_told_to_put_it_down_later_does_not_yet():
-    assert dear(f"{it('Move')}; {it('set down')}", leads=True) == {"carry", "put down"}
-
-
 def test_unloading_takes_a_load_off_something_or_off_the_forks():
     off_something = dear(it("Unload"))
     assert "put down" in off_something
