@@ -26,16 +26,10 @@ from annotation_app.core.config import Config
 from annotation_app.core.key_file import Keys, check_value
 from annotation_app.core.sealed_keys import seal
 from annotation_app.store.compaction import DUE
-from annotation_app.store.database import opened, reading
+from annotation_app.store.database import BEFORE_FIRST, opened, reading
 from annotation_app.store.models import Base, Record
 from annotation_app.store.salt import CHECK, installation_salt
-from annotation_app.store.schema import (
-    BEFORE_FIRST,
-    NEWEST,
-    REVISIONS,
-    is_current,
-    tables_at,
-)
+from annotation_app.store.schema import NEWEST, REVISIONS, is_current, tables_at
 from g3.errors import FormatError
 from g3.storage.atomic_file import replacing
 

@@ -44,6 +44,7 @@ try:
 except ImportError:  # there is none on Windows
     fcntl = None  # type: ignore[assignment]
 
+BEFORE_FIRST = "what is from before version 0.2.0 is brought up to date by that version first"
 BUSY_S = 20
 """Longest wait of a writer for another one, in SQLite, in seconds."""
 CHECKPOINT_S = 3

@@ -12,8 +12,7 @@ from alembic.config import Config
 from alembic.util import CommandError
 from sqlalchemy import Connection, Engine
 
-from annotation_app.store.database import lock_set_up
-from annotation_app.store.schema import BEFORE_FIRST
+from annotation_app.store.database import BEFORE_FIRST, lock_set_up
 from g3.errors import FormatError
 
 SCRIPTS = Path(__file__).resolve().parent / "migrations"

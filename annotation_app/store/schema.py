@@ -17,7 +17,6 @@ REVISIONS = frozenset(path.name.partition("_")[0] for path in _VERSIONS.glob("[0
 """The migrations that there are."""
 NEWEST = max(REVISIONS)
 """The revision that this program's own migrations lead to."""
-BEFORE_FIRST = "what is from before version 0.2.0 is brought up to date by that version first"
 
 
 def migrate(engine: Engine, revision: str = "head", scripts: Sequence[Path] = ()) -> None:

@@ -340,6 +340,7 @@ ELSEWHERE = {
     "judge_validity.known_validity": "needs a corpus",
     "intervals.fitted": "runs the models above",
     "plan_report.table": "rows of plan_rows",
+    "whole_study.by_judge": "rows of plan_rows",
     "plan_results.read_all_plans": "reads files",
     "plan_results.read_plans": "reads files",
     "plan_rows.rows": "read by plan_rows.estimates_of",

@@ -19,6 +19,8 @@ from tests.tiny_corpus import tiny_corpus
 
 PUT = "Put the pallet on the truck."
 TREE = "EVENT_1(r = Put, l = OBJ_2(f = the pallet), l2 = PLACE_3(r = on, l = OBJ_4(f = the truck)))"
+UNSURE = "Put the pallet by the truck down."
+"""Where "by the truck" is, or where it is put."""
 
 
 @pytest.fixture(autouse=True)
@@ -53,20 +55,20 @@ def test_brackets(ct):
 
 
 def test_the_best_trees(ct):
-    status, out, err = ct("parse", PUT, "--n-best", "3")
+    status, out, err = ct("parse", UNSURE, "--n-best", "3")
     assert (status, err) == (0, "")
     chances = [float(line.split()[2]) for line in out.splitlines() if line.startswith("#")]
     assert 2 <= len(chances) <= 3
     assert chances == sorted(chances, reverse=True)
-    assert out.splitlines()[1] == TREE
+    assert "l = OBJ_2(f = the pallet), l2 = PLACE_3(r = by" in out.splitlines()[1]
 
 
 def test_json(ct):
-    status, out, _ = ct("parse", PUT, "--format", "json", "--n-best", "2")
+    status, out, _ = ct("parse", UNSURE, "--format", "json", "--n-best", "2")
     record = json.loads(out)
     assert status == 0
-    assert (record["text"], record["note"], len(record["trees"])) == (PUT, "", 2)
-    assert format_brackets(from_json(record["trees"][0]["sdcs"])) == TREE
+    assert (record["text"], record["note"], len(record["trees"])) == (UNSURE, "", 2)
+    assert from_json(record["trees"][0]["sdcs"])[0].landmark2[0].type == "PLACE"
     assert record["trees"][0]["probability"] > record["trees"][1]["probability"]
 
 
