@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -54,7 +54,7 @@ def _mean() -> FloatArray:
     return mean
 
 
-@cache
+@lru_cache(maxsize=65536)
 def _vector(text: str) -> FloatArray:
     encoder = default_encoder()
     pieces = [piece for word in text.lower().split() for piece in encoder.pieces(word)]
