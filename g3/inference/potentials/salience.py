@@ -26,7 +26,7 @@ from g3.language.lexicon.tables import WORDS
 from g3.sdc.clauses import SDC, all_words
 
 FAR_TIMES = 1.5
-"""What is near something is not so many times as far from it as something alike."""
+"""A thing near a landmark is at most so many times as far from it as another one alike."""
 OPPOSITE = 0.2
 """What lies on the other side than one that was told has a sine of its direction beyond this."""
 
