@@ -64,8 +64,9 @@ def verb_of(words: tuple[str, ...]) -> Verb:
     while (after := _led_to(words, start)) is not None:
         start = after
     own = words[start:]
-    classes = _phrasal(own) or _classes(own)
     head = own[0] if own else ""
+    alone = head in FORMS["irregular"] and start == _first(words)  # "held crate" asks for nothing
+    classes = frozenset() if alone else _phrasal(own) or _classes(own)
     leads_on = _leads_on(head) and not _phrasal(own)
     is_open = not classes and _is_open(head)
     return Verb(start, classes, leads_on, is_open)
@@ -157,8 +158,10 @@ def _is_plain_verb(word: str) -> bool:
 
 
 def _verb_classes(word: str) -> frozenset[str]:
-    known = word_class(word) or word_class(normalise(word)) or FORMS["nominals"].get(word, "")
-    return VERBS.intersection(known.split("+"))
+    for known in (word_class(word), word_class(normalise(word)), FORMS["nominals"].get(word, "")):
+        if found := VERBS.intersection(known.split("+")):
+            return found
+    return frozenset()
 
 
 def _classes(words: Sequence[str]) -> frozenset[str]:

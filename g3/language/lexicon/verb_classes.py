@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from functools import cache, lru_cache
 
-from g3.language.lexicon.tables import members, written
+from g3.language.lexicon.tables import FORMS, members, written
 
 VERBS = frozenset(("placing", "taking", "carrying", "going", "turning", "staying"))
 """Classes of verbs, by what they ask for."""
@@ -46,4 +46,6 @@ def _stems(word: str) -> tuple[str, ...]:
         stems.append(word[:-1])
     if word.endswith("ed") and len(word) > 4:
         stems += [word[:-1], word[:-2], word[:-3]]
+    if word in FORMS["irregular"]:
+        stems.append(FORMS["irregular"][word])
     return tuple(stems)

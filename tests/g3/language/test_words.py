@@ -8,6 +8,7 @@ from rapidfuzz.distance import OSA
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.spelling import mended
 from g3.language.lexicon.tables import WORDS, members, written
+from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.verb_classes import word_class
 from g3.language.similarity.resources import wordnet
 from g3.sdc.clauses import SDC, Span
@@ -178,3 +179,24 @@ def test_words_stand_in_the_order_of_the_command() -> None:
 def test_a_clause_without_a_figure_has_no_figure_words() -> None:
     assert figure_words(SDC("OBJECT")) == ()
     assert figure("PLACE(r = on, l = OBJ(f = the truck))") == ()
+
+
+@pytest.mark.parametrize(
+    ("participle", "wanted"),
+    [
+        ("placed", "placing"),
+        ("laid", "placing"),
+        ("taken", "taking"),
+        ("brought", "carrying"),
+        ("driven", "going"),
+        ("held", "staying"),
+    ],
+)
+def test_a_passive_asks_for_what_its_verb_asks_for(participle: str, wanted: str) -> None:
+    assert wanted in verb_of(("shall", "be", participle)).classes
+    assert wanted in verb_of(("is", "to", "be", participle)).classes
+
+
+def test_a_participle_before_a_noun_asks_for_nothing() -> None:
+    assert not verb_of(("held",)).classes
+    assert verb_of(("hold",)).classes == {"staying", "taking"}
