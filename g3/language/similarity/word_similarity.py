@@ -79,13 +79,13 @@ def _synonyms() -> dict[str, frozenset[str]]:
 
 @cache
 def _kinds() -> dict[str, str]:
-    """Labels of semantic maps, and the kind that each belongs to."""
+    """Labels of semantic maps, and the kind that each belongs to, or kinds, joined by "+"."""
     return {**{kind: kind for kind in _synonyms()}, **FORMS["kinds"]}
 
 
 @cache
 def _kinds_by_stem() -> dict[str, str]:
-    return {normalise(label): kind for label, kind in _kinds().items()}
+    return {normalise(label): kind.partition("+")[0] for label, kind in _kinds().items()}
 
 
 _LOADS = ("tire", "pallet", "box")
@@ -94,12 +94,13 @@ _LOADS = ("tire", "pallet", "box")
 @measure("domain")
 def domain(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
     """1 where the word is a synonym of the label's kind in a small warehouse lexicon."""
-    kinds = [_kinds().get(label.lower()) for label in labels]
-    synonyms = _synonyms()
+    kinds = [_kinds().get(label.lower(), "") for label in labels]
+    synonyms = {"": frozenset[str](), **_synonyms()}
+    known = [frozenset[str]().union(*(synonyms[k] for k in kind.split("+"))) for kind in kinds]
     stems = [normalise(w) for w in words]
-    return np.array(
-        [[float(k is not None and stem in synonyms[k]) for k in kinds] for stem in stems]
-    ).reshape(len(stems), len(kinds))
+    return np.array([[float(stem in own) for own in known] for stem in stems]).reshape(
+        len(stems), len(labels)
+    )
 
 
 def is_another_kind(noun: str, label: str) -> bool:
