@@ -14,8 +14,10 @@ from g3.inference.potentials.cases import CandidateCase, FactorCase
 from g3.inference.potentials.plan_things import NAMES
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.clause_roles import names_again
+from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.grounding_problem import Group, things_of
 from g3.inference.problem.phrases import (
+    is_bare,
     is_floor,
     names_other,
     names_robot,
@@ -111,7 +113,8 @@ def load_elsewhere(case: CandidateCase) -> Measured:
 def own_label(case: CandidateCase) -> Measured:
     """A noun that surely names something means such a thing: "the crate", "the worker".
 
-    What loads hold is a name of others, too: a crate is a box.
+    What loads hold is a name of others, too: a crate is a box. Beside a truck, a flatbed truck
+    isn't "the truck", unless more is said of it: "the truck on the right".
     """
     noun, state = noun_words(case.sdc)[-1:], case.problem.state
     if not noun or _says_no_kind(noun):
@@ -123,15 +126,35 @@ def own_label(case: CandidateCase) -> Measured:
         for o in objects
         if is_called(noun[0], o.labels) and not (is_content and is_load(state, o.id))
     }
-    names = {own for own in named if not any(_is_said_shorter(own, n, noun) for n in named)}
+    plain = is_bare(case.sdc) and not _is_told_more(case.tree, case.node)
+    said = noun_words(case.sdc) if plain else []
+    names = {own for own in named if not any(_is_said_shorter(own, n, noun, said) for n in named)}
     meant = {o.id for o in objects if o.labels in names}
     return bool(meant) and _says(case, lambda g: not _ids(g) or not _ids(g) <= meant)
 
 
-def _is_said_shorter(labels: tuple[str, ...], other: tuple[str, ...], noun: Sequence[str]) -> bool:
-    """Check that a noun begins some labels and is all of others: generators, and their parts."""
+def _is_told_more(tree: Tree, node: int) -> bool:
+    """Check that another OBJECT says more of what an OBJECT names."""
+    return any(
+        node in fields.get("f", ())
+        for outer, fields in enumerate(tree.children)
+        if tree.nodes[outer].type == "OBJECT"
+    )
+
+
+def _is_said_shorter(
+    labels: tuple[str, ...], other: tuple[str, ...], noun: Sequence[str], said: Sequence[str]
+) -> bool:
+    """Check that some labels have others in them that fit better.
+
+    A noun that is all of the others only begins them, as of generators and their parts; or what is
+    said is all of the others: "the truck", beside a flatbed truck.
+    """
     own, plain = ([word for label in of for word in label.split()] for of in (labels, other))
-    return set(plain) < set(own) and not labels_in(noun, own[-1:])
+    if not set(plain) < set(own):
+        return False
+    in_full = {word for word in own if labels_in(said, [word])} == set(plain)
+    return in_full or not labels_in(noun, own[-1:])
 
 
 @potential("each-named", kind="noun", types=("OBJECT",), weight=UNLIKELY)

@@ -109,6 +109,21 @@ def test_a_noun_that_is_all_of_a_label_means_no_thing_that_it_only_begins(parts)
     assert costs("the pallet") == [0, 0] or "pallet" not in parts
 
 
+def test_the_plain_name_of_one_thing_means_none_that_has_a_longer_one():
+    truck = thing("truck", "truck", 20, 8, (4, 6))
+    flatbed = thing("flatbed", "flatbed truck", 20, -8, (4, 6))
+    problem = problem_in(Context("yard", (truck, flatbed, robot()), (), "robot"))
+
+    def costs(text):
+        return of_groups("own-label", text, [(truck,), (flatbed,)], problem).tolist()
+
+    dear = WEIGHT["own-label"]
+    assert costs("OBJ(f = the truck)") == [0, dear]
+    assert costs("OBJ(f = the flatbed truck)") == [0, 0]
+    assert costs("OBJ(f = the right truck)") == [0, 0]
+    assert costs("OBJ(f = OBJ(f = the truck), r = by, l = OBJ(f = the gate))") == [0, 0]
+
+
 def test_you_are_the_robot():
     assert possible("you", TRUCK, STATE.context.agent) == {"robot"}
 
