@@ -29,7 +29,7 @@ from g3.inference.tree_choice import PARSES
 from g3.language.parsing.parser import parse_unsure
 
 FUNCTIONS = (
-    *("restored", "_shared", "_one_place", "measures_apart", "_light"),
+    *("restored", "_shared", "_one_place", "_one_deck", "measures_apart", "_light"),
     *("_filled", "_needed", "_result", "without_statements", "repeated"),
 )
 

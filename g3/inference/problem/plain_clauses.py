@@ -9,6 +9,7 @@ stays as it is.
 | `restored` | far tires, truck | far tires (to the truck) |
 | `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
 | `_one_place` | put it on the ground by the gate | put it by the gate |
+| `_one_deck` | put the drum on the floor on the truck | put (drum on the floor) (on the truck) |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_light` | make a left turn | turn left |
 | `_filled` | load the truck with the drum | load (the drum) (the truck) |
@@ -29,6 +30,7 @@ from g3.inference.problem.phrases import (
     arguments_of,
     is_floor,
     is_measure,
+    is_pronoun,
     names_forks,
     names_robot,
     only_object,
@@ -74,7 +76,7 @@ def _whole(sdc: SDC) -> SDC:
 
 def _with_plain_phrases(sdc: SDC) -> SDC:
     sdc = with_each(sdc, _with_plain_phrases)
-    return _one_place(sdc) if sdc.type == "EVENT" else sdc
+    return _one_place(_one_deck(sdc)) if sdc.type == "EVENT" else sdc
 
 
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
@@ -113,6 +115,16 @@ def _says_beside(sdc: SDC) -> bool:
     """Check that a relation leads beside something, so that nothing is on top of it."""
     said = concepts(field_words(sdc.relation))
     return bool(sdc.landmark1) and bool(said & BESIDE) and "on" not in said
+
+
+def _one_deck(event: SDC) -> SDC:
+    theme, *places = arguments_of(event) or (IMPLICIT_FIGURE,)
+    if [verb_words(place) for place in places if place.landmark1] != [["on"], ["on"]]:
+        return event
+    if len(places) != 2 or theme.type != "OBJECT" or is_pronoun(theme):
+        return event
+    noun = SDC("OBJECT", (), places[0].relation, (theme,), places[0].landmark1)
+    return replace(event, landmark1=(noun,), landmark2=(places[1],))
 
 
 def _one_place(event: SDC) -> SDC:
