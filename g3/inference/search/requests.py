@@ -24,7 +24,13 @@ from g3.inference.problem.clause_roles import is_source
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, asked, frame, spares
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, Group, things_of
-from g3.inference.problem.phrases import is_complement, is_pronoun, is_singled_out, names_robot
+from g3.inference.problem.phrases import (
+    is_complement,
+    is_floor,
+    is_pronoun,
+    is_singled_out,
+    names_robot,
+)
 from g3.inference.problem.world_nouns import LIKELY, Nouns
 from g3.inference.search.thing_search import ground_thing, leaf_scores
 from g3.language.discourse.groups import group, is_partitive, noun_leaf, noun_words
@@ -241,7 +247,8 @@ def _named(
     )
     others = not WORDS["rest"].isdisjoint(words)
     count = 2 if "both" in words else said.count
-    loads = _within(loads_named(tree, node, problem), there)
+    on = _standing(tree, node, problem)
+    loads = _within(_within(loads_named(tree, node, problem), there), on)
     loads = [load for load in loads if load[0].id not in moved] or loads
     if not (every or others or but or (count or 0) > 1):
         if said.number != "plural" or count == 1 or said.ordinals or said.collective:
@@ -256,7 +263,7 @@ def _named(
         found = found if len(found) == 1 else []
     elif count and count > 1:
         found = found[:count]
-    elif found and _tells_more(tree, node):
+    elif found and _tells_more(tree, node) and not (on and not is_singled_out(sdc.figure[0])):
         found = [c for c in found if c[1] >= found[0][1] - BEHIND]
     return [name for name, _ in found]
 
@@ -296,15 +303,10 @@ def _called(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[Phy
 
 def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
     """Keep the things that an OBJECT's noun names: by labels, or those like the best one."""
-    kind = (
-        set(noun_words(_kind(tree, node)))
-        - WORDS["universal"]
-        - WORDS["articles"]
-        - set(COUNTS["counts"])
-        - {"any"}
-    )
+    counting = WORDS["universal"] | WORDS["articles"] | set(COUNTS["counts"]) | {"any"}
+    kind = [word for word in noun_words(_kind(tree, node)) if word not in counting]
     words = [word for word in map(normalise, kind) if word]
-    if not things or (WORDS["everything"] | WORDS["generic"]).issuperset(words):
+    if not things or not words or words[-1] in WORDS["everything"] | WORDS["generic"]:
         return list(things)
     fits = [(n := labels_in(words, t.labels), n - len(t.labels)) for t in things]
     if not max(fits)[0]:
@@ -357,9 +359,27 @@ def _singles(beam: Sequence[Candidate], state: State) -> list[tuple[PhysicalObje
 def _at_source(tree: Tree, own: Frame, problem: GroundingProblem) -> frozenset[str]:
     """Return the ids of the loads that stand where a clause takes something from."""
     marks = [n for way in own.ways if is_source(tree.nodes[way]) for n in _marks(tree, way)]
-    beam = [c for node in marks[:1] for c in ground_thing(tree, node, problem)[:1]]
-    best = {thing.id for c in beam for thing in things_of(c.group)}
-    return frozenset(load for load, below in problem.carriers.items() if below in best)
+    return _loads_on(tree, marks[:1], problem)
+
+
+def _standing(tree: Tree, node: int, problem: GroundingProblem) -> frozenset[str]:
+    """Return the ids of the loads on what an OBJECT says they stand on: "all on the ground"."""
+    sdc = tree.nodes[node]
+    if not sdc.figure or concepts(field_words(sdc.relation)) != {"on"}:
+        return frozenset()
+    return _loads_on(tree, _marks(tree, node)[:1], problem)
+
+
+def _loads_on(tree: Tree, marks: Sequence[int], problem: GroundingProblem) -> frozenset[str]:
+    """Return the ids of the loads on what OBJECTs name: the ground, or the things that fit best."""
+    loads = {o.id for o in problem.state.context.objects if is_load(problem.state, o.id)}
+    if any(is_floor(tree.nodes[node]) for node in marks):
+        return frozenset(loads - problem.carriers.keys())
+    best: set[str] = set()
+    for node in marks:
+        named = [t for c in ground_thing(tree, node, problem)[:1] for t in things_of(c.group)]
+        best |= {thing.id for thing in _called(named, tree, node)}
+    return frozenset(load for load in loads if problem.carriers.get(load) in best)
 
 
 def _within(
@@ -403,7 +423,7 @@ def _targets(
         beam = ground_thing(tree, node, replace(problem, width=len(problem.scene.groups)))
         things = [t for c in beam if len(c.group) == 1 for t in things_of(c.group)]
         apart = [t for t in things if not is_load(problem.state, t.id)]
-        found = dict.fromkeys(t.id for t in _of_a_kind(apart, tree, node))
+        found = dict.fromkeys(t.id for t in _called(apart, tree, node))
         if len(found) > 1:
             return node, tuple(found)
     return None

@@ -122,6 +122,34 @@ def test_one_is_put_on_each(grounder):
     assert sorted(found.values()) == ["trailer-1", "trailer-2"]
 
 
+@pytest.mark.parametrize("text", ["one crate on each vehicle", "One crate goes onto each vehicle"])
+def test_each_of_what_a_general_noun_names_gets_one(text, grounder):
+    found = where(grounder.follow(text, world(**YARD), least=0.0))
+    assert sorted(found.values()) == ["trailer-1", "trailer-2", "truck-1"]
+
+
+MIXED = {
+    "boxes_1": (BOXES, (8, 5)),
+    "crate_1": ("crate", (9, -5)),
+    "tires_1": (TIRES, (18, -9), 0, "trailer-1"),
+    "trailer_1": ("trailer", (18, -9)),
+    "truck_1": ("truck", (18, 10)),
+}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Put everything on the ground on the truck",
+        "Put everything that is on the ground on the truck",
+        "Everything on the ground goes on the truck, got it?",
+    ],
+)
+def test_what_stands_there_is_meant_of_whatever_kind(text, grounder):
+    found = where(grounder.follow(text, world(**MIXED), least=0.0))
+    assert found == {"boxes-1": "truck-1", "crate-1": "truck-1"}
+
+
 def test_the_rest_is_not_what_was_carried_before(grounder):
     text = "Put two crates on the truck and the other crate on the left trailer"
     found = where(grounder.follow(text, world(**YARD), least=0.0))
