@@ -180,7 +180,6 @@ def sdc(
 
 evaluate = modes.Modes(
     "eval",
-    options={"table1": "--table 1", "table2": "--table 2", "table3": "--table 3"},
     commands=[
         table_1,
         table_2,
@@ -196,8 +195,7 @@ evaluate = modes.Modes(
     ],
     help="""Measure models and plans: the paper's tables, and more.
 
-    Each command has options of its own: see `ct eval table1 --help`. A command may be written as an
-    option too, such as `ct eval table1` or `ct eval report FOLDER`.
+    Each command has options of its own: see `ct eval table1 --help`.
     """,
     options_metavar="",
     epilog="\b\nExamples:\n"

@@ -1,4 +1,4 @@
-"""Commands that an option chooses too, such as ``--table 1``, and options that go together."""
+"""Commands that an option chooses too, such as ``--table 1``, and options of several commands."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
@@ -16,7 +15,6 @@ from click.core import ParameterSource
 
 from corpus_tools.options import TARGET_FILE, corpus_option
 from corpus_tools.runtime.terminal import say
-from g3.errors import nearest
 
 if TYPE_CHECKING:
     from eval.judging.judge_registry import PlanJudge
@@ -28,93 +26,33 @@ T = TypeVar("T")
 
 
 class Modes(click.Group):
-    """A group whose commands are also chosen by an option, at any place among the arguments.
+    """A group whose commands are also chosen by an option, as in version 0.2.0.
 
-    ``eval table1`` may be written ``eval table1``, and ``eval report FOLDER`` may be written
-    ``eval report FOLDER``: the option of a command is its name after two dashes, but for those in
-    `options`.
+    ``eval --table 1 ...`` is ``eval table1 ...``, and ``eval ... --report FOLDER`` is ``eval report
+    ... FOLDER``.
     """
-
-    def __init__(self, *args: Any, options: Mapping[str, str] | None = None, **given: Any) -> None:
-        super().__init__(*args, **given)
-        named = {name: f"--{name}" for name in self.commands} | dict(options or {})
-        self.modes = {option: name for name, option in named.items()}
-        """Names of commands by the options that choose them, such as ``--table 1``."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the commands in the order in which they were added."""
         return list(self.commands)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Find the command and leave the other arguments to it."""
-        helping = [word for word in args if word in ctx.help_option_names][:1]
-        chosen, used, rest = self._sorted([word for word in args if word not in helping])
-        if not chosen and (ctx.resilient_parsing or not used):
-            return super().parse_args(ctx, helping or rest)
-        if len(chosen) != 1:
-            if not chosen:
-                self._suggest(ctx, used)
-            raise click.UsageError(f"Give one of {all_of(chosen or self.commands)}.", ctx)
-        (name,) = chosen
-        if name not in self.commands:
-            if not ctx.resilient_parsing:
-                option = name.partition(" ")[0]
-                options = any_of(one for one in self.modes if one.startswith(f"{option} "))
-                raise click.UsageError(f"There is no {name}; give {options}.", ctx)
-        else:
-            self._check_options(ctx, name, used)
-        # What comes after two dashes isn't read as the group's own options.
-        return super().parse_args(ctx, ["--", name, *(helping or rest)])
-
-    def _sorted(self, args: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-        """Split arguments into the chosen commands, all words that matter, and a command's own."""
-        options = {n: option for mode in self.commands.values() for n, option in _options(mode)}
-        with_value = {mode.partition(" ")[0] for mode in self.modes if " " in mode}
-        chosen: list[str] = []
-        used: list[str] = []
-        rest: list[str] = []
-        words = iter(args)
-        for word in words:
-            name, equals, value = word.partition("=")
-            if name in with_value:
-                value = value if equals else "".join(islice(words, 1))
-                mode = f"{name} {value}".strip()
-                chosen.append(self.modes.get(mode, mode))
-            elif name in self.modes:
-                chosen.append(self.modes[name])
-                rest += [value] if equals else []
-            elif word in self.commands and not chosen:
-                chosen.append(word)
-            else:
-                used.append(name)
-                rest.append(word)
-                option = options.get(name)
-                if option and not option.is_flag and not equals:
-                    rest += islice(words, 1)
-        return list(dict.fromkeys(chosen)), used, rest
-
-    def _suggest(self, ctx: click.Context, used: Sequence[str]) -> None:
-        """Refuse a word that nearly chooses a command, and say which it may stand for."""
-        options = {option for mode in self.commands.values() for option, _ in _options(mode)}
-        choosing = {mode.partition(" ")[0] for mode in self.modes}
-        for word in (word for word in used if word not in options):
-            if word.startswith("-"):
-                error = click.NoSuchOption(word, possibilities=nearest(word, choosing), ctx=ctx)
-                if error.possibilities:
-                    raise error
-            elif word == used[0]:
-                raise click.NoSuchCommand(word, possibilities=list(self.commands), ctx=ctx)
-
-    def _check_options(self, ctx: click.Context, name: str, used: Iterable[str]) -> None:
-        """Refuse options that only other commands have, and say which do."""
-        mode_options = dict(_options(self.commands[name]))
-        for option in used:
-            having = [n for n, mode in self.commands.items() if option in dict(_options(mode))]
-            if having and option not in mode_options:
-                where = click.Context(self.commands[name], parent=ctx, info_name=name)
-                raise click.UsageError(
-                    f"{option} doesn't go with {name}; it is for {all_of(having)}.", where
-                )
+        """Put a command that an option chooses before its arguments."""
+        words = list(args)
+        for place, word in enumerate(words):
+            if word in self.commands:
+                break
+            option, equals, value = word.partition("=")
+            if option == "--table":
+                number = value or "".join(words[place + 1 : place + 2])
+                words[place : place + (1 if equals else 2)] = []
+                words.insert(0, f"table{number}")
+                break
+            if word.startswith("--") and option[2:] in self.commands:
+                words[place : place + 1] = [value] if equals else []
+                words.insert(0, option[2:])
+                break
+        return super().parse_args(ctx, words)
 
 
 def any_of(names: Iterable[str]) -> str:
@@ -132,10 +70,6 @@ def _joined(names: Sequence[str], word: str) -> str:
     if len(others) < 2:
         return f" {word} ".join(names)
     return f"{', '.join(others)}, {word} {last}"
-
-
-def _options(command: click.Command) -> list[tuple[str, click.Option]]:
-    return [(n, p) for p in command.params if isinstance(p, click.Option) for n in p.opts]
 
 
 @dataclass(frozen=True, slots=True)

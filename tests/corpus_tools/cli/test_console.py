@@ -159,7 +159,6 @@ def test_wrong_usage_exits_2(args, capsys):
         (["annotate", "inti"], "'init'"),
         (["annotate", "people", "lst"], "'list'"),
         (["import", "slucore"], "'slu-core'"),
-        (["eval", "--tabel", "1"], "'--table'"),
         (["follow", "--scenari", "x"], "'--scenario'"),
     ],
 )

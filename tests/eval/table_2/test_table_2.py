@@ -202,19 +202,18 @@ def test_planning(corpus: str):
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    "options",
     [
-        (["--table", "2", "--corpus", "x", "--cv", "scenario"], "doesn't go with table2"),
-        (["--table", "2", "--corpus", "x", "--half-width", "0.1"], "doesn't go with table2"),
-        (["--power", "--draws", "5"], "doesn't go with power"),
-        (["--power", "--table", "2"], "Give one of"),
-        (["--table", "1", "--corpus", "x", "--models"], "is for table2"),
+        ["table2", "--corpus", "x", "--cv", "scenario"],
+        ["table2", "--corpus", "x", "--half-width", "0.1"],
+        ["power", "--draws", "5"],
+        ["table1", "--corpus", "x", "--models"],
     ],
 )
-def test_wrong_options(options: list[str], message: str):
+def test_wrong_options(options: list[str]):
     result = CliRunner().invoke(evaluate, options)
     assert result.exit_code == 2
-    assert message in " ".join(result.output.split())
+    assert "No such option" in result.output
 
 
 def test_simulated_ratings_come_with_the_toolkit_and_are_labelled_so():
