@@ -39,7 +39,7 @@ def shards(
     workers: Workers,
     form: str,
 ) -> None:
-    """Write corpora's features as Parquet, to be trained on.
+    """Write corpora's features to files, to be trained on.
 
     For more examples than fit into memory: each process holds one CORPUS at a time, and training
     no more than one shard. Examples with equal features are one row with their count, which

@@ -83,11 +83,10 @@ def from_corpus(
 def _fit_on_disk(
     model: GroundingModel, corpus: Corpus, items: Sequence[Example], options: Options
 ) -> None:
-    from corpus_tools.shards.shard_training import (  # noqa: PLC0415 - small case stays light
-        fit_on_shards,
-        read_scratch_shard,
+    from corpus_tools.shards.shard_making import (  # noqa: PLC0415 - small case stays light
         write_scratch_shards,
     )
+    from corpus_tools.shards.shard_training import fit_on_shards  # noqa: PLC0415 - as above
 
     with TemporaryDirectory(prefix="ct-shards-") as name, progress_bar("training") as on_progress:
         folder = Path(name)
@@ -98,7 +97,6 @@ def _fit_on_disk(
             manifest,
             workers=Workers(),
             tolerance=model.tolerance,
-            read=read_scratch_shard,
             on_progress=on_progress,
         )
 

@@ -1,9 +1,8 @@
-"""Shards on disk: features of some examples as a Parquet file, and the manifest of a folder."""
+"""Shards on disk: features of some examples as a file of arrays, and the manifest of a folder."""
 
 from __future__ import annotations
 
 import hashlib
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,21 +10,26 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from corpus_tools.runtime.parquet import import_pyarrow
 from g3.errors import FormatError
 from g3.features.feature_registry import CATALOGUE_VERSION
 from g3.features.matrix import FeatureSpace
 from g3.short_repr import short_repr
 from g3.storage import regular_file
+from g3.storage.array_file import DIGEST, Field, digest_of, read_arrays, write_arrays
 from g3.storage.atomic_file import write_bytes
 
 MANIFEST = "shards.json"
-FORMAT_VERSION = 2
-NAMES = b"g3"
-ORIGIN = b"g3.origin"
-DIGEST = b"g3.digest"
-"""Keys of a file's metadata, whose values are `_Names` and an `Origin` as JSON, and the digest of
-these and of all arrays."""
+FORMAT_VERSION = 3
+_ORIGIN = "origin"
+_FIELDS = {
+    "bases": Field("U"),
+    "words": Field("U"),
+    "keys": Field("<i8"),
+    "features": Field("<i4"),
+    "offsets": Field("<i4"),
+    "right": Field("<i4"),
+    "wrong": Field("<i4"),
+}
 AGAIN = "make the shards again with: ct shards"
 
 
@@ -51,12 +55,6 @@ class Shard:
     def space(self) -> FeatureSpace:
         """The features."""
         return FeatureSpace((), self.bases, self.words, self.keys)
-
-
-class _Names(msgspec.Struct, frozen=True):
-    bases: tuple[str, ...]
-    words: tuple[str, ...]
-    keys: list[int]
 
 
 class Origin(msgspec.Struct, frozen=True):
@@ -113,34 +111,17 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return sum(shard.examples for shard in self.shards)
 
 
-def write_shard(path: Path, shard: Shard, origin: Origin) -> str:
+def write_shard(path: Path, shard: Shard, origin: Origin, *, compressed: bool = True) -> str:
     """Write a shard, and return its digest; the same one gives the same bytes."""
-    pa, pq = import_pyarrow()
-    names = _Names(shard.bases, shard.words, shard.keys.tolist())
-    table = pa.table(
-        {
-            "features": pa.ListArray.from_arrays(shard.offsets, shard.features),
-            "right": shard.right,
-            "wrong": shard.wrong,
-        }
-    )
-    content = io.BytesIO()
-    settings = {"compression": "zstd", "store_schema": False}
-    with pq.ParquetWriter(content, table.schema, **settings) as writer:
-        writer.write_table(table)
-        digest = _digest(shard, origin)
-        about = {NAMES: msgspec.json.encode(names), ORIGIN: msgspec.json.encode(origin)}
-        writer.add_key_value_metadata(about | {DIGEST: digest.encode()})
-    write_bytes(path, content.getvalue())
-    return digest
+    arrays = {name: np.array(getattr(shard, name), f.dtype) for name, f in _FIELDS.items()}
+    arrays[_ORIGIN] = np.frombuffer(msgspec.json.encode(origin), dtype=np.uint8)
+    content, digest = write_arrays(arrays, compressed=compressed, sealed=True), digest_of(arrays)
+    write_bytes(path, content)
+    return _named(digest)
 
 
-def _digest(shard: Shard, origin: Origin) -> str:
-    digest = hashlib.sha256(msgspec.json.encode((shard.bases, shard.words, origin)))
-    for array in (shard.keys, shard.features, shard.offsets, shard.right, shard.wrong):
-        digest.update(f"{array.shape}".encode())
-        digest.update(array.tobytes())
-    return f"sha256:{digest.hexdigest()}"
+def _named(digest: npt.NDArray[np.uint8]) -> str:
+    return f"sha256:{digest.tobytes().hex()}"
 
 
 def known_shard(path: Path, origin: Origin) -> tuple[int, str] | None:
@@ -169,30 +150,15 @@ def read_shard(path: Path, digest: str = "") -> Shard:
 
 def _read(path: Path) -> tuple[Shard, Origin, str]:
     """Read a shard, its origin, and its digest, which is checked."""
-    _, pq = import_pyarrow()
+    fields, where = {**_FIELDS, _ORIGIN: Field("|u1")}, str(path)
+    arrays = read_arrays(path, fields, where=where, fix=AGAIN, error=FormatError)
     try:
-        with pq.ParquetFile(io.BytesIO(regular_file.read_bytes(path))) as file:
-            about = file.metadata.metadata
-            names = msgspec.json.decode(about[NAMES], type=_Names)
-            origin = msgspec.json.decode(about[ORIGIN], type=Origin)
-            table = file.read()
-        features = table["features"].combine_chunks()
-        shard = Shard(
-            names.bases,
-            names.words,
-            np.array(names.keys, dtype=np.int64),
-            features.values.to_numpy(),
-            features.offsets.to_numpy(),
-            table["right"].to_numpy(),
-            table["wrong"].to_numpy(),
-        )
-        digest = about.get(DIGEST, b"").decode()
-        what = "its digest differs" if digest != _digest(shard, origin) else ""
-    except Exception as error:  # a damaged file can raise anything
-        what = " ".join(str(error).split()) or type(error).__name__
-    if what:
-        raise FormatError(f"this shard can't be read: {what}", where=str(path), fix=AGAIN)
-    return shard, origin, digest
+        digest = _named(arrays.pop(DIGEST))
+        origin = msgspec.json.decode(arrays.pop(_ORIGIN).tobytes(), type=Origin)
+    except (KeyError, msgspec.MsgspecError) as error:
+        raise FormatError(f"this is no shard: {error}", where=where, fix=AGAIN) from error
+    bases, words = (tuple(arrays.pop(name).tolist()) for name in ("bases", "words"))
+    return Shard(bases, words, **arrays), origin, digest
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> Manifest:

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import g3.features  # noqa: F401  (fills the catalogue)
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.labelled_corpus import Negatives, Options, labelled_examples, scenario_ids
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.parallel import Workers, work
-from corpus_tools.runtime.parquet import import_pyarrow
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.shards import shard_files
 from g3.errors import CorpusError, FormatError
@@ -27,7 +27,7 @@ from g3.storage.system_errors import named_error
 
 EXAMPLES = 20_000
 """Number of examples in one shard, which bounds the memory."""
-SHARD_FILE = re.compile(r"\.?\d{5,}-\d{5,}\.parquet(\.new-\w+)?")
+SHARD_FILE = re.compile(r"\.?\d{5,}-\d{5,}\.npz(\.new-\w+)?")
 """A shard, or the remains of one by a killed process."""
 PORTIONS = 8
 """For a cluster, whose size isn't known, into how many portions few corpora are divided."""
@@ -68,7 +68,6 @@ def write_shards(
     if nothing could be read, the folder has other things in it, or another program is writing to
     it.
     """
-    import_pyarrow()
     out.mkdir(parents=True, exist_ok=True)
     with only_writer(out.absolute()):
         _names_of_sets(options)  # an unknown name is an error before anything is read
@@ -140,22 +139,48 @@ def _line(corpus: str, error: Exception) -> str:
     return f"{corpus}: left out: {type(error).__name__}: {error}"
 
 
+def write_scratch_shards(
+    corpus: Corpus, items: Sequence[Example], out: Path, options: Options, *, size: int
+) -> shard_files.Manifest:
+    """Write the features of a corpus's examples, at most `size` a shard, for one training."""
+    portion = Portion(corpus.name, 0, 0, 1)
+    made = _write(portion, items, out, options, corpus_hash=corpus.hash, size=size, kept=False)
+    return manifest_of(
+        {corpus.name: corpus.hash}, made.sources, made.scenarios, made.shards, options
+    )
+
+
 def _write_portion(portion: Portion, *, out: Path, options: Options, size: int) -> _Made:
     digest, items = _examples(portion.corpus, options.negatives, options.seed)
-    made = _Made(digest, Counter(), set(), [])
+    return _write(portion, items, out, options, corpus_hash=digest, size=size, kept=True)
+
+
+def _write(
+    portion: Portion,
+    items: Sequence[Example],
+    out: Path,
+    options: Options,
+    *,
+    corpus_hash: str,
+    size: int,
+    kept: bool,
+) -> _Made:
+    """Write a portion's shards; those that are `kept` take time to become small."""
+    made = _Made(corpus_hash, Counter(), set(), [])
     sets = _names_of_sets(options)
     for first in range(portion.number * size, len(items), portion.of * size):
         part = items[first : first + size]
         made.sources.update(e.source for e in part)
         made.scenarios.update(scenario_ids(part))
-        file = f"{portion.order:05}-{first // size:05}.parquet"
+        path = out / f"{portion.order:05}-{first // size:05}.npz"
         features = (CATALOGUE_VERSION, sets, options.negatives, options.seed)
-        origin = shard_files.Origin(digest, first, len(part), *features)
-        count = shard_files.known_shard(out / file, origin)
+        origin = shard_files.Origin(corpus_hash, first, len(part), *features)
+        count = shard_files.known_shard(path, origin) if kept else None
         if count is None:
             shard = to_shard(part, options)
-            count = len(shard.right), shard_files.write_shard(out / file, shard, origin)
-        made.shards.append(shard_files.ShardRecord(file, len(part), *count))
+            digest = shard_files.write_shard(path, shard, origin, compressed=kept)
+            count = len(shard.right), digest
+        made.shards.append(shard_files.ShardRecord(path.name, len(part), *count))
     return made
 
 

@@ -2,15 +2,11 @@
 
 Three passes read them. One finds the features, and which of their columns are equal. One packs what
 training needs of each shard into a scratch folder. Each step of training sums over that.
-
-Shards for the time of one training are arrays as they are, which are read and written at once.
-Parquet is smaller and outlives the program, but takes the package pyarrow and 120 MiB of memory.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -21,18 +17,14 @@ import numpy.typing as npt
 from scipy import sparse
 
 import g3.features  # noqa: F401  (fills the catalogue)
-from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.labelled_corpus import Options, scenario_ids
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress, no_progress
-from corpus_tools.shards.shard_files import Manifest, Shard, ShardRecord, read_shard
-from corpus_tools.shards.shard_making import manifest_of, to_shard
+from corpus_tools.shards.shard_files import Manifest, read_shard
 from g3.errors import FormatError
 from g3.features.matrix import FeatureSpace, prior_scale, renumbered
 from g3.groundings import FloatArray
 from g3.learning import crf
 from g3.learning.crf import MAX_ITERATIONS, Local, Problem, minimise
-from g3.learning.examples import Example
 from g3.learning.grounding_model import GroundingModel
 from g3.storage.array_file import Field, read_arrays, write_arrays
 from g3.storage.system_errors import about
@@ -44,8 +36,6 @@ TOLERANCE, LEAST_EXAMPLES = 1e-8, 10_000
 
 File = tuple[Path, str]
 """A shard and the digest that it must have."""
-Read = Callable[[Path, str], Shard]
-"""Reads the shard at a path, which must have a digest."""
 Signatures = npt.NDArray[np.uint64]
 _COLUMNS = "columns.npz"
 _COLUMN_FIELDS = {
@@ -63,7 +53,6 @@ def fit_on_shards(
     *,
     workers: Workers,
     tolerance: float | None = None,
-    read: Read = read_shard,
     on_progress: OnProgress = no_progress,
 ) -> GroundingModel:
     """Fit a model to all shards of a folder; the optimum is that of the same examples in memory.
@@ -71,7 +60,7 @@ def fit_on_shards(
     `workers` read the shards; the scratch folder is made in `folder`, so that those of a cluster
     see it. `tolerance`, and not the model's, is when to stop: when no component of the gradient
     exceeds it. By default it is 1e-4 up to ten thousand examples, as in memory, and as much more as
-    there are more examples. `read` reads a shard; scratch shards have another form.
+    there are more examples.
     """
     if tolerance is None:
         tolerance = TOLERANCE * max(manifest.examples, LEAST_EXAMPLES)
@@ -86,7 +75,7 @@ def fit_on_shards(
 
         numbered = list(enumerate(files))
         surveys = work_in_order(
-            partial(_survey, read=read),
+            _survey,
             numbered,
             executor,
             on_done=told("finding features", len(files)),
@@ -95,7 +84,7 @@ def fit_on_shards(
         first, copy_of = _distinct(signatures, prior_scale(space))
         _write_columns(Path(scratch) / _COLUMNS, space, first)
         packed = work_in_order(
-            partial(_pack, scratch=Path(scratch), read=read),
+            partial(_pack, scratch=Path(scratch)),
             files,
             executor,
             on_done=told("packing", len(files)),
@@ -127,14 +116,14 @@ class _Survey:
     signatures: Signatures
 
 
-def _survey(numbered: tuple[int, File], *, read: Read) -> _Survey:
+def _survey(numbered: tuple[int, File]) -> _Survey:
     """Give each row two random numbers; a column's signature is the sum over its rows.
 
     Sums of numbers of 64 bits wrap around. Different columns have the same two with a
     probability of 2^-128, and the sums of all shards are those of the whole columns.
     """
     number, file = numbered
-    shard = read(*file)
+    shard = read_shard(*file)
     rng = np.random.default_rng(number)
     rows = rng.integers(0, 2**64, size=(len(shard.right), 2), dtype=np.uint64)
     ones = np.ones(len(shard.features), dtype=np.uint64)
@@ -189,10 +178,10 @@ def _read_columns(
     return arrays["bases"].tolist(), arrays["words"].tolist(), arrays["keys"], arrays["column"]
 
 
-def _pack(file: File, *, scratch: Path, read: Read) -> Path:
+def _pack(file: File, *, scratch: Path) -> Path:
     """Write the distinct columns of a shard as training wants them."""
     bases, words, keys, column = _read_columns(scratch / _COLUMNS)
-    shard = read(*file)
+    shard = read_shard(*file)
     columns = column[np.searchsorted(keys, renumbered(shard.space, bases, words))]
     column_of = columns[shard.features]
     kept = column_of >= 0
@@ -235,38 +224,3 @@ def _sum(locals_: Sequence[Local]) -> Local:
 def _scaled(local: Local, unit: FloatArray) -> Local:
     local.rows.data *= unit[local.rows.indices]
     return replace(local, gradient=unit * local.gradient)
-
-
-_FIELDS = {
-    "bases": Field("U"),
-    "words": Field("U"),
-    "keys": Field("<i8"),
-    "features": Field("<i4"),
-    "offsets": Field("<i4"),
-    "right": Field("<i4"),
-    "wrong": Field("<i4"),
-}
-
-
-def write_scratch_shards(
-    corpus: Corpus, items: Sequence[Example], out: Path, options: Options, *, size: int
-) -> Manifest:
-    """Write the features of a corpus's examples, at most `size` a shard, to an empty folder."""
-    shards = []
-    for first in range(0, len(items), size):
-        part = items[first : first + size]
-        shard = to_shard(part, options)
-        file = f"{first // size:05}.npz"
-        arrays = {n: np.array(getattr(shard, n), dtype=f.dtype) for n, f in _FIELDS.items()}
-        with about(out / file):
-            (out / file).write_bytes(write_arrays(arrays, compressed=False))
-        shards.append(ShardRecord(file, len(part), len(shard.right), digest=""))
-    sources = Counter[str](e.source for e in items)
-    return manifest_of({corpus.name: corpus.hash}, sources, scenario_ids(items), shards, options)
-
-
-def read_scratch_shard(path: Path, digest: str = "") -> Shard:
-    """Read one of these shards, which have no digest; FormatError if it is missing or damaged."""
-    arrays = read_arrays(path, _FIELDS, where=str(path), fix="train again", error=FormatError)
-    bases, words = (tuple(arrays.pop(name).tolist()) for name in ("bases", "words"))
-    return Shard(bases, words, **arrays)

@@ -65,7 +65,7 @@ def write_arrays(
         True to add a digest of all of them, which :func:`read_arrays` checks.
     """
     out = io.BytesIO()
-    seal = {DIGEST: _digest(arrays)} if sealed else {}
+    seal = {DIGEST: digest_of(arrays)} if sealed else {}
     save = np.savez_compressed if compressed else np.savez
     save(out, allow_pickle=False, **seal, **arrays)
     return out.getvalue()
@@ -116,7 +116,7 @@ def read_arrays(
             if DIGEST in members:
                 name = DIGEST
                 content = _read(archive, members, name, Field("|u1"), stored)
-                if content.tobytes() != _digest(arrays).tobytes():
+                if content.tobytes() != digest_of(arrays).tobytes():
                     raise _DamagedError("the arrays are not those that were written")
                 arrays[DIGEST] = content
     except Exception as problem:  # a damaged file can raise anything
@@ -172,7 +172,7 @@ def _read(
     return array
 
 
-def _digest(arrays: Mapping[str, Array]) -> npt.NDArray[np.uint8]:
+def digest_of(arrays: Mapping[str, Array]) -> npt.NDArray[np.uint8]:
     """Return the SHA-256 over names, types, shapes and content, in any order of the arrays."""
     digest = hashlib.sha256()
     for name in sorted(arrays):

@@ -138,7 +138,6 @@ def test_rendering_on_a_cluster(cluster, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_training_on_a_cluster(cluster, tmp_path):
-    pytest.importorskip("pyarrow")
     tiny_corpus().save(tmp_path / "tiny")
     made = []
     for name, workers in (("here", Workers()), ("there", Workers(scheduler=cluster))):
