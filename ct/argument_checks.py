@@ -19,11 +19,6 @@ def one_of(name: str, given: object, known: Iterable[object]) -> None:
         Value of the argument.
     known
         Allowed values.
-
-    Raises
-    ------
-    CorpusError
-        If it is something else; the error lists the allowed values.
     """
     values = list(known)
     if given not in values:
@@ -32,38 +27,20 @@ def one_of(name: str, given: object, known: Iterable[object]) -> None:
 
 
 def positive(name: str, given: float | None) -> None:
-    """Refuse a value that isn't a number above 0; None stands for the default.
-
-    Raises
-    ------
-    CorpusError
-        If it is.
-    """
+    """Refuse a value that isn't a number above 0; None stands for the default."""
     is_number = isinstance(given, (int, float)) and not isinstance(given, bool)
     if given is not None and not (is_number and given > 0):
         raise CorpusError(f"{name} can't be {given!r}", fix="give a number above 0")
 
 
 def a_kind_of(name: str, given: object, kinds: tuple[type, ...], fix: str) -> None:
-    """Refuse a value of another type.
-
-    Raises
-    ------
-    CorpusError
-        If it is; `fix` names an allowed value.
-    """
+    """Refuse a value of another type; `fix` names an allowed value."""
     if not isinstance(given, kinds):
         raise CorpusError(f"{name} can't be of the type {type(given).__name__}", fix=fix)
 
 
 def known_options(given: Iterable[str], known: Collection[str], where: str) -> None:
-    """Refuse unknown options.
-
-    Raises
-    ------
-    CorpusError
-        If there is one; the error lists the known ones.
-    """
+    """Refuse unknown options."""
     for name in given:
         if name not in known:
             raise CorpusError.unknown("option", name, sorted(known), where=where)

@@ -96,24 +96,12 @@ class Registry(Mapping[str, Member]):
         return tuple(self._members[name] for name in sorted(self._members))
 
     def known(self, name: str, where: str = "") -> Member:
-        """Return the member with a name.
-
-        Raises
-        ------
-        CorpusError
-            If there is none; the error shows the nearest names.
-        """
+        """Return the member with a name; the error for another name shows the nearest ones."""
         self.check((name,), where)
         return self._members[name]
 
     def check(self, names: Collection[str], where: str = "") -> None:
-        """Refuse names that aren't known.
-
-        Raises
-        ------
-        CorpusError
-            If there is one; the error shows the nearest names.
-        """
+        """Refuse names that aren't known."""
         more = self._see
         if self.group and not more:
             more = f"or install a package that adds it by the entry point group {self.group}"
@@ -150,13 +138,7 @@ def summary_of(function: Callable[..., Any]) -> str:
 
 @contextmanager
 def blaming(member: str, where: str) -> Iterator[None]:
-    """Turn any exception of other people's code into an error that names its owner and place.
-
-    Raises
-    ------
-    CorpusError
-        If the code raises anything.
-    """
+    """Turn any exception of other people's code into an error that names its owner and place."""
     try:
         yield
     except CorpusError:

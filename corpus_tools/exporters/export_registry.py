@@ -65,11 +65,6 @@ def export_corpus_to(
     -------
     tuple of str
         The names of the files.
-
-    Raises
-    ------
-    FormatError
-        If there is no such format, a package is missing, or the folder can't be written.
     """
     exporter = EXPORTERS.known(to, "--to")
     if videos and not exporter.takes_videos:

@@ -45,11 +45,6 @@ class ImportFunction(Protocol):
             Called with the progress of the import.
         options
             By name, if the importer has any (:attr:`Importer.options`).
-
-        Raises
-        ------
-        FormatError
-            If something can't be read.
         """
 
 

@@ -38,13 +38,7 @@ WITHOUT_WORKERS_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Processes or cluster that do the work.
-
-    Raises
-    ------
-    CorpusError
-        If there are no processes: nobody would ever work.
-    """
+    """Processes or cluster that do the work."""
 
     jobs: int = 1
     """Number of processes on this machine; with 1, none is started."""
@@ -84,11 +78,6 @@ def work(
     function
         Of a module, so that other processes can find it; what it is given and returns must
         be picklable, unless there is one job.
-
-    Raises
-    ------
-    CorpusError
-        If the cluster can't be reached or has no workers, or the package for it is missing.
     """
     with Executor(workers) as executor:
         yield from executor.work(function, items)

@@ -90,13 +90,7 @@ class RegisteredJudge:
         return judge_named, (self.name,)
 
     def verdict(self, plan: JudgedPlan) -> Verdict:
-        """Judge a plan.
-
-        Raises
-        ------
-        CorpusError
-            If the function raises anything.
-        """
+        """Judge a plan."""
         with blaming(f"the judge {self.name}", f"command {plan.text!r}"):
             return self.function(plan)
 

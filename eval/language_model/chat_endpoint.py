@@ -273,11 +273,6 @@ def ask(
         JSON Schema of the reply.
     purpose
         Purpose of the request: ``plan``, ``parse`` or ``judge``.
-
-    Raises
-    ------
-    CorpusError
-        If there is no reply after several tries, or the endpoint refuses the request.
     """
     request = _request(endpoint, messages, schema, purpose)
     key, folder = key_of(endpoint.url, request), endpoint.replies

@@ -92,24 +92,12 @@ class RegisteredParser:
         """Do nothing: a function takes one text after the other."""
 
     def fit(self, commands: Sequence[Annotated]) -> Any:
-        """Learn.
-
-        Raises
-        ------
-        CorpusError
-            If the function raises anything.
-        """
+        """Learn."""
         with blaming(f"the parser {self.name}", "learning"):
             return None if self.fitting is None else self.fitting(commands)
 
     def parse(self, text: str, learned: Any = None) -> Parse:
-        """Parse a text into its trees.
-
-        Raises
-        ------
-        CorpusError
-            If the function raises anything.
-        """
+        """Parse a text into its trees."""
         with blaming(f"the parser {self.name}", f"command {text!r}"):
             result = self.function(text, learned) if self.learns else self.function(text)
             trees = (Tree(tuple(result), 1.0),) if not isinstance(result, Parse) and result else ()

@@ -143,24 +143,12 @@ class RegisteredGrounder:
         """Do nothing: a function takes one task after the other."""
 
     def fit(self, annotations: Sequence[Annotation]) -> Any:
-        """Learn.
-
-        Raises
-        ------
-        CorpusError
-            If the function raises anything.
-        """
+        """Learn."""
         with blaming(f"the grounder {self.name}", "learning"):
             return None if self.fitting is None else self.fitting(annotations)
 
     def propose(self, task: PlanTask, learned: Any) -> Proposal:
-        """Make a plan.
-
-        Raises
-        ------
-        CorpusError
-            If the function raises anything.
-        """
+        """Make a plan."""
         with blaming(f"the grounder {self.name}", f"command {task.command}"):
             result = self.function(task, learned) if self.learns else self.function(task)
         return result if isinstance(result, Proposal) else Proposal(result)

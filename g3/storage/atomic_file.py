@@ -23,11 +23,6 @@ def write_bytes(path: Path, content: bytes, *, private: bool = False) -> None:
     ----------
     private
         True if only its owner may read it. It never has other rights, not even while it is written.
-
-    Raises
-    ------
-    FormatError
-        If the folder doesn't exist.
     """
     with replacing(path, private=private) as file:
         file.write(content)

@@ -22,11 +22,6 @@ def decode_text(content: bytes, where: str) -> str:
         The bytes of the file.
     where
         The file, as errors name it.
-
-    Raises
-    ------
-    FormatError
-        If the bytes are UTF-16, UTF-32 or no UTF-8, or if there is a NUL; with line and column.
     """
     for name, *marks in _OTHER_ENCODINGS:
         if content.startswith(tuple(marks)):
