@@ -238,7 +238,7 @@ def _show(result: Result, shown: Shown) -> bool:
 
 
 def _show_plans(result: Result, shown: Shown) -> None:
-    from corpus_tools.following.plan_words import explained, sentence
+    from corpus_tools.following.plan_steps import explained, sentence
 
     if result.missing:
         note(f"ct: there is no {' and no '.join(result.missing)} here")
@@ -265,7 +265,7 @@ def _confirmed(result: Result, shown: Shown) -> bool:
         return click.confirm("Do this?", err=True)
     if plan.probability >= shown.confirm_below:
         return True
-    from corpus_tools.following.plan_words import as_record, sentence
+    from corpus_tools.following.plan_steps import as_record, sentence
 
     question = f"{sentence(plan)}: do this?"
     if shown.form != PLAIN:
@@ -279,7 +279,7 @@ def _confirmed(result: Result, shown: Shown) -> bool:
 
 def _report(done: Episode | None, result: Result, form: str, video: Path | None) -> None:
     """Print the result of a plan; programs get the plan with it."""
-    from corpus_tools.following.plan_words import as_record
+    from corpus_tools.following.plan_steps import as_record
 
     lines, execution = [], None
     if done is not None:

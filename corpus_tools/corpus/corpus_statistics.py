@@ -19,10 +19,9 @@ import msgspec
 from corpus_tools.corpus import corpus_records as records
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import SDCRecord
-from corpus_tools.corpus.corpus_tables import is_as_written
+from corpus_tools.corpus.corpus_tables import is_as_written, read_arrays
 from corpus_tools.corpus.decoding import command, read_manifest
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
-from corpus_tools.corpus.trajectory_arrays import read_arrays
 from g3.annotation import SOURCES, UNKNOWNS, Command
 from g3.sdc.clauses import SDC, SDC_TYPES, breadth_first
 from g3.short_repr import short_repr

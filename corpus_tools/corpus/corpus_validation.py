@@ -9,9 +9,8 @@ import numpy as np
 
 from corpus_tools.corpus import corpus_records as records
 from corpus_tools.corpus.corpus_model import Corpus
-from corpus_tools.corpus.corpus_tables import manifest_to_bytes, sealed
+from corpus_tools.corpus.corpus_tables import manifest_to_bytes, read_arrays, sealed, unpack_one
 from corpus_tools.corpus.decoding import read_content, read_manifest, refuse
-from corpus_tools.corpus.trajectory_arrays import read_arrays, unpack_one
 from g3.errors import CorpusError, FormatError
 from g3.groundings import FloatArray, PhysicalObject, Place, Prism
 from g3.sdc.sdc_notation import check_sdc

@@ -29,8 +29,14 @@ from corpus_tools.corpus.corpus_records import (
     Manifest,
     OutcomeRecord,
 )
-from corpus_tools.corpus.corpus_tables import Content, Tables, problems
-from corpus_tools.corpus.trajectory_arrays import Arrays, read_arrays, unpack_one
+from corpus_tools.corpus.corpus_tables import (
+    Arrays,
+    Content,
+    Tables,
+    problems,
+    read_arrays,
+    unpack_one,
+)
 from corpus_tools.runtime.atomic_folder import recover
 from corpus_tools.tables.json_text import explained
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome

@@ -11,9 +11,8 @@ import numpy as np
 from corpus_tools.corpus.corpus_entries import belongs_to
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import PAPER, Statistics
-from corpus_tools.corpus.corpus_tables import Content, encode
+from corpus_tools.corpus.corpus_tables import Content, as_lists, encode
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
-from corpus_tools.corpus.trajectory_arrays import as_lists
 from g3.annotation import Annotation, Command, TaskOutcome
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory

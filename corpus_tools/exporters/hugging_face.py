@@ -16,8 +16,7 @@ import yaml
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_records import AnnotationRecord, ObjectReference
-from corpus_tools.corpus.corpus_tables import encode
-from corpus_tools.corpus.trajectory_arrays import as_lists
+from corpus_tools.corpus.corpus_tables import as_lists, encode
 from corpus_tools.runtime.parquet import import_pyarrow, parquet_bytes
 from g3.annotation import Annotation
 from g3.sdc.clauses import all_words, breadth_first

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from corpus_tools.importers.authored.authored_clauses import clause_names
+from corpus_tools.importers.authored.authored_corpus import clause_names
 from corpus_tools.importers.authored.authored_files import read_dataset
 from corpus_tools.importers.report import Journal
 from corpus_tools.runtime.parallel import WorkerDiedError, Workers, work

@@ -12,8 +12,7 @@ import pytest
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_tables import encode
 from corpus_tools.corpus.corpus_validation import validate
-from corpus_tools.importers.authored.authored_clauses import leaf_words
-from corpus_tools.importers.authored.authored_corpus import import_authored
+from corpus_tools.importers.authored.authored_corpus import import_authored, leaf_words
 from corpus_tools.importers.authored.bundled import bundled
 from corpus_tools.world.scenarios.scenario_reading import read_layouts
 from corpus_tools.world.state.thing_kinds import KINDS
