@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from sqlalchemy import select
@@ -13,7 +13,8 @@ from annotation_app.items.scenes import CURVES, VIEWS
 from annotation_app.store.models import Answer, Item, Media, Slot
 from g3.errors import FormatError
 
-SHOWN = ("video", *VIEWS, CURVES)
+CAMERAS = ("video", *VIEWS)
+SHOWN = (*CAMERAS, CURVES)
 """Roles of what people see of a video: each camera, and curves."""
 FIX = "put the old file back, or give the new one another name or id"
 
@@ -51,22 +52,32 @@ def replaced(session: Session, study_id: str, *, with_gone: bool = True) -> Iter
 
 
 def check_not_replaced(
-    session: Session, study_id: str, digests: Mapping[str, tuple[str, Path]]
+    session: Session, study_id: str, files: Mapping[str, Sequence[tuple[str, Path]]]
 ) -> list[FormatError]:
     """Find videos that a set-up would replace although people have answered items about them.
 
     Parameters
     ----------
-    digests
-        Present digest of each video, and its file, by the video's name.
+    files
+        Present digest and file of each camera, the first one's first, by the video's name.
 
     Returns
     -------
     list of FormatError
-        The errors that name each such video.
+        The errors that name each such video with a file that is another.
     """
-    before = video_digests(session, study_id)
-    others = {v for v, (sha256, _) in digests.items() if before.get(v, sha256) != sha256}
+    rows = session.execute(
+        select(Media.video, Media.role, Media.sha256).where(
+            Media.study_id == study_id, Media.role.in_(CAMERAS)
+        )
+    )
+    before = {(video, role): sha256 for video, role, sha256 in rows}
+    others = {
+        video: file
+        for video, cameras in files.items()
+        for role, (sha256, file) in reversed([*zip(CAMERAS, cameras, strict=False)])
+        if before.get((video, role), sha256) != sha256
+    }
     if not others:
         return []
     asked = select(Item.payload).where(
@@ -79,10 +90,10 @@ def check_not_replaced(
         FormatError(
             f"the file of the video {video!r} has been replaced, or is cut at other times, since "
             "people were asked about it",
-            where=str(digests[video][1]),
+            where=str(others[video]),
             fix=FIX,
         )
-        for video in sorted(others & about)
+        for video in sorted(others.keys() & about)
     ]
 
 

@@ -190,15 +190,15 @@ def changed_since_asked(session: Session, parts: StudyParts) -> list[FormatError
         return []
     own = [item for item in parts.videos if isinstance(item, OwnVideo)]
     there = spelled_names(session, study.id)
-    digests = {
-        there.get(normal_name(item.video), item.video): (
-            part_of(item).digest(file_digest(item.file)),
-            item.file,
-        )
+    files = {
+        there.get(normal_name(item.video), item.video): [
+            (part_of(camera).digest(file_digest(camera.file)), camera.file)
+            for camera in (item, *item.views)
+        ]
         for item in own
     }
     return [
-        *check_not_replaced(session, study.id, digests),
+        *check_not_replaced(session, study.id, files),
         *_things_gone(session, study, own, there),
     ]
 

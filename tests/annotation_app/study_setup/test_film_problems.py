@@ -181,13 +181,18 @@ def test_the_film_of_a_further_camera_is_another(
     further = film(tmp_path / "b.mp4", 20)
     (tmp_path / "t.csv").write_text("video,id,video_2,camera_2\na.mp4,push,b.mp4,wrist\n")
     told = ["annotate", "check", "--instance", str(tmp_path / "instance")]
-    with set_up(study(tmp_path, videos="t.csv")):
-        pass
+    file = study(tmp_path, videos="t.csv")
+    with set_up(file) as app:
+        worker = Browser(app, study="arm")
+        page, _ = shown(app, worker, tmp_path)
+        assert worker.answer(page["item"], described("Push the cup.")).status_code == 200
     run(told)
     assert "b.mp4" not in capsys.readouterr().out
     film(further, 30)
     assert run(told) == 2
     assert f"{further} has been replaced" in capsys.readouterr().out
+    with pytest.raises(CorpusError, match=r"b\.mp4.*push.*replaced"), set_up(file):
+        pass
 
 
 def test_curves_beside_the_films_of_a_folder(tmp_path: Path):
