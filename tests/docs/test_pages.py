@@ -20,6 +20,8 @@ from g3.inference.potentials.potential_registry import KINDS, potentials
 from tests.docs.blocks import ROOT, pages
 
 DOCS = ROOT / "docs"
+MOST_WORDS = 38_000
+"""Length of the documentation with README and code, in words."""
 MADE = DOCS / "_made"
 LINK = re.compile(r"\]\(([^)#\s:]+)(?:#[^)]*)?\)")
 TOCTREE = re.compile(r"```{toctree}\n.*?\n\n(.*?)```", re.DOTALL)
@@ -32,6 +34,11 @@ def test_links_lead_somewhere(page: Path) -> None:
     targets = {(page.parent / target).resolve() for target in LINK.findall(page.read_text())}
     gone = [t for t in targets if not t.exists() and t.parent != MADE]
     assert not gone
+
+
+def test_the_documentation_stays_short() -> None:
+    texts = [file.read_text() for file in (ROOT / "README.md", *DOCS.rglob("*.md"))]
+    assert sum(len(text.split()) for text in texts) <= MOST_WORDS
 
 
 def test_the_architecture_names_modules_and_folders_that_exist() -> None:
