@@ -11,7 +11,9 @@ import numpy.typing as npt
 
 from corpus_tools.world.state.recording import Recording, heading
 from corpus_tools.world.state.shapes import shape_of
-from g3.geometry.plane import rotate
+from corpus_tools.world.state.solids import extents
+from corpus_tools.world.state.thing_kinds import kind_of
+from g3.geometry.plane import BoolArray, rotate
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
@@ -76,6 +78,10 @@ TURNS_DEG = (0, -15, 15, -30, 30, -45, 45)
 """Turns of an overview to the left of where the robot looks at the start."""
 TURN_COST = 0.2
 """Loss of a sideward view, of 1, for which a turn by a radian is left out."""
+HIDDEN_COST = 1.0
+"""Loss of a view in which nothing is seen in the end of what was moved."""
+SURFACE_M = 0.05
+"""Distance from a thing within which nothing hides it, in metres."""
 LIFT_M = 1e-4
 """Least change of a thing's height, from one moment to the next, that is a lift, in metres."""
 BEFORE_S, AFTER_S = 1.0, 3.0
@@ -189,14 +195,53 @@ def _robot(recording: Recording) -> int:
 def _looking(recording: Recording) -> FloatArray:
     """Return a direction down and to where the robot looks at the start, or aside, shape (3,).
 
-    It is turned so far that lifts, or ways without any, are seen from their side. Left stays left.
+    It is turned so far that lifts, or ways without any, are seen from their side, and that nothing
+    hides what was moved. Left stays left.
     """
     yaw = heading(recording.orientation[:, _robot(recording)])
     turns = np.radians(TURNS_DEG)
+    views = np.stack([_downwards(float(yaw[0] + turn)) for turn in turns])
     sides = np.abs(np.sin(yaw[_lifts(recording)] - yaw[0] - turns[:, None])).mean(axis=1)
-    towards = float(yaw[0] + turns[np.argmax(sides - TURN_COST * np.abs(turns))])
+    hidden = np.array([_hidden_share(recording, view) for view in views])
+    best = np.argmax(sides - TURN_COST * np.abs(turns) - HIDDEN_COST * hidden)
+    ahead: FloatArray = views[best]
+    return ahead
+
+
+def _downwards(yaw: float) -> FloatArray:
     level = math.cos(ELEVATION)
-    return np.array([level * math.cos(towards), level * math.sin(towards), -math.sin(ELEVATION)])
+    return np.array([level * math.cos(yaw), level * math.sin(yaw), -math.sin(ELEVATION)])
+
+
+def _hidden_share(recording: Recording, ahead: FloatArray) -> float:
+    """Return the part of the moved loads that other things hide in the end from a far camera."""
+    objects, end = recording.start.objects, slice(len(recording.t_ns) - 1, len(recording.t_ns))
+    moved = (recording.position[-1] != recording.position[0]).any(axis=-1)
+    hidden: list[bool] = []
+    for load in np.flatnonzero(moved):
+        if kind_of(objects[load].labels).carriable:
+            points = _placed(recording, load, end)
+            points = np.concatenate((points, points.mean(axis=0, keepdims=True)))
+            others = [i for i in range(len(objects)) if i != load]
+            covers = [_is_behind(recording, i, points, ahead) for i in others]
+            hidden += np.any(covers, axis=0).tolist()
+    return float(np.mean(hidden)) if hidden else 0.0
+
+
+def _is_behind(recording: Recording, i: int, points: FloatArray, ahead: FloatArray) -> BoolArray:
+    """Check which points (n, 3) a thing hides in the end from a far camera that looks ahead."""
+    item, place = recording.start.objects[i], recording.position[-1, i]
+    turn = -heading(recording.orientation[-1, i])
+    towards = np.array([*rotate(-ahead[:2], turn), -ahead[2]])
+    local = points - place
+    local[:, :2] = rotate(local[:, :2], np.full(len(local), turn))
+    ground = recording.start.objects[_robot(recording)].prism.z_min - float(place[2])
+    behind = np.zeros(len(points), dtype=bool)
+    for extent in extents(kind_of(item.labels), shape_of(item), ground):
+        faces = (np.array(extent).T[:, None] - local) / np.where(towards == 0, 1e-12, towards)
+        enters, leaves = faces.min(axis=0).max(axis=1), faces.max(axis=0).min(axis=1)
+        behind |= leaves > np.maximum(enters, SURFACE_M)
+    return behind
 
 
 def _lifts(recording: Recording) -> npt.NDArray[np.intp]:

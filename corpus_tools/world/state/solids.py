@@ -24,18 +24,23 @@ CAB_OVER_DECK_M = 0.8
 
 def add_solid(body: mujoco.MjsBody, kind: Kind, shape: Shape, ground_m: float = 0.0) -> None:
     """Add the geoms that an object collides with; `ground_m` is the ground in its frame."""
-    (x0, y0, z0), (x1, y1, z1) = shape.low.tolist(), shape.high.tolist()
     if kind.carriable:
         _add_pallet(body, shape)
+        (x0, y0, z0), (x1, y1, z1) = shape.low.tolist(), shape.high.tolist()
         box(body, ((x0, x1), (y0, y1), (z0 + PALLET_HEIGHT, z1)), mass=LOAD_KG)
         return
+    for extent in extents(kind, shape, ground_m):
+        box(body, extent)
+
+
+def extents(kind: Kind, shape: Shape, ground_m: float) -> list[Extent]:
+    """Return the boxes that an object fills; `ground_m` is the ground in its frame."""
+    x, y, z = zip(shape.low.tolist(), shape.high.tolist(), strict=True)
     if kind.deck is None:
-        box(body, ((x0, x1), (y0, y1), (z0, z1)))
-        return
+        return [(x, y, z)]
     # Nothing drives under a deck: wheels and frame are in the way.
-    box(body, ((x0, x1), (y0, y1), (ground_m, z1)))
-    for cab in beside_deck(kind, shape):
-        box(body, (cab, (y0, y1), (z1, ground_m + cab_top(z1 - ground_m))))
+    cab_z = (z[1], ground_m + cab_top(z[1] - ground_m))
+    return [(x, y, (ground_m, z[1])), *((cab, y, cab_z) for cab in beside_deck(kind, shape))]
 
 
 def cab_top(deck_m: float) -> float:

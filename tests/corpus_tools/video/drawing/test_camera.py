@@ -140,6 +140,18 @@ def test_a_lift_is_seen_from_its_side():
     assert abs(np.degrees(np.arctan2(ahead[1], ahead[0]))) == pytest.approx(45)
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_nothing_hides_a_load_in_the_end(side):
+    recording = drive()
+    objects, position = list(recording.start.objects), recording.position.copy()
+    # A tall crate stands on one of the sides from which the lift could be seen.
+    objects[CRATE] = replace(objects[CRATE], prism=replace(objects[CRATE].prism, z_max=4.0))
+    position[:, CRATE, :2] = position[-1, PALLET, :2] + [-1.4, 1.4 * side]
+    start = replace(recording.start, objects=tuple(objects))
+    (camera,) = overview(replace(recording, start=start, position=position), SIZE)
+    assert camera.axes[2][1] * side > 0
+
+
 def test_the_robot_takes_a_fifth_of_the_width():
     recording = drive(still_s=10)
     camera, robot = track(recording, SIZE)[-1], recording.position[-1, ROBOT]
