@@ -218,7 +218,7 @@ def _hidden_share(recording: Recording, ahead: FloatArray) -> float:
     objects, end = recording.start.objects, slice(len(recording.t_ns) - 1, len(recording.t_ns))
     moved = (recording.position[-1] != recording.position[0]).any(axis=-1)
     hidden: list[bool] = []
-    for load in np.flatnonzero(moved):
+    for load in np.flatnonzero(moved).tolist():
         if kind_of(objects[load].labels).carriable:
             points = _placed(recording, load, end)
             points = np.concatenate((points, points.mean(axis=0, keepdims=True)))

@@ -76,11 +76,16 @@ def trailer(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: f
     draw(spec, body, parts)
 
 
+LIVERIES = (("dark", "red"), ("teal", "blue"))
+"""Colours of a truck's bed and cab."""
+
+
 @look("flatbed-truck")
 @look("truck")
 def truck(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
-    """Add a truck with a flat bed behind its cab."""
-    bed, cab = _flatbed(shape, ground_m, (0.14, 0.29), "teal", "blue")
+    """Add a truck with a flat bed behind its cab; of two numbered ones each has its own livery."""
+    livery = LIVERIES[sum(body.name.encode()) % len(LIVERIES)]
+    bed, cab = _flatbed(shape, ground_m, (0.14, 0.29), *livery)
     draw(spec, body, bed)
     draw(spec, body, cab, gloss=True)
 

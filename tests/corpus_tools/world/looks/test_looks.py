@@ -182,14 +182,15 @@ def test_a_thing_is_one_or_two_geoms_of_few_triangles() -> None:
 
 
 def test_things_differ_by_name_and_equal_ones_share_their_mesh() -> None:
-    def meshes(kind: str) -> int:
+    def meshes(kind: str, *names: str) -> int:
         spec = mujoco.MjSpec()
-        for name in ("one", "two", "three"):
+        for name in names:
             look_of(kind)(spec, spec.worldbody.add_body(name=name), *typical(kind))
         return len(spec.meshes)
 
-    assert meshes("box-pallet") == 3
-    assert meshes("truck") == 2, "the truck and its cab"
+    assert meshes("box-pallet", "one", "two", "three") == 3
+    assert meshes("truck", "truck-1", "truck-3") == 2, "the truck and its cab"
+    assert meshes("truck", "truck-1", "truck-2") == 4, "of two liveries"
 
 
 def saved(model: mujoco.MjModel) -> bytes:
