@@ -118,13 +118,14 @@ def _says_beside(sdc: SDC) -> bool:
 
 
 def _one_deck(event: SDC) -> SDC:
-    theme, *places = arguments_of(event) or (IMPLICIT_FIGURE,)
-    if [verb_words(place) for place in places if place.landmark1] != [["on"], ["on"]]:
+    parts = arguments_of(event)
+    if [part.type for part in parts] != ["OBJECT", "PLACE", "PLACE"] or is_pronoun(parts[0]):
         return event
-    if len(places) != 2 or theme.type != "OBJECT" or is_pronoun(theme):
+    theme, first, second = parts
+    if not all(p.landmark1 and verb_words(p) == ["on"] for p in (first, second)):
         return event
-    noun = SDC("OBJECT", (), places[0].relation, (theme,), places[0].landmark1)
-    return replace(event, landmark1=(noun,), landmark2=(places[1],))
+    noun = SDC("OBJECT", (), first.relation, (theme,), first.landmark1)
+    return replace(event, landmark1=(noun,), landmark2=(second,))
 
 
 def _one_place(event: SDC) -> SDC:
