@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.language.parsing.clause_arcs import is_root
+from g3.language.parsing.one_thread import one_thread
 from g3.short_repr import short_repr
 
 Float32Array: TypeAlias = npt.NDArray[np.float32]
@@ -89,15 +90,8 @@ def log_probabilities(model: ArcModel, vectors: Float32Array, temperature: float
         Divisor of the scores: above 1 the model is less sure.
     """
     n = len(vectors)
-    with_root = np.concatenate([model.root[None], vectors])
-    arcs = with_one(activated(vectors, model.dependents)) @ model.arcs
-    scores = arcs @ activated(with_root, model.heads).T
-    scores[:, 1:] += model.distances[distance_rows(n)]
-    dependents = with_one(activated(vectors, model.label_dependents))
-    heads = with_one(activated(with_root, model.label_heads))
-    b = dependents.shape[1]
-    left = dependents @ model.label_forms.reshape(b, -1)
-    labels = left.reshape(n, -1, b) @ heads.T  # (n, labels, n + 1)
+    with one_thread():
+        scores, labels = _scores(model, vectors)
     chosen = _log_softmax(scores / np.float32(temperature))
     named = _log_softmax(labels.transpose(0, 2, 1) / np.float32(temperature))
     total: Float32Array = chosen[:, :, None] + named
@@ -106,6 +100,20 @@ def log_probabilities(model: ArcModel, vectors: Float32Array, temperature: float
     total[:, 1:, roots] = -np.inf
     total[np.arange(n), np.arange(n) + 1] = -np.inf
     return total
+
+
+def _scores(model: ArcModel, vectors: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Scores of each word's head (n, n + 1), and of the arc's labels (n, labels, n + 1)."""
+    n = len(vectors)
+    with_root = np.concatenate([model.root[None], vectors])
+    arcs = with_one(activated(vectors, model.dependents)) @ model.arcs
+    scores = arcs @ activated(with_root, model.heads).T
+    scores[:, 1:] += model.distances[distance_rows(n)]
+    dependents = with_one(activated(vectors, model.label_dependents))
+    heads = with_one(activated(with_root, model.label_heads))
+    b = dependents.shape[1]
+    left = dependents @ model.label_forms.reshape(b, -1)
+    return scores, left.reshape(n, -1, b) @ heads.T
 
 
 def _log_softmax(x: Float32Array) -> Float32Array:

@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from g3.errors import ModelError
+from g3.language.parsing.one_thread import one_thread
 from g3.language.parsing.words import Words
 from g3.short_repr import short_repr
 from g3.storage.array_file import Array, Field, read_arrays, write_arrays
@@ -185,7 +186,8 @@ class Encoder:
             ends.append(len(rows))
         if not rows:
             return []
-        vectors = self._layers(np.array(rows), np.array(places), ends, layers)
+        with one_thread():
+            vectors = self._layers(np.array(rows), np.array(places), ends, layers)
         return [
             State(vectors[start:end], np.array(owner))
             for start, end, owner in zip([0, *ends], ends, owners, strict=False)

@@ -23,6 +23,7 @@ from g3.language.parsing.arc_decoding import likely_arcs
 from g3.language.parsing.arc_model import ArcModel, Float32Array, log_probabilities
 from g3.language.parsing.clause_arcs import build_trees
 from g3.language.parsing.encoder import Encoder
+from g3.language.parsing.one_thread import one_thread
 from g3.language.parsing.parser_file import from_bytes, to_bytes
 from g3.language.parsing.trees import Parse, Tree, with_trees
 from g3.language.parsing.words import Words, cut
@@ -103,13 +104,14 @@ class SDCParser(Estimator):
         from g3.language.parsing.training.parser_training import learned, prepare  # noqa: PLC0415
 
         taught = with_trees(X, y)
-        self.arcs_, self.encoder_ = learned(
-            prepare(taught),
-            prepare(others),
-            start=default_parser().arcs_,
-            layers=self.layers,
-            l2=self.l2,
-        )
+        with one_thread():
+            self.arcs_, self.encoder_ = learned(
+                prepare(taught),
+                prepare(others),
+                start=default_parser().arcs_,
+                layers=self.layers,
+                l2=self.l2,
+            )
         self.card_ = {**(self.card or {}), "l2": self.l2, "layers": self.layers}
         return self
 
