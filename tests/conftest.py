@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from pathlib import Path
@@ -9,6 +10,9 @@ from hypothesis import settings
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.report import ImportReport
+
+# The cores are busy with other workers; NumPy and SciPy read this when they are loaded.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # For a format that no schema here has, jsonschema would build grammars for seconds.
 sys.modules.setdefault("rfc3987_syntax", None)
