@@ -13,7 +13,7 @@ from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.judging.execution import counterparts, logged, replayed
 from eval.judging.judge import Verdict, judge
-from eval.judging.judge_registry import judge_named, plan_judge
+from eval.judging.judge_registry import JUDGES, judge_named, plan_judge
 from eval.judging.judge_report import in_a_line, with_validity
 from eval.judging.judge_validity import (
     CHOSEN_ON,
@@ -53,12 +53,18 @@ def of_layout(whole):
     return {name: contexts[name] for name in names}
 
 
-@plan_judge("still-held")
 def still_held(plan):
     """Right if something is on the forks at the end."""
     return Verdict(
         plan.execution.end.held is not None, "" if plan.execution.end.held else "they're empty"
     )
+
+
+@pytest.fixture
+def other_judge():
+    plan_judge("still-held")(still_held)
+    yield judge_named("still-held")
+    JUDGES.remove("still-held")
 
 
 def with_judgments(whole, videos, rating):
@@ -240,10 +246,11 @@ def test_what_does_not_go_with_it_is_refused(wrong):
     assert CliRunner().invoke(evaluate, ["--judge-validity"]).exit_code == 2
 
 
-def test_another_judge_is_compared_with_people_on_the_same_pairs(whole, of_layout, tmp_path):
+def test_another_judge_is_compared_with_people_on_the_same_pairs(
+    whole, of_layout, other_judge, tmp_path
+):
     corpus = with_judgments(whole, of_layout, plain)
-    other = judge_named("still-held")
-    found = judge_validity(corpus, seed=0, draws=20, other=other)
+    found = judge_validity(corpus, seed=0, draws=20, other=other_judge)
     said = {(p.command_video, p.shown_video): p.verdicts for p in found.pairs}
     held = {v: logged(context).end.held is not None for v, context in of_layout.items()}
     assert set(held.values()) == {True, False}
