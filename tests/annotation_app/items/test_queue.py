@@ -60,9 +60,13 @@ def test_the_lowest_rank_comes_first(empty: Engine) -> None:
     assert found == [f"item {number}" for number in reversed(range(ITEMS)) for _ in range(ANSWERS)]
 
 
-def test_at_random_all_items_and_pairs_of_items_are_alike(empty: Engine) -> None:
+def test_at_random_all_items_and_pairs_of_items_are_alike(
+    empty: Engine, request: pytest.FixtureRequest
+) -> None:
     """Two people in a row get any two slots of the ten alike: 4 in 45 pairs are of one item."""
+    state = random.getstate()
     random.seed(20)
+    request.addfinalizer(lambda: random.setstate(state))
     pairs: Counter[tuple[str, str]] = Counter()
     with transaction(empty) as session:
         study = fill(session)

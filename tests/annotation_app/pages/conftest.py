@@ -95,12 +95,22 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @contextmanager
 def served(study: StudyConfig, database: Path) -> Iterator[Site]:
     """An app that serves a database with a study at some port."""
-    logging.getLogger("werkzeug").setLevel(logging.ERROR)
     config = replace(open_instance(database.parent), rate_limits=False)
-    with opened(database) as engine:
+    with quiet_werkzeug(), opened(database) as engine:
         app = create_app(config, engine)
         with serving(app) as address:
             yield Site(address, app, engine, study)
+
+
+@contextmanager
+def quiet_werkzeug() -> Iterator[None]:
+    logger = logging.getLogger("werkzeug")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
 
 
 @pytest.fixture(scope="session")
