@@ -5,18 +5,19 @@ from __future__ import annotations
 import ast
 import csv
 import re
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from corpus_tools.following.bundled_grounder import following_model, kept_at
+from corpus_tools.following.bundled_grounder import kept_at
 from corpus_tools.importers.authored.bundled import open_corpus
 from ct.acting import _bundled
 from docs.make_potentials import listed
 from docs.notebook_pages import cells
 from g3.features import feature_registry as registry
 from g3.inference.potentials.potential_registry import KINDS, potentials
+from g3.learning.grounding_model import GroundingModel
 from tests.docs.blocks import ROOT, pages
 
 DOCS = ROOT / "docs"
@@ -103,14 +104,18 @@ def test_the_models_python_runs(
 
 
 @pytest.fixture
-def quick_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def quick_model(
+    trained: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[None]:
     """In an empty cache, a model of one bundled scenario where that of all of them is kept."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
     corpus = open_corpus("warehouse")
-    known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
-    some = replace(corpus, annotations=tuple(known))
-    following_model(some).save(kept_at(corpus.hash))
+    model = GroundingModel.load(trained("one-scenario"))
+    model.card = {**(model.card or {}), "corpus_hash": corpus.hash}
+    model.save(kept_at(corpus.hash))
+    _bundled.cache_clear()
+    yield
     _bundled.cache_clear()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,6 @@ from g3.sdc.sdc_notation import parse_brackets, to_json
 from tests.annotation_app.browser import Browser, described, engine_of
 from tests.annotation_app.real_server import started
 from tests.docs.blocks import ROOT, shown
-from tests.small_models import save_small_model
 
 PAGE = ROOT / "docs/tutorial.md"
 FILE = re.compile(r"`([\w/-]+\.yaml)`:\n\n```yaml\n(.*?)```", re.DOTALL)
@@ -60,7 +60,9 @@ def steps(begin: str) -> list[list[str]]:
 
 
 @pytest.mark.slow
-def test_it_works_as_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_works_as_written(
+    folder: Path, trained: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
     (folder / "afternoon" / "scenarios").mkdir(parents=True)
     monkeypatch.chdir(folder / "afternoon")
     for name, content in FILE.findall(PAGE.read_text()):
@@ -83,7 +85,7 @@ def test_it_works_as_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert len(corpus.commands) == PEOPLE * len(COMMANDS)
     assert {a.source for a in corpus.annotations} == {"positive", "random"}
 
-    small = ["--model", str(save_small_model(Path("small.npz"))), "--plan-only"]
+    small = ["--model", str(trained("one-scenario")), "--plan-only"]
     for call in steps("follow"):
         wanted = call[: call.index("--video")] if "--video" in call else call
         assert run([*wanted, *small]) == 0

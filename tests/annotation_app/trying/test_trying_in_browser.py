@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from annotation_app.serving.factory import create_app
 from annotation_app.trying.attempt_queue import attempts
 from tests.annotation_app.browser import engine_of, installation_of
 from tests.annotation_app.in_browser import errors_of, late, serving, violations, width_of
-from tests.small_models import save_small_model
 
 pytestmark = pytest.mark.slow
 
@@ -22,9 +21,9 @@ PATIENCE_MS = 180_000
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def model(trained: Callable[[str], Path]) -> Path:
     """A small model."""
-    return save_small_model(tmp_path_factory.mktemp("model") / "small.npz")
+    return trained("one-scenario")
 
 
 @pytest.fixture

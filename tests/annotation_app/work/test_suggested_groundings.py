@@ -6,6 +6,7 @@ Who sees a suggestion, and who doesn't, is tested in `test_offers`.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +23,6 @@ from tests.annotation_app.browser import COMMAND, Browser, engine_of, installati
 from tests.annotation_app.conftest import study_of
 from tests.annotation_app.work import suggesting
 from tests.annotation_app.work.suggesting import of, rows
-from tests.small_models import save_small_model
 
 NOTATION = "EVENT(r = Pick up, l = OBJ(f = the tires), l2 = PLACE(r = by, l = OBJ(f = the truck)))"
 SDCS = to_json(parse_brackets(NOTATION, command=COMMAND))
@@ -90,11 +90,10 @@ def test_without_a_model_nothing_is_suggested(app: Flask, study: StudyConfig) ->
 
 @pytest.mark.slow
 def test_a_trained_model_suggests_things_of_the_map(
-    app: Flask, study: StudyConfig, tmp_path: Path
+    app: Flask, study: StudyConfig, trained: Callable[[str], Path]
 ) -> None:
-    model = save_small_model(tmp_path / "small.npz")
     put(app, study, "on")
-    config = replace(installation_of(app).config, model=model)
+    config = replace(installation_of(app).config, model=trained("one-scenario"))
     person = Browser(create_app(config, engine_of(app)))
     page = person.take("ground")
     suggestion = page["payload"]["suggestion"]

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,7 +12,6 @@ from click.testing import CliRunner
 
 from corpus_tools.cli.follow_commands import follow
 from corpus_tools.following.bundled_grounder import (
-    following_model,
     kept_at,
     kept_model,
 )
@@ -36,7 +34,6 @@ from g3.actions.grounding_candidates import are_free, spots_about, square
 from g3.actions.robot_state import start_state
 from g3.errors import CorpusError
 from g3.geometry.footprints import centre, covers
-from g3.inference.training import TOLERANCE, search_sets, training_data
 from g3.inference.tree_choice import PARSES
 from g3.learning.grounding_model import GroundingModel
 
@@ -44,13 +41,8 @@ SCENARIO = ["--scenario", "dock_pick_up_tires"]
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory):
-    corpus = open_corpus("warehouse")
-    known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
-    data = training_data(known, search_sets())
-    path = tmp_path_factory.mktemp("model") / "small.npz"
-    GroundingModel(tolerance=TOLERANCE).fit(data).save(path)
-    return ["--model", str(path)]
+def model(trained):
+    return ["--model", str(trained("one-scenario"))]
 
 
 def run(*arguments, **options):
@@ -273,14 +265,13 @@ def test_plans_name_places_and_say_others_in_the_frame_of_the_scenario(model):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
-def test_no_training_is_announced_where_a_model_is_kept(tmp_path, monkeypatch):
+def test_no_training_is_announced_where_a_model_is_kept(trained, tmp_path, monkeypatch):
     corpus = open_corpus("warehouse")
-    known = [a for a in corpus.annotations if a.command.scenario == "hall_pick_up_boxes"]
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert kept_model() is None
     path = kept_at(corpus.hash)
     path.parent.mkdir(parents=True, exist_ok=True)
-    quick = following_model(replace(corpus, annotations=tuple(known)))
+    quick = GroundingModel.load(trained("one-scenario"))
     quick.card = {**quick.card, "corpus_hash": corpus.hash}
     quick.save(path)
     assert kept_model() is not None

@@ -4,12 +4,8 @@ import pytest
 
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.inference.grounder import Grounder
-from g3.inference.training import TOLERANCE, search_sets, training_data
 from g3.learning.grounding_model import GroundingModel
 from tests.g3.inference.following_commands import TIRES
-
-KNOWN = ("court_put_crate_on_trailer", "hall_pick_up_boxes")
-"""The scenarios that the model learns from."""
 
 
 @pytest.fixture(scope="session")
@@ -18,11 +14,8 @@ def warehouse():
 
 
 @pytest.fixture(scope="session")
-def model(warehouse):
-    known = [a for a in warehouse.annotations if a.command.scenario in KNOWN]
-    few = {c: i for i, c in enumerate(dict.fromkeys(a.command.id for a in known)) if i % 2 == 0}
-    data = training_data([a for a in known if a.command.id in few], search_sets())
-    return GroundingModel(tolerance=TOLERANCE).fit(data)
+def model(trained):
+    return GroundingModel.load(trained("two-scenarios"))
 
 
 @pytest.fixture(scope="session")
@@ -38,13 +31,9 @@ def dock(warehouse):
 
 
 @pytest.fixture(scope="session")
-def widely_trained(warehouse):
+def widely_trained(trained):
     """A grounder that has learned from a quarter of all commands, of all scenarios."""
-    commands = dict.fromkeys(a.command.id for a in warehouse.annotations)
-    quarter = {command for i, command in enumerate(commands) if i % 4 == 0}
-    known = [a for a in warehouse.annotations if a.command.id in quarter]
-    data = training_data(known, search_sets())
-    return Grounder.load(GroundingModel(tolerance=TOLERANCE).fit(data))
+    return Grounder.load(trained("all-scenarios"))
 
 
 @pytest.fixture
