@@ -47,6 +47,14 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     return lambda name: trained_in(folder, name)
 
 
+@pytest.fixture
+def short_training(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Train parsers by a tenth of the steps, where it doesn't matter how much they learn."""
+    from g3.language.parsing.training import parser_training  # noqa: PLC0415
+
+    monkeypatch.setattr(parser_training, "LEAST_STEPS", parser_training.LEAST_STEPS // 10)
+
+
 @pytest.fixture(scope="session")
 def published_files() -> Path:
     """The authors' release, where it is at hand."""

@@ -5,6 +5,11 @@ import pytest
 from tests.eval.yard import few_annotated, yards
 
 
+@pytest.fixture(autouse=True)
+def quick_parsers(short_training):
+    """Each held-out scenario has its parser, which learns little in these tests."""
+
+
 @pytest.fixture(scope="session")
 def few(tmp_path_factory):
     """Two annotated commands of two bundled scenarios, as a corpus's folder."""

@@ -113,6 +113,7 @@ def test_a_grid_is_searched_in_a_pipeline(items):
     assert search.score(items, labels(items)) >= 0.5
 
 
+@pytest.mark.usefixtures("short_training")
 def test_a_parser_is_compared_on_lists_of_commands():
     corpus = ct.load("warehouse").filter(lambda entry: entry.context.id.startswith("dock_go"))
     texts = [entry.text for entry in corpus]

@@ -173,6 +173,7 @@ def test_a_command_that_is_too_long_is_refused_before_anything_is_read(ct, folde
     assert result == (2, "", f"ct: error: TEXT: {said}\n")
 
 
+@pytest.mark.usefixtures("short_training")
 def test_training_gives_the_same_model_each_time(ct, folder):
     for name in ("a.npz", "b.npz"):
         status, out, err = ct("train", "parser", "--corpus", "tiny", "--out", name)
@@ -204,6 +205,7 @@ def test_extraction_is_scored(ct):
     assert sum(row["n"] for row in record["types"].values()) == record["constituents"]
 
 
+@pytest.mark.usefixtures("short_training")
 def test_extraction_is_cross_validated(ct):
     status, out, err = ct("eval", "--sdc", "--corpus", "tiny", "--cv", "scenario", "--top", "1")
     assert (status, err) == (0, "")
@@ -211,6 +213,7 @@ def test_extraction_is_cross_validated(ct):
     assert "exact trees:" in out
 
 
+@pytest.mark.usefixtures("short_training")
 def test_a_model_tested_on_what_it_has_seen_is_told(ct):
     ct("train", "parser", "--corpus", "tiny", "--out", "a.npz")
     status, out, err = ct("eval", "--sdc", "--model", "a.npz", "--test", "tiny", "--format", "json")

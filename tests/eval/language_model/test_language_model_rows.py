@@ -24,7 +24,8 @@ def at(chat, folder):
 
 
 @pytest.mark.slow
-def test_a_row_is_asked_for_once_and_judged_as_worked_by_hand(folders, tmp_path):
+def test_a_row_is_asked_for_once_and_judged_as_worked_by_hand(folders, tmp_path, monkeypatch):
+    monkeypatch.undo()  # as in other processes, parsers learn all that they can
     with chat_server() as chat:
         command = [*asked(folders), "--grounder", "llm", *at(chat, tmp_path), "--json"]
         command += ["--reply-form", "object"]
