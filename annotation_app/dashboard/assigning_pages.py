@@ -25,17 +25,20 @@ def _assign_page(session: Session, person: Person, study_name: str, problem: str
     study = find_study(session, study_name)
     counts = assigning.assigned(session, study.id)
     people = assigning.assignable(session, study.id)
+    config = restored(study.config)
+    members = assigning.groups(session)
     return flask.render_template(
         "dashboard/assign.html",
         person=person,
         study=study,
         problem=problem,
         form=flask.request.form,
-        tasks=list(restored(study.config).tasks),
+        tasks=list(config.tasks),
+        shares=config.groups,
         videos=browsing.videos(session, study.id),
         groups={
-            name: [shown_name(one) for one in members]
-            for name, members in assigning.groups(session).items()
+            name: [shown_name(one) for one in members.get(name, ())]
+            for name in sorted({*members, *config.groups})
         },
         people=[
             (

@@ -84,6 +84,9 @@ def make_study(page: Page, folder: Path) -> list[str]:
     found += look(page, "tasks")
     go_on(page)
     page.get_by_label("Who does Segment").select_option("people with a login")
+    for number, (name, share) in enumerate((("day", "2"), ("night", "1"))):
+        page.get_by_label("Group", exact=True).nth(number).fill(name)
+        page.get_by_label("Share", exact=True).nth(number).fill(share)
     page.get_by_label("Conditions").fill("I am at least 18 years old.")
     found += look(page, "people")
     go_on(page)
@@ -103,6 +106,7 @@ def make_study(page: Page, folder: Path) -> list[str]:
     found += look(page, "consent")
     go_on(page)
     expect(page.get_by_role("main")).to_contain_text("asks for 3 answers to each item")
+    expect(page.get_by_role("main")).to_contain_text("group night has no members")
     found += look(page, "review")
     page.get_by_role("button", name="Start the study").click()
     expect(page.get_by_role("heading", level=1)).to_have_text("The study is open")
@@ -115,6 +119,16 @@ def invited(page: Page, role: str) -> str:
     page.get_by_label("Role of the person you invite").select_option(role)
     page.get_by_role("button", name="Make an invitation").click()
     return page.get_by_label("The link").input_value()
+
+
+def set_group(page: Page, name: str, *people: str) -> None:
+    """Make a group of people on the page on which items are assigned."""
+    for person in people:
+        page.get_by_role("checkbox", name=person, exact=True).check()
+    page.get_by_label("Name of a group").fill(name)
+    page.get_by_role("button", name="Save the chosen as a group").click()
+    expect(page.get_by_role("status")).to_have_text(f"The group {name} is saved.")
+    expect(page.get_by_role("checkbox", name=name, exact=True)).to_be_visible()
 
 
 def watch(page: Page) -> None:
@@ -134,7 +148,7 @@ def describe(page: Page, address: str) -> None:
     watch(page)
     page.locator("#text").fill(COMMAND)
     page.get_by_role("button", name="Send").click()
-    expect(page.get_by_text("1 of")).to_be_visible()
+    expect(page.get_by_role("heading", level=1)).to_contain_text("You have done all")
 
 
 def segment(page: Page, address: str, question: str) -> list[str]:
@@ -191,6 +205,15 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
             people.append(person)
         judge = chromium.new_context(accept_downloads=True).new_page()
         choose_login(judge, invited(page, "adjudicator"), "grace")
+        judge.goto(f"http://localhost:{server.port}/dashboard/arm/people")
+        judge.get_by_role("link", name="Assign items").click()
+        set_group(judge, "day", "ann-0", "ann-1", "ann-2")
+        set_group(judge, "night", "grace")
+        found += look(judge, "assign")
+        shares = judge.get_by_role("region", name="People").get_by_role("listitem")
+        expect(shares.filter(has_text="describe")).to_have_text(
+            ["ann-0 1 describe", "ann-1 1 describe", "grace 1 describe"]
+        )
 
         describe(people[0], address)
         for person, question in zip(people, (WHAT, WHERE, WHAT), strict=True):
