@@ -211,8 +211,11 @@ def by_clause(part: str, value: Callable[[Any], Hashable]) -> Agreement:
 
 def f_score(one: Counter[Hashable], other: Counter[Hashable]) -> float:
     """Return the F score of two annotations, given what is counted of each."""
+    if one is other:
+        return 1.0
     total = one.total() + other.total()
-    return 2.0 * (one & other).total() / total if total else 1.0
+    common = sum(min(count, other.get(key, 0)) for key, count in one.items())
+    return 2.0 * common / total if total else 1.0
 
 
 def spans(sdcs: Sequence[SDC]) -> Counter[Hashable]:
