@@ -42,7 +42,7 @@ SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
 PATIENCE_MS = 300_000
-"""Longest time until a picture is rendered."""
+"""Longest time until a page, or its picture, has come."""
 DOCS_WIDTH, MARGIN, COLOURS = 900, 16, 256
 STEPS = ("videos", "tasks", "people", "texts", "consent")
 PAGES = {
@@ -126,6 +126,7 @@ def main() -> None:
         for name, cookie, address in addresses(films, asked.only):
             for scheme in SCHEMES:
                 context = browser.new_context(color_scheme=scheme, reduced_motion="reduce")
+                context.set_default_timeout(PATIENCE_MS)
                 if cookie is not None:
                     site = "/".join(address.split("/")[:3])
                     context.add_cookies([{"name": "session", "value": cookie, "url": site}])
@@ -163,7 +164,7 @@ def ct(*args: str) -> None:
 def settle(page: Page, name: str) -> None:
     """Wait until all is drawn, and take a task's page to where its work begins."""
     if name == "try":
-        page.locator("#picture img").wait_for(timeout=PATIENCE_MS)
+        page.locator("#picture img").wait_for()
     page.wait_for_load_state("networkidle")
     page.evaluate(
         "Promise.all([...document.querySelectorAll('video')].map(video => new Promise(done => {"
