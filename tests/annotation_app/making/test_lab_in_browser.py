@@ -224,6 +224,12 @@ def test_a_lab_goes_from_a_folder_of_videos_to_agreed_answers(
         expect(choices).to_have_count(3)
         judge.get_by_role("button", name="Choose answer 1").click()
         expect(judge.get_by_text("There is nothing to decide.")).to_be_visible()
+        judge.goto(f"http://localhost:{server.port}/dashboard/arm/assign")
+        judge.locator("[name=task]").select_option("check")
+        judge.locator("[name=way]").select_option("each")
+        judge.get_by_role("checkbox", name="ann-1", exact=True).check()
+        judge.get_by_role("button", name="Assign", exact=True).click()
+        expect(judge.get_by_role("status")).to_have_text("1 open item of check assigned.")
         found += check(people[1], address)
 
         judge.get_by_role("link", name="Exports").click()
