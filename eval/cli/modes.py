@@ -54,6 +54,22 @@ class Modes(click.Group):
                 break
         return super().parse_args(ctx, words)
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; the error for an option that only others have names these."""
+        try:
+            return super().invoke(ctx)
+        except click.NoSuchOption as error:
+            own, option = ctx.invoked_subcommand or "", error.option_name
+            having = [
+                n for n, c in self.commands.items() if any(option in p.opts for p in c.params)
+            ]
+            if option[2:] in self.commands:
+                raise click.UsageError(f"Give one of {own} and {option[2:]}.", ctx) from error
+            if having:
+                what = f"{option} doesn't go with {own}; it is for {all_of(having)}."
+                raise click.UsageError(what, error.ctx) from error
+            raise
+
 
 def any_of(names: Iterable[str]) -> str:
     """Join names by "or", for a sentence."""

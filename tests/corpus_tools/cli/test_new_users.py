@@ -21,8 +21,7 @@ MISTAKES = [
     ("import slu_core data --out x", "'slu-core'"),
     ("--verison", "'--version'"),
     ("eval table 1 --corpus warehouse", "'table1'"),
-    ("eval --table1 --corpus warehouse", "'--table'"),
-    ("eval --table 4", "give --table 1, --table 2, or --table 3"),
+    ("eval --table 4", "'table1', 'table2', 'table3'"),
     ("eval table1 --sdc", "Give one of table1 and sdc"),
     ("scenarios list --verbose", "ct --verbose"),
     # A text without quotes, or none
@@ -44,7 +43,7 @@ MISTAKES = [
     ("eval table1 warehouse", "ct eval table1 --corpus"),
     ("eval table2 --corpus warehouse", "warehouse-simulated-ratings"),
     ("eval table3", "--test warehouse"),
-    ("eval table3 --corpus warehouse", "ct eval table3 --test"),
+    ("eval table3 --corpus warehouse", "--corpus doesn't go with table3; it is for table1"),
     ("eval table3 --test warehouse --judge human", "give one of automatic"),
     ("corpus validate nothere", "give one of treebank, warehouse"),
     ("corpus show warehouse nothere", "lists the scenarios"),

@@ -69,7 +69,7 @@ def test_the_option_of_a_command_may_stand_anywhere(words, tmp_path, monkeypatch
         (["tabel1"], "'table1'"),
         (["--table", "4"], "No such command 'table4'"),
         (["--table"], "'table1'"),
-        (["table1", "--sdc"], "No such option '--sdc'"),
+        (["table1", "--sdc"], "Give one of table1 and sdc"),
         (["table1", "--corpsu", "x"], "'--corpus'"),
         (["table3"], "such as --test warehouse"),
         (["report"], "Missing argument 'FOLDER'"),
