@@ -213,7 +213,7 @@ def test_planning(corpus: str):
 def test_wrong_options(options: list[str]):
     result = CliRunner().invoke(evaluate, options)
     assert result.exit_code == 2
-    assert "No such option" in result.output
+    assert " doesn't go with " in result.output
 
 
 def test_simulated_ratings_come_with_the_toolkit_and_are_labelled_so():
