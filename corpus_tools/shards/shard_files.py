@@ -115,8 +115,8 @@ def write_shard(path: Path, shard: Shard, origin: Origin, *, compressed: bool = 
     """Write a shard, and return its digest; the same one gives the same bytes."""
     arrays = {name: np.array(getattr(shard, name), f.dtype) for name, f in _FIELDS.items()}
     arrays[_ORIGIN] = np.frombuffer(msgspec.json.encode(origin), dtype=np.uint8)
-    content, digest = write_arrays(arrays, compressed=compressed, sealed=True), digest_of(arrays)
-    write_bytes(path, content)
+    digest = digest_of(arrays)
+    write_bytes(path, write_arrays({DIGEST: digest, **arrays}, compressed=compressed))
     return _named(digest)
 
 
