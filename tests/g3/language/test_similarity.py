@@ -68,6 +68,7 @@ def test_spelling_is_jaro_winkler_of_the_stems() -> None:
         ("skid", "pallet"), ("lorry", "truck"), ("tyre", "tire"), ("crates", "box"),
         ("flatbed", "trailer"), ("truck", "trailer"), ("boxes", "generator"),
         ("tires", "assembly"), ("robot", "forklift"), ("man", "person"), ("drum", "barrel"),
+        ("boxes", "accessories"), ("parts", "accessories"),
     ],
 )  # fmt: skip
 def test_domain_knows_synonyms(word: str, label: str) -> None:
@@ -75,7 +76,8 @@ def test_domain_knows_synonyms(word: str, label: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("word", "label"), [("tire", "pallet"), ("pallet", "truck"), ("skid", "zeppelin")]
+    ("word", "label"),
+    [("tire", "pallet"), ("pallet", "truck"), ("skid", "zeppelin"), ("parts", "generator")],
 )
 def test_domain_tells_kinds_apart(word: str, label: str) -> None:
     assert domain([word], [label])[0, 0] == 0
