@@ -35,7 +35,7 @@ from g3.language.discourse.anaphora import anaphors
 from g3.language.lexicon.concepts import BESIDE, concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.tables import WORDS
-from g3.learning.load_choice import LoadChoice, LoadChooser
+from g3.learning.load_choice import Load, LoadChoice, LoadChooser
 from g3.sdc.clauses import SDC, Span, all_words
 
 WEIGHT = -8.0
@@ -70,11 +70,17 @@ def command_load(case: CandidateCase) -> Measured:
 
 def _chooser(problem: GroundingProblem) -> LoadChooser | None:
     """Return the learned chooser; None where OBJECTs' factors know all labels."""
-    cost, loads = problem.cost, loads_of(problem.state)
+    cost, loads = problem.cost, _possible_loads(problem)
     if not isinstance(cost, Scorer) or len(loads) < 2:
         return None
     known = _knows(cost, {label for load in loads.values() for label in load.labels})
     return None if known else cost.model.load_chooser_
+
+
+def _possible_loads(problem: GroundingProblem) -> dict[str, Load]:
+    """Return the loads that the command doesn't rule out, by id."""
+    loads = loads_of(problem.state)
+    return {name: load for name, load in loads.items() if name not in problem.ruled_out}
 
 
 def _named(case: CandidateCase) -> SDC:
@@ -126,7 +132,7 @@ def _noun(sdc: SDC) -> tuple[str, ...]:
 
 def _labels(problem: GroundingProblem) -> tuple[list[set[str]], list[set[str]]]:
     """Normal forms of each label that tells loads apart, and of each other one that loads have."""
-    loads = tuple(loads_of(problem.state).values())
+    loads = tuple(_possible_loads(problem).values())
     telling = {label for own in LoadChoice((), loads).telling for label in own}
     common = {label for load in loads for label in load.labels} - telling
     told, shared = (
@@ -158,7 +164,7 @@ def _behind(
 
     With `kinds` it counts which labels it has, and with `alike` which one it is among those.
     """
-    loads = loads_of(case.problem.state)
+    loads = _possible_loads(case.problem)
     words = words_of(case.tree, _told_besides(case))
     score = chooser.log_probability(LoadChoice(words, tuple(loads.values())))
     best: dict[frozenset[str], float] = {}
@@ -171,13 +177,21 @@ def _behind(
 
 
 def _told_besides(case: CandidateCase) -> set[Span]:
-    """Words for other things than the load: "drive around the boxes, lift the pallet by them"."""
+    """Words for other things than the load: "drive around the boxes, lift the pallet by them".
+
+    So are those for what must be left alone: "don't touch the crate, lift the tires".
+    """
     tree, named = case.tree, _named(case)
     marks = list(named.landmark1) if _has_landmark(named) else []
     meant = is_pronoun(case.sdc) or tree.left_out(case.sdc) is not None
     before = [n for n in asked(tree) if n < case.within]
     ways = [tree.nodes[p] for n in before for p in frame(tree, n).ways]
     marks += [mark for way in ways if not meant or _leads_past(way) for mark in way.landmark1]
+    nodes, others = tree.left_alone
+    ruled_out = {
+        n for root in asked(tree) if frame(tree, root).negated for n in frame(tree, root).objects
+    }
+    marks += [*others, *(tree.nodes[n] for n in nodes | ruled_out)]
     return {word for mark in marks for word in all_words(mark)}
 
 

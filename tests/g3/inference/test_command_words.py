@@ -101,6 +101,12 @@ def test_words_of_a_tree_are_in_the_order_of_the_command():
             "EVENT(r = lift, l = OBJ(f = the gizmo))",
             True,
         ),
+        # Nor is what must be left alone.
+        (
+            "EVENT(r = Don't touch, l = OBJ(f = the gadget))\n"
+            "EVENT(r = lift, l = OBJ(f = the gizmo))",
+            True,
+        ),
         # A pronoun is what the words say that it stands for.
         (
             "EVENT(r = go, l = PATH(r = to, l = OBJ(f = OBJ(f = the gizmo), r = by, "
