@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -36,7 +37,7 @@ from g3.inference.problem.scoring import Reason
 from g3.inference.problem.untaught_words import untaught_words
 from g3.inference.problem.world_nouns import Nouns
 from g3.inference.reasons.explanation import reasons_for_things
-from g3.inference.search.action_search import WIDTH, Hypothesis, search
+from g3.inference.search.action_search import WIDTH, Hypothesis, prepared, search
 from g3.inference.search.thing_search import ground_others, ground_thing
 from g3.inference.tree_choice import (
     EVIDENCE,
@@ -383,7 +384,7 @@ class Grounder:
         readings = [(chance, how(sdcs)) for chance, sdcs in trees]
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
-        found = [(chance, reading.found) for chance, reading in readings]
+        found = _agreed(readings)
         words = _words(command)
         most, waits = max(top, LOOKED_AT), asks_to_wait(readings[0][1].tree)
         choices = all_plans(found, top if len(found) == 1 else most, waits=waits)
@@ -494,6 +495,7 @@ class Grounder:
         missing = absent_nouns(tree, start.context, self._lexicon)
         if missing and not insist:
             return _Reading(tree, problem, (), what_is_missing(missing, start.context), missing)
+        problem = prepared(tree, problem)
         found = search(tree, start, problem, width=width)
         if not any(map(does_something, found[:1])) and not asks_to_wait(tree):
             why = "there is nothing in it that the robot could do"
@@ -524,7 +526,7 @@ class Grounder:
             text=_text(text),
         )
         readings = [(chance, how(sdcs)) for chance, sdcs in _trees(text, parses)]
-        choices = all_plans([(chance, reading.found) for chance, reading in readings], LOOKED_AT)
+        choices = all_plans(_agreed(readings), LOOKED_AT)
         return choices, plan_case(choices, _words(text), readings[0][1].problem)
 
     def _odds(
@@ -557,6 +559,24 @@ class _Reading:
     def refused(self) -> Result:
         start = self.problem.state
         return Result(self.tree.sdcs, (), self.why, missing=self.missing, start=start)
+
+
+def _agreed(readings: Sequence[tuple[float, _Reading]]) -> list[tuple[float, list[Hypothesis]]]:
+    """Return the probability of each tree, and its plans.
+
+    No plan handles a load that trees of at least half the probability rule out: a tree that loses
+    a negation doesn't undo it.
+    """
+    against: Counter[str] = Counter()
+    for chance, reading in readings:
+        for load in reading.problem.ruled_out:
+            against[load] += chance
+    half = sum(chance for chance, _ in readings) / 2
+    ruled_out = {load for load, chance in against.items() if chance >= half}
+    return [
+        (chance, [h for h in reading.found if ruled_out.isdisjoint(a.object_id for a in h.actions)])
+        for chance, reading in readings
+    ]
 
 
 def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float, tuple[SDC, ...]]]:

@@ -306,13 +306,17 @@ def _referent(
     return ()
 
 
+def prepared(tree: Tree, problem: GroundingProblem) -> GroundingProblem:
+    """Return the problem with what all plans for a tree need: leaves, and what is ruled out."""
+    problem = replace(problem, leaves=leaf_scores(tree, problem.scene, problem.cost))
+    return replace(problem, ruled_out=ruled_out(tree, problem))
+
+
 def search(
     tree: Tree, start: State, problem: GroundingProblem, *, width: int = WIDTH
 ) -> list[Hypothesis]:
-    """Return the best plans for a command, the best first."""
+    """Return the best plans for a :func:`prepared` problem, the best first."""
     beam = [Hypothesis(0.0, start)]
-    problem = replace(problem, leaves=leaf_scores(tree, problem.scene, problem.cost))
-    problem = replace(problem, ruled_out=ruled_out(tree, problem))
     left = list(asked(tree))
     while left and beam:
         best = beam[0]  # all hypotheses carry the same loads, those that the best one means

@@ -446,7 +446,7 @@ def ruled_out(tree: Tree, problem: GroundingProblem) -> frozenset[str]:
             for node in {*own.objects} - nodes:
                 found |= _forbidden(tree, node, problem)
     for sdc in others:
-        noun = _naming_load(sdc, Nouns(problem.state))
+        noun = _naming_load(sdc, tree, Nouns(problem.state))
         if noun is not None:
             alone = Tree((noun,))
             leaves = leaf_scores(alone, problem.scene, problem.cost)
@@ -454,10 +454,20 @@ def ruled_out(tree: Tree, problem: GroundingProblem) -> frozenset[str]:
     return frozenset(found)
 
 
-def _naming_load(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Return a leaf up to the last word that names a load; None if none does."""
+def _naming_load(sdc: SDC, tree: Tree, nouns: Nouns) -> SDC | None:
+    """Return a leaf up to the last word that names a load; None if none does.
+
+    "The left ones" are of the kind that is named before.
+    """
     last = [i for i, word in enumerate(sdc.words) if nouns.name_load((word,))]
-    return replace(sdc, words=sdc.words[: last[-1] + 1]) if last else None
+    if last:
+        return replace(sdc, words=sdc.words[: last[-1] + 1])
+    ones = [i for i, word in enumerate(sdc.words) if bare(word.text) in WORDS["ones"]]
+    before = [n.words[-1] for n in tree.nodes if n.type == "OBJECT" and n.words]
+    kinds = [w for w in before if w.end <= sdc.words[0].start and nouns.name_load((w,))]
+    if not ones or not kinds:
+        return None
+    return replace(sdc, words=(*sdc.words[: ones[-1]], max(kinds, key=lambda w: w.start)))
 
 
 def _forbidden(tree: Tree, node: int, problem: GroundingProblem) -> set[str]:
