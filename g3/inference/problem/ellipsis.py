@@ -102,7 +102,10 @@ def _is_telegram(sdc: SDC) -> bool:
 
 
 def _unwrapped(sdc: SDC) -> SDC:
-    """A telegram without ways that lead nowhere: "near boxes: container", "crate left trailer"."""
+    """A telegram without ways that lead nowhere: "near boxes: container", "crate left trailer".
+
+    Its loads stay side by side: "crate and boxes to the trailer".
+    """
     if not _is_telegram(sdc):
         return sdc
     first, *others = arguments_of(sdc) or (None,)
@@ -110,8 +113,10 @@ def _unwrapped(sdc: SDC) -> SDC:
         return sdc
     if first.type == "PATH" and not first.relation and first.landmark1 and first.landmark2:
         first, others = first.landmark1[0], [*first.landmark2, *others]
-    goals = (_with_side(part) for part in others)
-    return replace(sdc, landmark1=(first,), landmark2=tuple(goals))
+    leads = any(part.type != "OBJECT" for part in others)
+    loads = [part for part in others if leads and part in sdc.landmark1 and part.type == "OBJECT"]
+    goals = (_with_side(part) for part in others if part not in loads)
+    return replace(sdc, landmark1=(first, *loads), landmark2=tuple(goals))
 
 
 def _with_side(part: SDC) -> SDC:
