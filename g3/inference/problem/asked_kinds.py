@@ -114,7 +114,7 @@ def _leads(tree: Tree, root: int) -> bool:
 
 
 def returns(tree: Tree, root: int) -> bool:
-    """Check that a clause sends the robot back to where it was told: "come back here".
+    """Check that a clause sends the robot back to where it was told: "come back here", "back here".
 
     "Go back", with nothing before it, is said of the way.
     """
@@ -122,7 +122,8 @@ def returns(tree: Tree, root: int) -> bool:
         return False
     said = _said(tree.nodes[root])
     places = _said_of_places(tree, root, "PATH", "PLACE", "OBJECT", "EVENT")
-    verb = bool(said & WORDS["returning"]) and said <= WORDS["returning"] | WORDS["start"]
+    verb = said <= WORDS["returning"] | WORDS["start"]
+    verb = verb and (not said or bool(said & WORDS["returning"]))
     verb = verb or _verbs(tree, root) == {"staying"}  # "stop where you started"
     back = any(words & WORDS["back"] for words in (said, *places))
     named = [words for words in places if words != {"back"}]

@@ -70,8 +70,16 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
 
 
 def _whole(sdc: SDC) -> SDC:
-    """A clause whose relation has whole words: "counter-clockwise" is one."""
-    return replace(with_each(sdc, _whole), relation=whole_words(sdc.relation))
+    """A clause whose relation has whole words: "counter-clockwise" is one.
+
+    A way within a way is one: "back [to the truck]".
+    """
+    sdc = with_each(sdc, _whole)
+    inner = sdc.landmark1[0] if len(sdc.landmark1) == 1 and not sdc.landmark2 else None
+    if sdc.type == "PATH" and inner is not None and inner.type == "PATH" and inner.landmark1:
+        relation = (*sdc.relation, *inner.relation)
+        return replace(inner, relation=whole_words(tuple(sorted(relation))))
+    return replace(sdc, relation=whole_words(sdc.relation))
 
 
 def _with_plain_phrases(sdc: SDC) -> SDC:
