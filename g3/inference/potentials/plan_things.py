@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from g3.actions.forklift_actions import DRIVE_AWAY, TURN_AWAY
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, is_load
 from g3.geometry.footprints import centre
@@ -69,7 +68,7 @@ def left_aside(plan: PlanEnd, words: Sequence[str], start: State) -> tuple[str, 
 
 
 def about(plan: PlanEnd, start: State) -> set[str]:
-    """Return the ids of what is handled, and of what is near where that begins and ends.
+    """Return the ids of what is handled, near where that begins and ends, or driven to.
 
     Parameters
     ----------
@@ -79,7 +78,7 @@ def about(plan: PlanEnd, start: State) -> set[str]:
         The state in which its command was given.
     """
     begins, ends = _where_it_begins(plan, start), where_it_ends(plan)
-    return {*plan.handled, *begins, *ends, *_what_it_leaves(plan)}
+    return {*plan.handled, *begins, *ends, *_led_by(plan)}
 
 
 def where_it_ends(plan: PlanEnd) -> set[str]:
@@ -111,10 +110,9 @@ def _where_it_begins(plan: PlanEnd, start: State) -> set[str]:
     return found
 
 
-def _what_it_leaves(plan: PlanEnd) -> set[str]:
-    """Return the ids of what the robot drives or turns away from: it ends far from that."""
-    leaving = (a for a in plan.actions if a.kind in (DRIVE_AWAY, TURN_AWAY))
-    return {thing.id for a in leaving for thing in things_of(a.target)}
+def _led_by(plan: PlanEnd) -> set[str]:
+    """Return the ids of what the robot drives to, away from or past, wherever it ends."""
+    return {thing.id for action in plan.actions for thing in things_of(action.target)}
 
 
 def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[str]:

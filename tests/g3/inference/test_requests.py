@@ -6,6 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from g3.geometry.footprints import centre
+from g3.sdc.sdc_notation import parse_brackets
 from tests.g3.inference.following_commands import BOXES, TIRES, did, followed, under, world
 
 YARD = {
@@ -230,10 +231,42 @@ def test_what_is_ruled_out_is_not_one_of_those_that_are_carried(text, grounder):
     assert nearest not in handled
 
 
+@pytest.mark.parametrize("verb", ["Move", "Take", "Carry"])
+@pytest.mark.parametrize(
+    ("ruling", "load"),
+    [
+        ("{} the bricks to the trailer, not the left ones", "bricks-2"),
+        ("{} the bricks to the trailer but not the right ones", "bricks-1"),
+        ("Don't touch the left bricks. {} the bricks to the trailer", "bricks-2"),
+        ("{} the bricks to the trailer. Don't touch the right ones.", "bricks-1"),
+    ],
+)
+def test_the_one_that_is_not_ruled_out_is_meant(ruling, load, verb, grounder):
+    yard = world(
+        bricks_1=("bricks-pallet", (8, 4)),
+        bricks_2=("bricks-pallet", (8, -3)),
+        container_1=("container", (18, 8)),
+        trailer_1=("trailer", (20, -12)),
+    )
+    assert set(where(grounder.follow(ruling.format(verb), yard, least=0.0))) == {load}
+
+
+@pytest.mark.parametrize("verb", ["", "r = Take, "])
+def test_loads_named_side_by_side_are_all_carried(verb, grounder):
+    text = "Take crates and tires to the truck"
+    loads = "l = [OBJ(f = crates), OBJ(f = tires)]"
+    tree = f"EVENT({verb}{loads}, l2 = PATH(r = to, l = OBJ(f = the truck)))"
+    found = where(grounder.follow(parse_brackets(tree, command=text), world(**YARD), least=0.0))
+    assert found.keys() > CRATES
+
+
 @pytest.mark.parametrize(
     "text",
     [
         "Go to the truck and come back",
+        "To the truck and back here",
+        "Over to the truck, then back to your spot",
+        "Drive to the left trailer and back to where you are",
         "Drive to the trailer on the left, then return to where you were",
         "Go around the truck and come back here",
         "Put the left tires on the truck, then go back to your starting position",
@@ -254,6 +287,18 @@ def test_back_is_a_way_where_nothing_is_before_it(text, grounder):
 )
 def test_the_robot_stays(text, grounder):
     assert did(grounder.follow(text, world(**YARD), least=0.0)) == [("wait", "")]
+
+
+def test_back_to_a_thing_is_on_the_way_there(grounder):
+    text = "Drive to the truck, then back to the left trailer"
+    plan = followed(grounder.follow(text, world(**YARD), least=0.0))
+    visited = [thing.id for action in plan.actions for thing in action.target]
+    assert visited == ["truck-1", "trailer-1"]
+
+
+def test_a_thing_that_is_driven_to_on_the_way_is_not_left_out(grounder):
+    result = grounder.follow("Drive to the truck and come back here", world(**YARD), least=0.0)
+    assert "nothing is done about" not in result.note
 
 
 def test_what_is_kept_on_the_forks_stays_there(grounder):
