@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -567,7 +567,7 @@ def _agreed(readings: Sequence[tuple[float, _Reading]]) -> list[tuple[float, lis
     No plan handles a load that trees of at least half the probability rule out: a tree that loses
     a negation doesn't undo it.
     """
-    against: Counter[str] = Counter()
+    against: dict[str, float] = defaultdict(float)
     for chance, reading in readings:
         for load in reading.problem.ruled_out:
             against[load] += chance
