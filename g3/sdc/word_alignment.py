@@ -37,6 +37,7 @@ class _Placement(NamedTuple):
     overlaps: int
     inside_words: int
     gaps: int
+    away: int
     starts: tuple[int, ...]
 
 
@@ -47,7 +48,8 @@ def align_words(
 
     A field's words keep their order. Of all such placements, it takes that which shares the
     fewest words with the fields before it. Among ties the fewest split words of the command win,
-    then the fewest gaps, then the leftmost placement.
+    then the fewest gaps, then what is nearest to the field before it: of a repeated word, a clause
+    has the copy beside its other words. The leftmost placement comes last.
 
     Parameters
     ----------
@@ -75,27 +77,37 @@ def align_words(
             )
         taken.update(range(word.start, word.start + len(word.text)))
     placed = []
+    beside: tuple[Span, ...] = ()
     for words in fields:
-        starts = _place_field(words, command, taken)
+        starts = _place_field(words, command, taken, beside)
         spans = tuple(Span(start, w.text) for start, w in zip(starts, words, strict=True))
         taken.update(i for span in spans for i in range(span.start, span.end))
         placed.append(spans)
+        beside = spans or beside
     return tuple(placed)
 
 
-def _place_field(words: Sequence[FieldWord], command: str, taken: set[int]) -> tuple[int, ...]:
+def _place_field(
+    words: Sequence[FieldWord], command: str, taken: set[int], beside: Sequence[Span]
+) -> tuple[int, ...]:
     if all(word.start is not None for word in words):
         return tuple(word.start for word in words if word.start is not None)
-    best = [_Placement(0, 0, 0, ())]
+    best = [_Placement(0, 0, 0, 0, ())]
     end_of = 0
     for word in words:
-        best = _extend(best, end_of, word, command, taken)
+        best = _extend(best, end_of, word, command, taken, beside=beside)
         end_of = len(word.text)
     return min(best).starts
 
 
 def _extend(
-    placements: list[_Placement], length: int, word: FieldWord, command: str, taken: set[int]
+    placements: list[_Placement],
+    length: int,
+    word: FieldWord,
+    command: str,
+    taken: set[int],
+    *,
+    beside: Sequence[Span],
 ) -> list[_Placement]:
     """Place one more word: the best placement for each of its occurrences.
 
@@ -129,6 +141,7 @@ def _extend(
                     before.overlaps + overlaps,
                     before.inside_words + inside,
                     before.gaps + gap,
+                    before.away if before.starts else _away(start, beside),
                     (*before.starts, start),
                 )
                 for before, gap in options
@@ -142,6 +155,13 @@ def _extend(
         )
         raise SDCError(problem, where=word.where, fix=f"the command is {command!r}")
     return extended
+
+
+def _away(start: int, beside: Sequence[Span]) -> int:
+    """Return the distance of a word to the nearest of some others, in characters."""
+    if not beside:
+        return start
+    return min(start - w.end if start >= w.end else abs(w.start - start) for w in beside)
 
 
 def _joins(command: str, offset: int) -> bool:

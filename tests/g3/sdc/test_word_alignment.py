@@ -40,6 +40,22 @@ def test_punctuation_ends_a_word():
     assert starts("lift it, then drop it.", "it", "it") == [[5], [19]]
 
 
+def test_of_a_repeated_word_a_field_has_the_copy_beside_the_field_before_it():
+    command = "it is in the way, so put it in the back"
+    assert starts(command, "put", "it", "in", "the back") == [[21], [25], [28], [31, 35]]
+
+
+@given(st.lists(st.sampled_from(["lift", "it", "by", "the", "crate"]), min_size=1, max_size=4))
+def test_a_clause_said_again_is_placed_whole(fields):
+    words = list(dict.fromkeys(fields))
+    command = " ".join(["first", *words, "and", "then", *words, "last"])
+    after = command.index("then")
+    placed = starts(command, "then", *words)
+    assert [place for (place,) in placed[1:]] == [
+        command.index(f" {word}", after) + 1 for word in words
+    ]
+
+
 def test_words_may_share_a_place_if_there_is_no_other():
     assert starts("it", "it", "it") == [[0], [0]]
 
