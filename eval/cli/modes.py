@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 import click
 from click.core import ParameterSource
 
-from corpus_tools.options import TARGET_FILE, corpus_option
+from corpus_tools.options import TARGET_FILE, ExistingPath, corpus_option
 from corpus_tools.runtime.terminal import say
 
 if TYPE_CHECKING:
@@ -124,7 +124,10 @@ def check(ctx: click.Context, sets: tuple[OptionSet, ...]) -> None:
     deciding = {option for one in sets for option in one.needs}
     matching = next((one for one in sets if {*one.needs} == deciding & {*given}), None)
     if matching is None:
-        raise click.UsageError(f"Give {any_of(str(one) for one in sets if one.needs)}.", ctx)
+        begun = deciding & {*given}
+        having = [one for one in sets if one.needs and begun <= {*one.needs}]
+        fitting = having or [one for one in sets if one.needs]
+        raise click.UsageError(f"Give {'; or '.join(map(str, fitting))}.", ctx)
     for option in given:
         having = [one for one in sets if option in one.may]
         if having and matching not in having:
@@ -146,6 +149,13 @@ def _is_given(ctx: click.Context, parameter: click.Parameter) -> bool:
 
 Command = Callable[..., Any]
 
+
+def by_scenario(name: str, **about: Any) -> Callable[[Command], Command]:
+    """Make an option with the only value "scenario", which may be left out."""
+    one = click.Choice(["scenario"])
+    return click.option(name, type=one, is_flag=False, flag_value="scenario", **about)
+
+
 TRAIN = corpus_option(
     "--train",
     metavar="CORPUS,...",
@@ -154,9 +164,7 @@ TRAIN = corpus_option(
 )
 FOLLOWED = corpus_option("--test", required=True, help="Follow its commands.")
 DIVIDED = corpus_option("--corpus", default="", help="A corpus to divide.")
-BY_SCENARIO = click.option(
-    "--cv", type=click.Choice(["scenario"]), help="Leave out each scenario of --corpus in turn."
-)
+BY_SCENARIO = by_scenario("--cv", help="Leave out each scenario of --corpus in turn.")
 TESTED = corpus_option("--test", default="", help="Test on all of a corpus.")
 SEED = click.option(
     "--seed",
@@ -175,11 +183,8 @@ THRESHOLD = click.option(
 STUDY = click.option(
     "--study", default="", help="Count these ratings [default: the largest study]."
 )
-HELD_OUT = click.option(
-    "--cv",
-    type=click.Choice(["scenario"]),
-    expose_value=False,
-    help="Hold out each scenario in turn, which is always done here.",
+HELD_OUT = by_scenario(
+    "--cv", expose_value=False, help="Hold out each scenario in turn, which is always done here."
 )
 MOST = click.option(
     "--most",
@@ -224,7 +229,7 @@ def form_options(given: str, made: str, form: str) -> Callable[[Command], Comman
     """
     taken = click.option(
         given,
-        type=click.Path(path_type=Path, dir_okay=False, exists=True),
+        type=ExistingPath(dir_okay=False),
         multiple=True,
         help=f"{made}, called like the file (repeatable).",
     )

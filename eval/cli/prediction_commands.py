@@ -40,11 +40,7 @@ TRAINED = modes.OptionSet(("--model", "--test"))
 _SOURCES = (
     modes.DIVIDED,
     modes.BY_SCENARIO,
-    click.option(
-        "--split",
-        type=click.Choice(["scenario"]),
-        help="Hold out some scenarios of --corpus (the default).",
-    ),
+    modes.by_scenario("--split", help="Hold out some scenarios of --corpus (the default)."),
     click.option(
         "--test-scenarios",
         metavar="FILE|A,B,...",

@@ -253,7 +253,7 @@ def test_slicing_gives_what_training_on_the_slice_gives():
         (["--table", "2", *CV], "--cv doesn't go with table2"),
         (["--table", "3", *CV], "--corpus doesn't go with table3"),
         (["--table", "9", *CV], "No such command 'table9'"),
-        (["--table", "1"], "Give --corpus, --corpus and --cv, --train and --test, or --model and"),
+        (["--table", "1"], "Give --corpus; or --corpus and --cv; or --train and --test; or --"),
         (["--table", "1", "--cv", "scenario"], "Give --corpus"),
         (["--table", "1", "--train", "two"], "--train and --test"),
         (["--table", "1", "--test", "two"], "--model and --test"),
