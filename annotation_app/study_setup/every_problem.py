@@ -10,7 +10,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 import msgspec
 
 from corpus_tools.world.scenarios.documents import Field, Problem, convert
-from g3.errors import CorpusError, ManyError
+from g3.errors import CorpusError, ManyError, unknown_name
 
 
 def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[Problem]:
@@ -25,7 +25,8 @@ def every_problem(value: Any, form: Any, field: Field, manual: str) -> Iterator[
         fields = msgspec.structs.fields(record)
         names = {known.encode_name for known in fields}
         for name in value.keys() - names:
-            yield Problem((*field, name), "there is no such field", "leave it out")
+            _, fix = unknown_name("field", name, sorted(names))
+            yield Problem((*field, name), "there is no such field", fix)
         for known in fields:
             if known.required and known.encode_name not in value:
                 what = f"the field {known.encode_name!r} is missing"

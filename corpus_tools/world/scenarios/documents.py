@@ -44,6 +44,13 @@ _OWN_WORDS = {
     "bool": "true or false",
 }
 """Plain names of msgspec's types."""
+_OWN_FORMS = {
+    r"^[a-z0-9][a-z0-9-]*$": "of small letters, digits and hyphens, such as my-study",
+    r"^[a-z]{2,3}(-[A-Za-z]+)*$": "that names a language, such as de",
+    r"^[A-Z]{3}$": "of three letters, such as EUR",
+    r"\S": "that isn't empty",
+}
+"""Plain words for patterns of texts."""
 _CODES_OF_LIMITS = {
     ("str", "of length >="): "too-short",
     ("array", "of length >="): "too-short",
@@ -203,6 +210,8 @@ def _reworded(what: str) -> str:
     what = re.sub(r"Invalid enum value ('.*')", r"\1 is none of the choices", what)
     what = re.sub(r"`array` of length ([0-9]+)", r"\1 numbers", what)
     what = re.sub(r"`([a-z]+(?: \| [a-z]+)*)`", lambda types: _own_words(types[1]), what)
+    for pattern, words in _OWN_FORMS.items():
+        what = what.replace(f"matching regex {pattern!r}", words)
     return what[:1].lower() + what[1:]
 
 

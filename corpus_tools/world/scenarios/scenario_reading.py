@@ -156,7 +156,7 @@ def _name_problems(given: Mapping[str, Any], file_type: type[msgspec.Struct]) ->
     for name in given:
         if name in names:
             continue
-        fix = f"the fields are: {', '.join(names)}"
+        _, fix = unknown_name("field", name, names)
         yield Problem((name,), "there is no such field", fix)
 
 
