@@ -188,7 +188,7 @@ def open_dataset(folder: Path) -> Dataset:
         raise FormatError(
             f"this is no LeRobot dataset: there is no {INFO}",
             where=str(folder),
-            fix="name the folder that holds meta, data and videos",
+            fix="name the folder that holds meta, data and videos, or a hub's by --repo-id",
         )
     check_is_file(file)
     try:

@@ -87,8 +87,8 @@ def _what_there_is(context: Context) -> str:
     sorts += dict.fromkeys(place.name for place in context.places if place.name)
     if not sorts:
         return "There is nothing else here"
-    more = [] if len(sorts) <= SHOWN else [f"{len(sorts) - SHOWN} more sorts of things"]
-    return f"There are: {', '.join((*sorts[:SHOWN], *more))}"
+    more = " and more" if len(sorts) > SHOWN else ""
+    return f"There are: {', '.join(sorts[:SHOWN])}{more}"
 
 
 def _counted(name: str, count: int) -> str:

@@ -175,7 +175,8 @@ class _Reader:
         start = self._next.offset
         head = _HEAD.fullmatch(self._next.text) if self._next.kind == "bare" else None
         if head is None:
-            raise self.unexpected("a clause", fix="such as OBJ(f = the pallet)")
+            fix = "such as OBJ(f = the pallet); `ct parse` makes clauses of a text"
+            raise self.unexpected("a clause", fix=fix)
         if depth > MAX_DEPTH:
             raise SDCError(f"clauses nest deeper than {MAX_DEPTH} levels", where=self._where(start))
         self._take()

@@ -165,7 +165,10 @@ def test_any_json_is_read_or_refused_properly(value):
 @pytest.mark.parametrize(
     ("notation", "message"),
     [
-        ("pallet", "column 1: expected a clause, but found 'pallet' (such as OBJ(f = the pallet))"),
+        (
+            "pallet",
+            "column 1: expected a clause, but found 'pallet' (such as OBJ(f = the pallet); ",
+        ),
         ("EVENT", "column 6: expected '(' after EVENT, but the notation ends"),
         ("EVENT(", "column 7: expected a field: f, r, l or l2, but the notation ends"),
         ("EVENT(r = Put", "column 14: expected ',' or ')', but the notation ends"),
