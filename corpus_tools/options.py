@@ -20,7 +20,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from corpus_tools.runtime.terminal import say
-from g3.errors import FormatError
+from g3.errors import FormatError, unknown_name
 
 PLAIN = "text"
 """The format for people, which is the default everywhere."""
@@ -40,6 +40,23 @@ PATH = click.Path(path_type=Path)
 """A file or a folder, whether or not it is there."""
 TARGETS = "targets"
 """Key of the paths that a command writes to, in the first context's object, a dictionary."""
+
+
+class ExistingPath(click.Path):
+    """A file or a folder that is there; else the error has names like it, and a remedy."""
+
+    def __init__(self, fix: str = "", **about: Any) -> None:
+        super().__init__(path_type=Path, **about)
+        self.fix = fix
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path, or fail with a remedy."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if not path.exists():
+            siblings = path.parent.iterdir() if path.parent.is_dir() else ()
+            _, fix = unknown_name("file", path.name, [s.name for s in siblings], more=self.fix)
+            self.fail(f"there is no {str(path)!r} ({fix})", param, ctx)
+        return path
 
 
 class _Target(click.Path):
@@ -237,7 +254,7 @@ def WORKERS(command: Command) -> Command:  # noqa: N802 - as options are
 def text_argument(name: str) -> Callable[[Command], Command]:
     """Add an argument for one text, which may be left out.
 
-    A text of several arguments wasn't quoted; the error shows it quoted.
+    A text of several arguments wasn't quoted; the error shows it quoted. A file goes elsewhere.
     """
     shown = f"[{name.upper()}]"
     return click.argument(name, metavar=shown, nargs=-1, callback=_in_one)
@@ -247,4 +264,6 @@ def _in_one(ctx: click.Context, _: click.Parameter, words: tuple[str, ...]) -> s
     if len(words) > 1:
         quoted = shlex.quote(" ".join(words))
         raise click.UsageError(f"Put the text in quotes: {ctx.command_path} {quoted}", ctx)
+    if words and any("--file" in p.opts for p in ctx.command.params) and Path(words[0]).is_file():
+        raise click.UsageError(f"{words[0]} is a file. Write: {ctx.command_path} --file {words[0]}")
     return words[0] if words else None

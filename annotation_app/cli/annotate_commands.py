@@ -13,6 +13,7 @@ from annotation_app.cli.installation_commands import INSTALLATION, Place
 from annotation_app.cli.people_commands import audit, people
 from annotation_app.cli.program_commands import tokens
 from annotation_app.cli.study_commands import STUDY_FILES, VIDEOS, check, init
+from corpus_tools.options import ExistingPath
 from corpus_tools.runtime.terminal import note, say
 
 
@@ -136,7 +137,7 @@ def annotate() -> None:
 )
 @click.option(
     "--model",
-    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    type=ExistingPath(dir_okay=False),
     help="The model that follows tried commands (else the bundled one) and suggests groundings.",
 )
 def serve(

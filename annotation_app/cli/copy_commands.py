@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options import FORMAT, TARGET_FILE, tell
+from corpus_tools.options import FORMAT, TARGET_FILE, ExistingPath, tell
 
 
 @click.command("copy-media")
@@ -45,7 +45,7 @@ VERIFIED = "verified: all rows are there as they were written"
 PASSPHRASE_FILE = click.option(
     "--passphrase-file",
     metavar="FILE",
-    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    type=ExistingPath(dir_okay=False),
     help="File whose first line is the passphrase of the keys in the backup.",
 )
 
@@ -93,7 +93,7 @@ def backup(
 
 
 @click.command()
-@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.argument("archive", type=ExistingPath(dir_okay=False))
 @FORMAT
 def verify(*, archive: Path, form: str) -> None:
     """Check that nothing of a backup is missing or changed.
@@ -112,18 +112,18 @@ def verify(*, archive: Path, form: str) -> None:
 
 
 @click.command()
-@click.argument("archive", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.argument("archive", type=ExistingPath(dir_okay=False))
 @click.option(
     "--keys",
     metavar="FILE",
-    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    type=ExistingPath(dir_okay=False),
     help="The file secret-key of the instance that was backed up.",
 )
 @PASSPHRASE_FILE
 @click.option(
     "--erased",
     metavar="FILE",
-    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    type=ExistingPath(dir_okay=False),
     help="Whose data were erased since [default: erased.jsonl beside the backup or the instance].",
 )
 @INSTALLATION

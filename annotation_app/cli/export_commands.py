@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place
-from corpus_tools.options import FORMAT, JSON, PLAIN, TARGET, tell
+from corpus_tools.options import FORMAT, JSON, PLAIN, TARGET, ExistingPath, tell
 from corpus_tools.runtime.terminal import note, note_all
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ STUDY_NAME = click.option(
 )
 @click.option(
     "--episodes",
-    type=click.Path(path_type=Path, exists=True),
+    type=ExistingPath(),
     help="Where the dataset is, if it has moved: lerobot, rlds, robomimic, rosbag.",
 )
 @click.option(
@@ -353,7 +353,7 @@ def _write_lerobot(
 @click.argument("corpus", metavar="CORPUS")
 @click.option(
     "--videos",
-    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    type=ExistingPath(file_okay=False),
     help="What `ct render-videos --corpus CORPUS --out FOLDER` has made [default: none, so that "
     "people see the words alone and correct the clauses].",
 )

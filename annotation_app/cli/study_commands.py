@@ -8,15 +8,18 @@ from pathlib import Path
 import click
 
 from annotation_app.cli.installation_commands import INSTALLATION, Place, existing
-from corpus_tools.options import FORMAT, TARGET, tell
+from corpus_tools.options import FORMAT, TARGET, ExistingPath, tell
 from corpus_tools.runtime.terminal import note
 
 STUDY_FILES = click.argument(
-    "study_files", nargs=-1, metavar="[STUDY.yaml]...", type=click.Path(path_type=Path, exists=True)
+    "study_files",
+    nargs=-1,
+    metavar="[STUDY.yaml]...",
+    type=ExistingPath("`ct annotate init` makes a study's file"),
 )
 VIDEOS = click.option(
     "--videos",
-    type=click.Path(path_type=Path, exists=True),
+    type=ExistingPath(),
     help="Folder of `ct render-videos`, folder of mp4 and webm files, or table of such files, "
     "instead of the study's.",
 )
@@ -26,7 +29,7 @@ VIDEOS = click.option(
 @click.argument("study_file", metavar="STUDY.yaml", type=TARGET)
 @click.option(
     "--videos",
-    type=click.Path(path_type=Path, exists=True),
+    type=ExistingPath(),
     help="Your own videos: a folder of mp4 and webm files, or a CSV or JSONL table of them.",
 )
 @FORMAT

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options import FORMAT, PATH, out_file, tell
+from corpus_tools.options import FORMAT, PATH, ExistingPath, out_file, tell
 
 CORPUS = click.argument("path", metavar="CORPUS", type=PATH)
 
@@ -137,7 +137,7 @@ def formats(form: str) -> None:
 @out_file("Folder to write.", "DIR")
 @click.option(
     "--videos",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    type=ExistingPath(file_okay=False),
     multiple=True,
     help="What `ct render-videos --corpus CORPUS` has made, for the format lerobot; once more for "
     "each further camera.",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from corpus_tools.options import FORMAT, TARGET_FILE, out_folder, tell, with_default
+from corpus_tools.options import FORMAT, TARGET_FILE, ExistingPath, out_folder, tell, with_default
 from corpus_tools.runtime.terminal import note
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def naming_sheet(kinds: tuple[str, ...], out: Path, *, force: bool, form: str) -
 
 
 @scenarios.command()
-@click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
+@click.argument("paths", nargs=-1, required=True, type=ExistingPath())
 @FORMAT
 @click.pass_context
 def check(ctx: click.Context, paths: tuple[Path, ...], form: str) -> None:

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from corpus_tools.options import FORMAT, L2, NEGATIVES, OUT, TARGET_FOLDER, corpus_option, tell
+from corpus_tools.options import (
+    FORMAT,
+    L2,
+    NEGATIVES,
+    OUT,
+    TARGET_FOLDER,
+    ExistingPath,
+    corpus_option,
+    tell,
+)
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 from eval.cli import modes
@@ -34,14 +43,14 @@ if TYPE_CHECKING:
 @modes.HELD_OUT
 @click.option(
     "--plans",
-    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    type=ExistingPath(dir_okay=False),
     multiple=True,
     help="The JSON of table3, or of end-to-end without --plans, to show in the report "
     "(repeatable; corpora that weren't learned from come first).",
 )
 @click.option(
     "--videos",
-    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    type=ExistingPath(file_okay=False),
     help="What `ct render-videos` has made, to show some in the report.",
 )
 @modes.STUDY

@@ -14,6 +14,7 @@ from corpus_tools.options import (
     OUT,
     TARGET_FOLDER,
     WORKERS,
+    ExistingPath,
     corpus_option,
     format_option,
 )
@@ -235,7 +236,7 @@ def _kinds(_ctx: click.Context, _option: click.Parameter, value: str) -> tuple[s
 )
 @click.option(
     "--ratings",
-    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    type=ExistingPath(file_okay=False),
     help="What `ct annotate export` has written of the study "
     "[default: what is in the app's database in its folder].",
 )
