@@ -13,6 +13,7 @@ import importlib.metadata
 import io
 import logging
 import os
+import re
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
@@ -161,6 +162,8 @@ def run(args: Sequence[str]) -> int:
         _drop_output()
         return EXIT_UNEXPECTED
     except Exception as error:
+        if isinstance(error, click.UsageError) and error.ctx is None:
+            error.ctx = _context_of(args)
         if options["verbose"]:
             note("".join(traceback.format_exception(error)).rstrip("\n"))
         status = _report(error, options.get(TARGETS, []))
@@ -170,6 +173,15 @@ def run(args: Sequence[str]) -> int:
             _drop_output()
         return status
     return result if isinstance(result, int) else 0
+
+
+def _context_of(args: Sequence[str]) -> click.Context:
+    """Return the context of the command that arguments name, which click's parser leaves out."""
+    ctx = click.Context(cli, info_name="ct", obj={})
+    for word in args:
+        if isinstance(ctx.command, click.Group) and (own := ctx.command.get_command(ctx, word)):
+            ctx = click.Context(own, parent=ctx, info_name=word)
+    return ctx
 
 
 def _drop_output() -> None:
@@ -249,14 +261,22 @@ def _remedy(error: click.ClickException) -> list[str]:
             return []
         names = _names(cli, "ct") if ctx.command is cli else ()
         elsewhere = [name for name in names if name.split()[-1] == error.command_name]
-        commands = ", ".join(ctx.command.list_commands(ctx))
-        return [f"Write: {name}" for name in elsewhere] or [f"{ctx.command_path} has {commands}."]
-    is_usage = type(error) is click.UsageError or isinstance(error, click.MissingParameter)
-    examples = _examples(ctx.command) if is_usage else []
-    parameter = getattr(error, "param", None)
-    options = parameter.opts if isinstance(parameter, click.Option) else ()
-    fitting = [one for one in examples if any(f" {option} " in one for option in options)]
-    return [f"Example: {one}" for one in (fitting or examples)[:1]]
+        return [f"Write: {name}" for name in elsewhere] or [_commands_of(ctx.command, ctx)]
+    if isinstance(error, click.NoSuchOption) and isinstance(ctx.command, click.Group):
+        has = _commands_of(ctx.command, ctx)
+        return [] if error.possibilities else [f"{has} Options come after these."]
+    is_missing = isinstance(error, (click.MissingParameter, click.BadOptionUsage))
+    if type(error) is not click.UsageError and not is_missing:
+        return []
+    options = {*re.findall(r"--[a-z][a-z-]*", error.format_message())}
+    examples = _examples(ctx.command)
+    fitting = [one for one in examples if options <= {*one.split()}]
+    has_fitting = fitting and (is_missing or len(options) > 1)  # "TEXT or --file" means neither
+    return [f"Example: {one}" for one in (fitting if has_fitting else examples)[:1]]
+
+
+def _commands_of(group: click.Group, ctx: click.Context) -> str:
+    return f"{ctx.command_path} has {', '.join(group.list_commands(ctx))}."
 
 
 def _examples(command: click.Command) -> list[str]:

@@ -1,4 +1,4 @@
-"""Forty mistakes of new users: each is answered with what to write, in a few lines."""
+"""Fifty mistakes of new users: each is answered with what to write, in a few lines."""
 
 from __future__ import annotations
 
@@ -24,7 +24,12 @@ MISTAKES = [
     ("eval --table 4", "'table1', 'table2', 'table3'"),
     ("eval table1 --sdc", "Give one of table1 and sdc"),
     ("scenarios list --verbose", "ct --verbose"),
+    ("train --corpus warehouse --out x.npz", "ct train has g3, parser"),
+    ("eval table1 --corpus", "ct eval table1 --corpus aaai11"),
+    ("eval table1 --train warehouse", "Give --train and --test."),
+    ("eval table3 --test warehouse --grounder llm", "--endpoint http"),
     # A text without quotes, or none
+    ('graph "Pick up the box"', "`ct parse` makes"),
     ("follow pick up the box", "ct follow 'pick up the box'"),
     ("parse put it down", "ct parse 'put it down'"),
     ("graph pick up", "ct graph 'pick up'"),
@@ -58,7 +63,9 @@ MISTAKES = [
     # A file that isn't there or isn't what it should be
     ("train g3 --corpus warehouse --out no/g3.npz", "make it first"),
     ("import slu-core nothere --out x", "give a clone of h2r/slu_core"),
-    ("annotate nothere.yaml", "does not exist"),
+    ("annotate nothere.yaml", "ct annotate init"),
+    ("scenarios check nothere.yaml", "there is no 'nothere.yaml'"),
+    ("import lerobot lerobot/pusht --out x", "--repo-id"),
     ('follow "Go" --scenario dock_pick_up_tires --model no.npz', "ct train g3 --out"),
     ('follow "Go" --scenario dock_pick_up_tires --video out.avi', "ends in .mp4"),
 ]
