@@ -32,6 +32,7 @@ html_title = f"corpus-tools-g3 {release}"
 smartquotes = False
 html_show_copyright = False
 html_show_sphinx = False
+html_search_scorer = str(Path(__file__).resolve().with_name("search_order.js"))
 
 myst_heading_anchors = 3
 
