@@ -60,7 +60,10 @@ def resolve(name_or_path: str | Path) -> Path:
         return _built(path) if is_source else path
     source = bundled().get(str(name_or_path))
     if source is None:
-        raise FormatError.unknown("folder or bundled corpus", str(name_or_path), bundled())
+        more = "or a folder that `ct import` or `ct annotate export` has made"
+        raise FormatError.unknown(
+            "folder or bundled corpus", str(name_or_path), bundled(), more=more
+        )
     return _built(source)
 
 
