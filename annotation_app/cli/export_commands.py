@@ -191,8 +191,7 @@ def _check_options(
 
     known = ("corpus", *OF_EPISODES, *sorted(folders), *answer_tables.TABLES)
     if form not in known:
-        fix = f"use one of {', '.join(known)}"
-        raise FormatError("there is no such format", where=f"--format {form}", fix=fix)
+        raise FormatError.unknown("format", form, known)
     if with_excluded and form not in answer_tables.WITH_EXCLUDED:
         raise FormatError(
             "this format has no place for excluded answers",

@@ -18,9 +18,11 @@ def find_only_study(session: Session, name: str | None) -> Study:
     studies = session.scalars(select(Study).order_by(Study.name)).all()
     found = [study for study in studies if name in (None, study.name)]
     if len(found) != 1:
-        names = ", ".join(study.name for study in studies) or "none"
-        what = "there is no such study" if name else "there are several studies, or none"
-        raise FormatError(what, where=name or "", fix=f"the studies are: {names}")
+        names = [study.name for study in studies]
+        if name:
+            raise FormatError.unknown("study", name, names)
+        fix = f"name one of {', '.join(names)}" if names else "start one by `ct annotate`"
+        raise FormatError("there are several studies" if names else "there is no study", fix=fix)
     return found[0]
 
 

@@ -14,7 +14,7 @@ from annotation_app.study_setup.every_problem import every_problem, together
 from annotation_app.tasks.task_record import Task
 from annotation_app.tasks.task_registry import find_task, task_names, tasks
 from corpus_tools.world.scenarios.documents import Problem, read_document
-from g3.errors import CorpusError
+from g3.errors import CorpusError, unknown_name
 from g3.sdc.sdc_notation import parse_brackets
 
 MANUAL = "docs/annotation.md"
@@ -33,7 +33,7 @@ def read_study(path: Path) -> StudyConfig:
 def study_problems(value: Any) -> list[Problem]:
     """Return all faults in a study's file."""
     problems = [
-        Problem(("tasks", name), "there is no such task", f"use {', '.join(task_names())}")
+        Problem(("tasks", name), *unknown_name("task", name, task_names()))
         for name in _tasks(value)
         if find_task(name) is None
     ]

@@ -448,8 +448,7 @@ def offer(
     """
     provider = find_provider(platform)
     if provider is None:
-        names = ", ".join(p.name for p in providers())
-        raise FormatError("there is no such platform", where=platform, fix=f"use {names}")
+        raise FormatError.unknown("platform", platform, [p.name for p in providers()])
     study = read_study(file)
     if provider.pays and study.payment is None:
         raise FormatError("the study doesn't say what is paid", where=str(file), fix="give --pay")

@@ -96,9 +96,7 @@ def of_study(judgments: Sequence[Judgment], study: str = "") -> list[Judgment]:
     studies = Counter(j.study for j in judgments)
     chosen = study or max(studies, key=lambda name: (studies[name], name), default="")
     if study and study not in studies:
-        raise FormatError(
-            "there is no such study", where=study, fix=f"use one of {', '.join(sorted(studies))}"
-        )
+        raise FormatError.unknown("study", study, sorted(studies))
     return [j for j in judgments if j.study == chosen]
 
 

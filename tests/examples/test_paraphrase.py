@@ -71,7 +71,7 @@ def test_the_dashboard_and_the_description_have_it(seen: dict[str, Any]) -> None
 
 def test_ct_reads_its_study(seen: dict[str, Any], paraphrase: Installed) -> None:
     done = paraphrase.ct("annotate", "check", str(STUDY), "--videos", "videos")
-    assert "there is no such task" not in done.stderr
+    assert "there is no task" not in done.stderr
     assert "nothing ever comes" not in done.stdout
     out = ("annotate", "export", "out", "--instance", "instance")
     assert "wrote out: 2 commands" in paraphrase.ct(*out).stdout
@@ -80,7 +80,7 @@ def test_ct_reads_its_study(seen: dict[str, Any], paraphrase: Installed) -> None
 def test_without_the_example_its_studies_stay_readable(
     seen: dict[str, Any], paraphrase: Installed
 ) -> None:
-    with pytest.raises(FormatError, match="there is no such task"):
+    with pytest.raises(FormatError, match="there is no task"):
         read_study(STUDY)
     config = open_instance(paraphrase.folder / "instance")
     with opened(config.instance / DATABASE_FILE) as engine:

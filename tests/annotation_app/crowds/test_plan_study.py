@@ -51,7 +51,7 @@ def test_work_is_offered_once(file: Path, mturk: MechanicalTurk) -> None:
     assert offered()[0] == "0 assignments added, 5 in all"
     (hit,) = mturk.hits.values()
     assert (hit["Reward"], hit["Description"]) == ("0.15", RATE.words.offer)
-    with pytest.raises(FormatError, match="no such platform"):
+    with pytest.raises(FormatError, match="no platform"):
         offer(file, "elsewhere", LAB, 20)
 
 

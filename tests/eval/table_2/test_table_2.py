@@ -78,7 +78,7 @@ def test_the_largest_study_counts():
     assert results.rows == made(rows).rows
     assert results.left_out["trial"]["judgments"] == 50
     assert made([*trial, *rows], study="trial").study == "trial"
-    with pytest.raises(FormatError, match="use one of main, trial"):
+    with pytest.raises(FormatError, match="give one of main, trial"):
         of_study([*trial, *rows], "nothing")
     with pytest.raises(FormatError, match="no judgments"):
         made([])
