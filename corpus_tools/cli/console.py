@@ -262,9 +262,13 @@ def _remedy(error: click.ClickException) -> list[str]:
         names = _names(cli, "ct") if ctx.command is cli else ()
         elsewhere = [name for name in names if name.split()[-1] == error.command_name]
         return [f"Write: {name}" for name in elsewhere] or [_commands_of(ctx.command, ctx)]
-    if isinstance(error, click.NoSuchOption) and isinstance(ctx.command, click.Group):
-        has = _commands_of(ctx.command, ctx)
-        return [] if error.possibilities else [f"{has} Options come after these."]
+    if isinstance(error, click.NoSuchOption):
+        if isinstance(ctx.command, click.Group) and not ctx.command.invoke_without_command:
+            has = f"{_commands_of(ctx.command, ctx)} Options come after these."
+        else:
+            options = (p.opts[0] for p in ctx.command.params if isinstance(p, click.Option))
+            has = f"{ctx.command_path} has {', '.join(options)}."
+        return [] if error.possibilities else [has]
     is_missing = isinstance(error, (click.MissingParameter, click.BadOptionUsage))
     if type(error) is not click.UsageError and not is_missing:
         return []

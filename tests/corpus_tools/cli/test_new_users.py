@@ -28,6 +28,7 @@ MISTAKES = [
     ("eval table1 --corpus", "ct eval table1 --corpus aaai11"),
     ("eval table1 --train warehouse", "Give --train and --test."),
     ("eval table3 --test warehouse --grounder llm", "--endpoint http"),
+    ("scenarios list --layout dock", "ct scenarios list has --dataset"),
     # A text without quotes, or none
     ('graph "Pick up the box"', "`ct parse` makes"),
     ("follow pick up the box", "ct follow 'pick up the box'"),
