@@ -111,9 +111,10 @@ def report(*, folder: Path, form: str, **choices: Any) -> None:
     modes.OptionSet(("--test",)),
 )
 @modes.DIVIDED
-@click.option(
+@modes.by_scenario(
     "--cv",
-    type=click.Choice(["scenario", "person", "world"]),
+    "person",
+    "world",
     help="Leave out each scenario of --corpus in turn, or the commands of each person or world.",
 )
 @corpus_option(

@@ -150,10 +150,10 @@ def _is_given(ctx: click.Context, parameter: click.Parameter) -> bool:
 Command = Callable[..., Any]
 
 
-def by_scenario(name: str, **about: Any) -> Callable[[Command], Command]:
-    """Make an option with the only value "scenario", which may be left out."""
-    one = click.Choice(["scenario"])
-    return click.option(name, type=one, is_flag=False, flag_value="scenario", **about)
+def by_scenario(name: str, *others: str, **about: Any) -> Callable[[Command], Command]:
+    """Make an option whose value is "scenario", also if it is left out, or one of some others."""
+    values = click.Choice(["scenario", *others])
+    return click.option(name, type=values, is_flag=False, flag_value="scenario", **about)
 
 
 TRAIN = corpus_option(
