@@ -19,6 +19,10 @@ from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
 from g3.sdc.clauses import all_words, breadth_first
 from g3.sdc.sdc_notation import format_brackets
 
+WIDTH = 100
+"""Largest width of a table."""
+LEAST_WIDTH = 30
+"""Smallest width of a table's last column, if it is wrapped in it."""
 EXAMPLE_WIDTH = 70
 LABELS = {True: "right", False: "wrong", None: "-"}
 
@@ -45,7 +49,7 @@ def overview(corpus: Corpus) -> str:
     rows = [tuple(map(str, row.values())) for row in _scenarios(corpus)]
     lines = [
         corpus.name,
-        f"  source   {corpus.source}",
+        *textwrap.wrap(f"  source   {corpus.source}", WIDTH, subsequent_indent=" " * 11),
         f"  licence  {corpus.licence}",
         f"  hash     {corpus.hash}",
         f"  {len(corpus.contexts)} contexts, {len(corpus.commands)} commands, "
@@ -58,7 +62,8 @@ def overview(corpus: Corpus) -> str:
     ]
     if corpus.annotations:
         example = corpus.annotations[0]
-        lines += ["", f"Ids: {example.command.id} (command), {example.id}, {example.context.id}"]
+        ids = f"Ids: {example.command.id} (command), {example.id}, {example.context.id}"
+        lines += ["", *textwrap.wrap(ids, WIDTH, subsequent_indent="     ")]
     return "\n".join(lines)
 
 
@@ -137,12 +142,19 @@ def statistics_table(statistics: Statistics) -> str:
 
 
 def columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Lines with the cells of each column below each other."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    """Lines with the cells of each column below each other; the last one is wrapped."""
+    *widths, _ = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for *cells, last in rows:
+        before = "".join(f"{cell:{width}}  " for cell, width in zip(cells, widths, strict=True))
+        if len(before) > WIDTH - LEAST_WIDTH and last:
+            lines.append(before.rstrip())
+            before = "    "
+        indent = " " * len(before)
+        lines += textwrap.wrap(
+            last, WIDTH, initial_indent=before, subsequent_indent=indent, break_long_words=False
+        ) or [before.rstrip()]
+    return lines
 
 
 def _command(corpus: Corpus, command: Command) -> str:
