@@ -266,8 +266,8 @@ def _remedy(error: click.ClickException) -> list[str]:
         if isinstance(ctx.command, click.Group) and not ctx.command.invoke_without_command:
             has = f"{_commands_of(ctx.command, ctx)} Options come after these."
         else:
-            options = (p.opts[0] for p in ctx.command.params if isinstance(p, click.Option))
-            has = f"{ctx.command_path} has {', '.join(options)}."
+            every = [p.opts[0] for p in ctx.command.params if isinstance(p, click.Option)]
+            has = f"{ctx.command_path} has {', '.join(every)}."
         return [] if error.possibilities else [has]
     is_missing = isinstance(error, (click.MissingParameter, click.BadOptionUsage))
     if type(error) is not click.UsageError and not is_missing:
