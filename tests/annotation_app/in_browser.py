@@ -33,6 +33,16 @@ PICTURES = os.environ.get("CT_PICTURES")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 
 
+UNDER_A_BAR = """one => {
+  const box = one.getBoundingClientRect();
+  return [box.top + 2, box.bottom - 2].some(y => {
+    let over = document.elementFromPoint((box.left + box.right) / 2, y);
+    while (over && !/sticky|fixed/.test(getComputedStyle(over).position)) over = over.parentElement;
+    return over && !over.contains(one);
+  });
+}"""
+
+
 @contextmanager
 def launched(kind: str = "chromium") -> Iterator[Browser]:
     """A browser: Chromium, or the Firefox that is installed, driven by WebDriver BiDi."""
@@ -134,7 +144,7 @@ def width_of(page: Page) -> int:
 
 
 def out_of_sight(page: Page, *selectors: str) -> list[str]:
-    """What of these isn't wholly in the window, or isn't there, with its box."""
+    """What of these isn't wholly in the window, is under a bar, or isn't there, with its box."""
     size = page.viewport_size
     assert size is not None
     wrong = []
@@ -146,6 +156,7 @@ def out_of_sight(page: Page, *selectors: str) -> list[str]:
             or min(box["x"], box["y"]) < 0
             or box["x"] + box["width"] > size["width"]
             or box["y"] + box["height"] > size["height"]
+            or page.locator(selector).first.evaluate(UNDER_A_BAR)
         ):
             wrong.append(f"{page.url}: {selector} {box}")
     return wrong

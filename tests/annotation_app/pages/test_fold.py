@@ -15,7 +15,7 @@ SMALLEST_PICTURE = 250
 NEEDED = {
     "describe": ("video", ".player-bar", "#text", "#counter", "#submit"),
     "rate": ("#command", "video", ".player-bar", "#likert", "#likert label:last-child", "#submit"),
-    "subtasks": ("video", ".player-bar", ".subtask .what", "#add", "#submit"),
+    "subtasks": ("video", ".player-bar", ".subtask .what", "#add", "#timeline", "#submit"),
     "moments": ("video", ".player-bar", "#kinds li:last-child button", "#submit"),
     "mark": ("video", ".player-bar", "#success", "#quality", "#reasons", ".marks .row", "#submit"),
     "correct": ("#command", "video", ".player-bar", "#verdict", "#submit"),
