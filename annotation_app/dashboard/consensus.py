@@ -7,17 +7,18 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from operator import itemgetter
 from typing import Any, TypeAlias
 
-import msgspec
 import numpy as np
 from sqlalchemy import ColumnElement, and_, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.items.item_scenes import scene_of
 from annotation_app.items.scenes import place_names, thing_names
-from annotation_app.store.models import Answer, Item, Record, TaskName
+from annotation_app.store.database import decoded
+from annotation_app.store.models import BODY_TEXT, Answer, Item, Record, TaskName
 from annotation_app.tasks.agreement import (
     CLAUSE_TYPE,
     FEWEST_ITEMS,
@@ -36,7 +37,7 @@ ALL, TOUCHED, UNSEEN = "all", "without untouched suggestions", "no suggestion se
 """Groups of answers that are measured. Where a program makes suggestions: all, those that are no
 untouched suggestion, and those of people who saw none."""
 _BETWEEN = "\n"
-"""Separator of the gists of an item, which have no such character."""
+"""Separator of an item's answers as JSON, which has no such character."""
 
 KINDS = (CLAUSE_TYPE, WORDS, THING, PLACE)
 MOST = 10
@@ -153,17 +154,14 @@ _Answered: TypeAlias = dict[_Group, list[tuple[int, _Units | None]]]
 Ids grow with time."""
 
 
-def _units(
-    task_name: TaskName, bodies: Sequence[Record], known: dict[int, list[Any]]
-) -> _Units | None:
-    """Compare the answers to an item; `known` are those that were read before, by their `id`."""
+@lru_cache(maxsize=8192)  # the dashboard looks again, and most items are as they were
+def _units(task_name: TaskName, texts: str) -> _Units | None:
+    """Compare the answers to an item, from their JSON between `_BETWEEN`."""
     task = find_task(task_name)
+    bodies = [decoded(text) for text in texts.split(_BETWEEN)]
     if task is None or len(bodies) < 2:
         return None
-    for body in bodies:
-        if id(body) not in known:
-            known[id(body)] = [measure.read(body) for measure in task.agreement]
-    answers = [known[id(body)] for body in bodies]
+    answers = [[measure.read(body) for measure in task.agreement] for body in bodies]
     return tuple(m.units([one[n] for one in answers]) for n, m in enumerate(task.agreement))
 
 
@@ -190,12 +188,8 @@ def _add_gists(session: Session, study_id: str, answered: _Answered) -> None:
         .group_by(Answer.task, Answer.item_id)
         .having(func.count(Answer.gist) == func.count())
     )
-    read: dict[tuple[TaskName, str], _Units | None] = {}
     for task, last, texts in rows:
-        if (task, texts) not in read:
-            bodies = [msgspec.json.decode(text) for text in texts.split(_BETWEEN)]
-            read[task, texts] = _units(task, bodies, {})
-        answered[task, ALL].append((last, read[task, texts]))
+        answered[task, ALL].append((last, _units(task, texts)))
 
 
 def _add_bodies(session: Session, study_id: str, answered: _Answered) -> None:
@@ -207,20 +201,21 @@ def _add_bodies(session: Session, study_id: str, answered: _Answered) -> None:
         and_(Answer.task.in_(with_gists), Answer.item_id.in_(without)),
     ):
         rows = (
-            select(Answer.id, Answer.task, Answer.item_id, Answer.body, Answer.provenance)
+            select(Answer.id, Answer.task, Answer.item_id, BODY_TEXT, Answer.provenance)
             .where(*compared, condition)
             .order_by(Answer.id)
         )
-        found: dict[_Group, dict[str, list[Record]]] = {}
+        found: dict[_Group, dict[str, list[str]]] = {}
         last: dict[str, int] = {}
-        for number, task, item_id, body, provenance in session.execute(rows):
+        for number, task, item_id, text, provenance in session.execute(rows):
             last[item_id] = number
             for group in _groups(provenance):
-                found.setdefault((task, group), {}).setdefault(item_id, []).append(body)
-        read: dict[int, list[Any]] = {}
+                found.setdefault((task, group), {}).setdefault(item_id, []).append(text)
         for key, items in found.items():
-            units = {item_id: _units(key[0], bodies, read) for item_id, bodies in items.items()}
-            answered[key] += [(last[item_id], one) for item_id, one in units.items()]
+            answered[key] += [
+                (last[item_id], _units(key[0], _BETWEEN.join(texts)))
+                for item_id, texts in items.items()
+            ]
 
 
 def _compared(study_id: str) -> tuple[ColumnElement[bool], ...]:

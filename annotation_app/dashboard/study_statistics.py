@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
-import msgspec
 import numpy as np
 from sqlalchemy import (
     ColumnElement,
@@ -20,7 +19,9 @@ from sqlalchemy import (
 from sqlalchemy.orm import Session
 
 from annotation_app.dashboard.workers import has_answered
+from annotation_app.store.database import decoded
 from annotation_app.store.models import (
+    BODY_TEXT,
     Answer,
     Item,
     Person,
@@ -222,25 +223,21 @@ def _counting(study_id: str) -> tuple[ColumnElement[bool], ...]:
 
 def collected(session: Session, study_id: str) -> Record:
     """Return the amounts collected so far: the counts of all tasks, ``annotators``, ``surplus``."""
-    counting = _counting(study_id)
     answers: dict[TaskName, list[tuple[Record, bool]]] = {}
     late = case((Answer.surplus & (Answer.kind == "usual"), 1), else_=0)
     surplus = 0
-    gists = (
-        select(Answer.task, Answer.gist, Answer.adopted, func.count(), func.sum(late))
-        .where(*counting, Answer.gist.is_not(None))
-        .group_by(Answer.task, Answer.gist, Answer.adopted)
-    )
-    for task_name, gist, adopted, count, late_ones in session.execute(gists):
-        same = [(msgspec.json.decode(gist or ""), adopted)] * count
-        answers.setdefault(task_name, []).extend(same)
-        surplus += late_ones
-    others = select(Answer.task, Answer.body, Answer.adopted, late)
-    for task_name, body, adopted, is_late in session.execute(
-        others.where(*counting, Answer.gist.is_(None)).order_by(Answer.id)
+    for text, condition in (
+        (Answer.gist, Answer.gist.is_not(None)),
+        (BODY_TEXT, Answer.gist.is_(None)),
     ):
-        answers.setdefault(task_name, []).append((body, adopted))
-        surplus += is_late
+        rows = (
+            select(Answer.task, text, Answer.adopted, func.count(), func.sum(late))
+            .where(*_counting(study_id), condition)
+            .group_by(Answer.task, text, Answer.adopted)
+        )
+        for task_name, content, adopted, count, late_ones in session.execute(rows):
+            answers.setdefault(task_name, []).extend([(decoded(content or ""), adopted)] * count)
+            surplus += late_ones
     found: Record = {}
     for task in tasks():
         if task.counts is not None:

@@ -19,7 +19,9 @@ from sqlalchemy import (
     Index,
     LargeBinary,
     String,
+    Text,
     UniqueConstraint,
+    cast,
     text,
 )
 from sqlalchemy.engine.default import DefaultExecutionContext
@@ -309,6 +311,10 @@ class Answer(Base):
     provenance: Mapped[Record | None]
     """Use of a suggestion: whether it was shown, and kept (`annotation_app.work.page_data`)."""
     at: Mapped[float]
+
+
+BODY_TEXT = cast(Answer.body, Text)
+"""Bodies as they are kept: equal texts need decoding once."""
 
 
 class Remark(Base):
