@@ -165,7 +165,7 @@ def settle(page: Page, name: str) -> None:
     """Wait until all is drawn, and take a task's page to where its work begins."""
     if name == "try":
         page.locator("#picture img").wait_for()
-    page.wait_for_load_state("networkidle")
+    page.wait_for_load_state("load" if page.locator("video").count() else "networkidle")
     page.evaluate(
         "Promise.all([...document.querySelectorAll('video')].map(video => new Promise(done => {"
         " if (video.readyState > 1) done(); video.addEventListener('loadeddata', done);"
@@ -184,6 +184,7 @@ def settle(page: Page, name: str) -> None:
         page.locator(".word").nth(2).click()
         page.locator(".word").nth(3).click()
         page.locator(".place").first.click()
+    page.evaluate("scrollTo(0, 0)")
 
 
 def smaller(name: str, out: Path) -> None:
