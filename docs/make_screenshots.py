@@ -6,8 +6,8 @@ the tests need. Videos and a report that are there already, in ``videos`` and ``
 made again. ``--only ground`` takes the pages whose names begin so. ``--docs`` also writes the
 pictures that the documentation shows.
 
-Each page of the app is also looked at by axe, at each width and in both schemes. What it finds, and
-what is wider than the window, is listed at the end; then the exit status is 1.
+Each page of the app is also looked at by axe, at each width and, for its contrast, in both schemes.
+What it finds, and what is wider than the window, is listed at the end; then the exit status is 1.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
+from axe_playwright_python.sync_playwright import Axe
 from PIL import Image, ImageChops
 from playwright.sync_api import Browser, Page
 
@@ -38,7 +39,10 @@ from tests.annotation_app.in_browser import (  # noqa: E402
 )
 
 SIZES = ((390, 844), (768, 1024), (1280, 800))
-SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+Scheme: TypeAlias = Literal["light", "dark"]
+SCHEMES: tuple[Scheme, ...] = ("light", "dark")
+OF_SCHEME: dict[Scheme, dict[str, object]] = {"light": {}, "dark": {"runOnly": ["color-contrast"]}}
+"""Options of axe: a scheme changes colours alone."""
 DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
 PATIENCE_MS = 300_000
@@ -141,15 +145,16 @@ def main() -> None:
         sys.exit("\n".join(wrong))
 
 
-def take(page: Page, address: str, out: Path, name: str, scheme: str) -> list[str]:
+def take(page: Page, address: str, out: Path, name: str, scheme: Scheme) -> list[str]:
     """Take pictures of a page at each width; return its problems."""
     wrong: list[str] = []
+    page.add_init_script(Axe().axe_script)  # sent once
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
         page.goto(address)
         settle(page, name)
         page.screenshot(path=out / f"{name}-{width}-{scheme}.png", full_page=True)
-        found = violations(page, ANY)
+        found = violations(page, ANY, **OF_SCHEME[scheme])
         if width_of(page) > width:
             found.append(f"it is {width_of(page)} pixels wide")
         wrong += [f"{name}, {width}, {scheme}: {what}" for what in found]
