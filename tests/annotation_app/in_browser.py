@@ -95,7 +95,7 @@ def violations(page: Page, impacts: tuple[str, ...] = SERIOUS, **options: object
     found = page.evaluate(
         "options => axe.run(options).then(result => result.violations.map("
         "v => [v.impact, `${v.id}: ${v.nodes[0].html.slice(0, 200)}`]))",
-        {"resultTypes": ["violations"], **options},
+        {"resultTypes": ["violations"], "selectors": False, **options},
     )
     return [f"{page.url}: {what}" for impact, what in found if impact in impacts]
 

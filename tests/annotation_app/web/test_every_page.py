@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Request
 
 from corpus_tools.importers.authored.bundled import open_corpus
@@ -45,6 +46,7 @@ def test_every_page_is_accessible_and_stays_on_its_host(filled: Example, chromiu
             if cookie is not None:
                 context.add_cookies([{"name": "session", "value": cookie, "url": site}])
             page = context.new_page()
+            page.add_init_script(Axe().axe_script)  # sent once
             page.on("request", ask)
             errors.append(errors_of(page))
             for path in [path for by, path in make_screenshots.PAGES.values() if by == who]:

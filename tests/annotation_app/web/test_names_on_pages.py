@@ -32,6 +32,10 @@ pytestmark = pytest.mark.slow
 COMMAND = "Push the cup."
 HASH = re.compile(r"\b[0-9a-f]{10,64}\b")
 RAW = re.compile(r"watched_s|played_to_end|\b1[0-9]{9}\.[0-9]+|None\b|undefined|\[object")
+TEXT_AND_LINKS = """[
+  document.querySelector("main").innerText,
+  [...document.querySelectorAll("a[href]")].map(link => link.href),
+]"""
 FILES = re.compile(r"/export/|/video/\d|/upload/|/queue/next|logout")
 STUDY = {
     "name": "arm",
@@ -140,12 +144,10 @@ def test_no_page_has_an_error_or_a_raw_id(kind: str, tmp_path: Path, chromium: C
             path = todo.pop()
             seen.add(path)
             page.goto(site + path)
-            page.wait_for_load_state("networkidle")
-            text = page.locator("main").inner_text()
+            text, links = page.evaluate(TEXT_AND_LINKS)
             words = set(re.findall(r"[\w-]+", text))
             raw += [f"{path}: {word}" for word in sorted(words & (hidden | things))]
             raw += [f"{path}: {word}" for word in RAW.findall(text) + HASH.findall(text)]
-            links = page.locator("a[href]").evaluate_all("all => all.map(a => a.href)")
             for link in map(urlsplit, links):
                 whole = f"{link.path}?{link.query}" if link.query else link.path
                 is_ours = re.match(rf"/(dashboard|admin/studies)/{study}\b", link.path)
