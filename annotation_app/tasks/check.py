@@ -42,8 +42,8 @@ from annotation_app.tasks.exported_groundings import checked_negative
 from annotation_app.tasks.practice_example import OwnPractice, PracticeExample
 from annotation_app.tasks.task_record import (
     CLAUSES,
+    EDITOR_KEYS,
     GROUNDINGS,
-    VIDEO_KEYS,
     AnswerTable,
     Counts,
     Source,
@@ -338,9 +338,7 @@ CHECK = Task(
         keys=(
             ("Y N X", N_("it matches, it doesn't, can't tell")),
             ("[ ]", N_("go from clause to clause")),
-            (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
-            *VIDEO_KEYS,
-            (N_("Ctrl Enter"), N_("send")),
+            *EDITOR_KEYS,
         ),
     ),
     template="tasks/check.html",

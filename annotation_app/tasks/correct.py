@@ -204,7 +204,6 @@ CORRECT = Task(
         keys=(
             ("R W U", N_("right, wrong, I can’t tell")),
             *VIDEO_KEYS,
-            (N_("Ctrl Enter"), N_("send")),
         ),
         prompt=N_("What should the task be?"),
     ),

@@ -109,7 +109,7 @@ DESCRIBE = Task(
             ),
             N_("Write as you would speak. There is no single right answer."),
         ),
-        keys=(*VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
+        keys=VIDEO_KEYS,
         prompt=N_("Type the command you would give an expert operator"),
     ),
     template="tasks/describe.html",

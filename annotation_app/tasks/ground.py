@@ -54,8 +54,8 @@ from annotation_app.tasks.grounding_comparison import (
 from annotation_app.tasks.practice_example import OwnPractice
 from annotation_app.tasks.task_record import (
     CLAUSES,
+    EDITOR_KEYS,
     GROUNDINGS,
-    VIDEO_KEYS,
     Adjudication,
     AnswerTable,
     Counts,
@@ -455,9 +455,7 @@ GROUND = Task(
             ("D", N_("draw a box around something, where that is offered")),
             ("M", N_("mark a place: arrows move, + and − size, Enter sets, Esc ends")),
             ("← →", N_("on a handle of the timeline: a frame; with Shift a second")),
-            (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
-            *VIDEO_KEYS,
-            (N_("Ctrl Enter"), N_("send")),
+            *EDITOR_KEYS,
         ),
     ),
     template="tasks/ground.html",

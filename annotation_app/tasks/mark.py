@@ -260,7 +260,6 @@ MARK = Task(
             ("A B C …", N_("choose a reason, or not")),
             ("M", N_("it fails here")),
             *VIDEO_KEYS,
-            (N_("Ctrl Enter"), N_("send")),
         ),
     ),
     template="tasks/mark.html",

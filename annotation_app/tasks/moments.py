@@ -325,7 +325,6 @@ MOMENTS = Task(
             (N_("1 to 6"), N_("write a text of this kind here")),
             (N_("Esc"), N_("end drawing")),
             *VIDEO_KEYS,
-            (N_("Ctrl Enter"), N_("send")),
         ),
         styles={
             INTERJECTION: StyleWords(

@@ -193,7 +193,7 @@ RATE = Task(
             N_("Tell how much you agree with the statement below it. Trust your own judgment."),
             N_("Some commands fit well and some don't fit at all."),
         ),
-        keys=((N_("1 to 5"), N_("choose")), *VIDEO_KEYS, (N_("Ctrl Enter"), N_("send"))),
+        keys=((N_("1 to 5"), N_("choose")), *VIDEO_KEYS),
     ),
     template="tasks/rate.html",
     answer=Rated,

@@ -39,7 +39,7 @@ from annotation_app.tasks.step_alignment import (
     text_agreement,
     time_agreement,
 )
-from annotation_app.tasks.task_record import VIDEO_KEYS, Counts, Task, TaskWords
+from annotation_app.tasks.task_record import EDITOR_KEYS, Counts, Task, TaskWords
 from annotation_app.tasks.watched_videos import (
     Seconds,
     Speed,
@@ -308,9 +308,7 @@ SUBTASKS = Task(
             ("← →", N_("at a beginning on the timeline: a frame back, or on")),
             (N_("Shift ← →"), N_("the same: a second back, or on")),
             ("+ -", N_("show a shorter, or longer, part of the timeline")),
-            (N_("Ctrl Z, Ctrl Y"), N_("undo, redo")),
-            *VIDEO_KEYS,
-            (N_("Ctrl Enter"), N_("send")),
+            *EDITOR_KEYS,
         ),
     ),
     template="tasks/subtasks.html",

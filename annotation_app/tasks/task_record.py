@@ -180,8 +180,10 @@ VIDEO_KEYS = (
     ("K", N_("play the video, or pause")),
     (", .", N_("one frame back, or on")),
     ("< >", N_("play slower, or faster")),
+    (N_("Ctrl Enter"), N_("send")),
 )
-"""Keys of the player, for tasks with a video."""
+"""Keys of the player, for tasks with a video, and that which sends."""
+EDITOR_KEYS = ((N_("Ctrl Z, Ctrl Y"), N_("undo, redo")), *VIDEO_KEYS)
 
 
 def _none(*_of: Any) -> tuple[()]:
