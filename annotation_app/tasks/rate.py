@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import msgspec
-from scipy.stats import binomtest
 from sqlalchemy.orm import Session
 
 from annotation_app.core.languages import N_
@@ -159,6 +158,8 @@ def _oddities(bodies: Sequence[Record]) -> Iterator[str]:
 
 def _add_to_episodes(parts: EpisodeParts) -> None:
     """Add the verdicts: people's ratings of the language of a video, shown with that video."""
+    from scipy.stats import binomtest  # noqa: PLC0415 - takes a third of a server's start
+
     ratings: dict[tuple[str, str], list[int]] = defaultdict(list)
     for answer, item in answers_of(parts.session, parts.study, RATE.name):
         about = item.payload
