@@ -1,16 +1,21 @@
-"""A lab with videos of a drone draws what is where, and people ground a command in three ways."""
+"""A lab with videos of a drone, from boxes drawn in the browser to a corpus: all five tasks.
+
+Three people ground a command: with a mouse, on a telephone, and with keys alone.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
 import re
+import zipfile
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from annotation_app.core.config import Config
+from corpus_tools.corpus.corpus_model import Corpus
 from tests.annotation_app.in_browser import errors_of, look
 from tests.annotation_app.making.test_lab_in_browser import (
     COMMAND,
@@ -21,12 +26,14 @@ from tests.annotation_app.making.test_lab_in_browser import (
     go_on,
     invited,
     segment,
+    watch,
 )
 from tests.annotation_app.real_server import running
 from tests.annotation_app.study_setup.clips import clip
 
 pytestmark = [pytest.mark.slow, pytest.mark.firefox]
 
+TASKS = ("Describe", "Segment", "Ground", "Check", "Rate")
 PHONE = {"width": 390, "height": 844}
 
 
@@ -65,14 +72,12 @@ def make_study(page: Page, files: list[Path]) -> list[str]:
     expect(page.get_by_text("3 without boxes")).to_be_visible()
     found = look(page, "drone-videos")
     go_on(page)
-    for task in ("Describe", "Check", "Rate"):
-        page.get_by_role("checkbox", name=task, exact=True).uncheck()
-    for task in ("Segment", "Ground"):
+    for task in TASKS:
         page.get_by_role("region", name=task).get_by_label("People practise first").uncheck()
     page.get_by_role("region", name="Segment").get_by_label("Suggestions").select_option("off")
     page.get_by_role("region", name="Ground").get_by_label("Answers per item").fill("3")
     go_on(page)
-    for task in ("Segment", "Ground"):
+    for task in TASKS:
         page.get_by_label(f"Who does {task}").select_option("people with a login")
     for _ in range(3):
         go_on(page)
@@ -109,6 +114,30 @@ def ground(page: Page, address: str, way: str, thing: int) -> None:
             yes.click()
 
 
+def send(page: Page) -> None:
+    with page.expect_navigation():
+        page.get_by_role("button", name="Send", exact=True).click()
+
+
+def do_the_others(page: Page, address: str) -> None:
+    """Check what was grounded, rate the command with both videos, and describe one."""
+    page.goto(f"{address}/check")
+    expect(page.get_by_text("Does the whole video show")).to_be_visible()
+    watch(page)
+    for _ in range(page.locator(".clause-bar button").count()):
+        page.get_by_label("It doesn't match").check()
+        page.get_by_role("button", name="Next clause").click()
+    send(page)
+    page.goto(f"{address}/rate")
+    watch(page)
+    page.get_by_label("Strongly agree").check()
+    send(page)
+    page.goto(f"{address}/describe")
+    watch(page)
+    page.locator("#text").fill("Fly on.")
+    send(page)
+
+
 def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
     browser: Browser, context: BrowserContext, config: Config, tmp_path: Path
 ) -> None:
@@ -125,6 +154,7 @@ def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
         choose_login(page, link[0], "ada")
         found = make_study(page, [*files, commands])
         phone = {"viewport": PHONE, "has_touch": True} if has_touch else {"viewport": PHONE}
+        people = []
         for number, (way, thing, options) in enumerate(
             (("mouse", 1, {}), ("touch" if has_touch else "mouse", 1, phone), ("keys", 2, {}))
         ):
@@ -134,17 +164,23 @@ def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
             if not number:
                 found += segment(person, address, WHAT)
             ground(person, address, way, thing)
-            person.context.close()
+            people.append(person)
         judge = browser.new_context(accept_downloads=True).new_page()
         choose_login(judge, invited(page, "adjudicator"), "grace")
         judge.goto(f"http://localhost:{server.port}/dashboard/drone/queue")
         judge.get_by_role("link", name=COMMAND).click()
         judge.get_by_role("button", name="Choose answer 1").click()
         expect(judge.get_by_text("There is nothing to decide.")).to_be_visible()
+        do_the_others(people[0], address)
         judge.get_by_role("link", name="Exports").click()
         table = downloaded(judge, "Groundings (CSV)").decode()
-        judge.context.close()
+        zipfile.ZipFile(io.BytesIO(downloaded(judge, "Corpus (zip)"))).extractall(tmp_path)
+        for person in (*people, judge):
+            person.context.close()
     rows = [row for row in csv.DictReader(io.StringIO(table)) if row["things"]]
     assert [(row["command"], row["labels"]) for row in rows] == [(COMMAND, "cup 1")]
+    corpus = Corpus.load(tmp_path / "drone")
+    assert {command.text for command in corpus.commands.values()} == {COMMAND, "Fly on."}
+    assert [judgment.rating for judgment in corpus.judgments] == ["SA"]
     assert found == []
     assert errors == []
