@@ -16,7 +16,7 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
-from sqlalchemy import bindparam, select
+from sqlalchemy import Select, bindparam, func, select
 from sqlalchemy.orm import Session
 
 from annotation_app.core.random_ids import new_id
@@ -54,8 +54,11 @@ class NewItem:
 
 
 _VIDEOS = select(Media.video).where(Media.study_id == bindparam("study"), Media.role == "manifest")
-_DIGESTS = select(Media.video, Media.sha256).where(
-    Media.study_id == bindparam("study"), Media.role == "video", Media.sha256 != ""
+_DIGEST = select(Media.sha256).where(
+    Media.study_id == bindparam("study"),
+    Media.video == bindparam("of_video"),
+    Media.role == "video",
+    Media.sha256 != "",
 )
 _KNOWN = select(Item.id).where(
     Item.study_id == bindparam("study"),
@@ -109,16 +112,34 @@ def videos_of(session: Session, study_id: str) -> list[str]:
     return sorted(session.scalars(_VIDEOS, {"study": study_id}))
 
 
-def other_videos(session: Session, study_id: str, video: str) -> list[str]:
-    """Return the names of a study's videos that don't show the same file as one of them."""
-    rows = session.execute(_DIGESTS, {"study": study_id})
-    digests = {row.video: row.sha256 for row in rows}
-    own = digests.get(video)
-    return [
-        name
-        for name in videos_of(session, study_id)
-        if name != video and (own is None or digests.get(name) != own)
-    ]
+def other_video(
+    session: Session,
+    study_id: str,
+    video: str,
+    rng: np.random.Generator,
+    without: Select[str] | None = None,
+) -> str | None:
+    """Draw a video of a study that doesn't show the same file as another; None if there is none.
+
+    Parameters
+    ----------
+    without
+        Selects names that aren't drawn either.
+    """
+    digest = session.scalar(_DIGEST, {"study": study_id, "of_video": video})
+    others = _VIDEOS if without is None else _VIDEOS.where(Media.video.not_in(without))
+    alike = {video}
+    while True:
+        left = others.where(Media.video.not_in(alike))
+        count = session.scalar(left.with_only_columns(func.count(Media.video)), {"study": study_id})
+        if not count:
+            return None
+        drawn = left.order_by(Media.video).limit(1).offset(int(rng.integers(count)))
+        name = session.scalars(drawn, {"study": study_id}).one()
+        of_drawn = {"study": study_id, "of_video": name}
+        if digest is None or session.scalar(_DIGEST, of_drawn) != digest:
+            return name
+        alike.add(name)
 
 
 def draws(config: StudyConfig, subject: str) -> np.random.Generator:

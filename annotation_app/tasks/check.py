@@ -25,7 +25,7 @@ from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import aliases_of, has_things, scene_of, shown_film
 from annotation_app.items.media import media_files
-from annotation_app.items.new_items import NewItem, about_answer, draws, other_videos, videos_of
+from annotation_app.items.new_items import NewItem, about_answer, draws, other_video, videos_of
 from annotation_app.items.scenes import place_names, scene_payload, thing_names
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig
@@ -148,13 +148,12 @@ def random_groundings(
         for video in videos_of(session, item.study_id)
         if has_things(session, item.study_id, video)
     ]
-    others = other_videos(session, item.study_id, own)
     shown: dict[str, Record] = {}
     for node, sdc in enumerate(breadth_first(from_json(item.payload["sdcs"]))):
         if sdc.type in HAPPENING:
-            if others:
-                video = others[int(rng.integers(len(others)))]
-                shown[str(node)] = {"video": video, "objects": [], "places": []}
+            other = other_video(session, item.study_id, own, rng)
+            if other is not None:
+                shown[str(node)] = {"video": other, "objects": [], "places": []}
             continue
         right = body["groundings"].get(str(node))
         marked = marked_things(body, right) if right is not None else []
@@ -213,13 +212,11 @@ def _without_scenes(
     same = select(Item.video).where(
         Item.study_id == item.study_id, Item.task == item.task, Item.command == text
     )
-    known = set(session.scalars(same))
-    others = [v for v in other_videos(session, item.study_id, own) if v not in known]
     sdcs = answer.body["sdcs"]
     nodes = [c["node"] for c in clauses_of(from_json(sdcs)) if c["type"] in HAPPENING]
-    if others and nodes:
-        subject = about_answer(answer)
-        video = others[int(draws(config, subject).integers(len(others)))]
+    subject = about_answer(answer)
+    video = other_video(session, item.study_id, own, draws(config, subject), same)
+    if video is not None and nodes:
         shown = {str(node): {"video": video, "objects": [], "places": []} for node in nodes}
         about = {"text": text, "command": item.payload["command"], "video": own, "sdcs": sdcs}
         yield NewItem("check", subject, {**about, "shown": shown})

@@ -19,7 +19,7 @@ from annotation_app.core.languages import N_
 from annotation_app.core.problems import FieldProblem
 from annotation_app.items.assignment import AnyItem
 from annotation_app.items.item_scenes import watched
-from annotation_app.items.new_items import NewItem, draws, other_videos
+from annotation_app.items.new_items import NewItem, draws, other_video
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, restored
 from annotation_app.tasks.agreement import choices
@@ -96,11 +96,8 @@ def _check(
 def _items(session: Session, config: StudyConfig, item: Item, answer: Answer) -> Iterable[NewItem]:
     """Yield a command with its own video, and with another one."""
     own, subject = item.payload["video"], f"command {answer.id}"
-    others = other_videos(session, item.study_id, own)
-    shown = [own]
-    if others:
-        shown.append(others[int(draws(config, subject).integers(len(others)))])
-    for video in shown:
+    other = other_video(session, item.study_id, own, draws(config, subject))
+    for video in (own,) if other is None else (own, other):
         about = _about(answer.body["text"], video, own, command=answer.id)
         yield NewItem("rate", f"{subject} video {video}", about, author_id=answer.person_id)
 
