@@ -152,8 +152,8 @@ def probe(file: Path, *, progress: OnShare | None = None) -> VideoInfo:
 def file_digest(file: Path) -> str:
     """Return the SHA-256 digest of a file's content, in hexadecimal.
 
-    It is kept by the file's path, size, inode and times of change, so that a large file isn't read
-    again.
+    That of a large file is kept by the file's path, size, inode and times of change, so that it
+    isn't read again.
 
     Raises
     ------
@@ -161,12 +161,21 @@ def file_digest(file: Path) -> str:
         If it is no regular file, or can't be read.
     """
     stamp = _stamp(file)
+    if stamp.size <= _BLOCK:  # read as quickly as what is kept
+        return _content_digest(file)
     key = hashlib.sha256(msgspec.json.encode(stamp)).hexdigest()
     index = cache_folder() / "videos" / "files" / key
     with suppress(OSError, ValueError):
         digest, _, seal = index.read_text("ascii").partition(" ")
         if seal == _seal(key, digest):
             return digest
+    digest = _content_digest(file)
+    if _stamp(file) == stamp and time.time_ns() - max(stamp.changed_ns) > _SETTLED_NS:
+        _keep(index, f"{digest} {_seal(key, digest)}".encode())
+    return digest
+
+
+def _content_digest(file: Path) -> str:
     hasher = hashlib.sha256()
     try:
         with file.open("rb") as content:
@@ -174,10 +183,7 @@ def file_digest(file: Path) -> str:
                 hasher.update(block)
     except OSError as error:
         raise _no_file(file, error) from error
-    digest = hasher.hexdigest()
-    if _stamp(file) == stamp and time.time_ns() - max(stamp.changed_ns) > _SETTLED_NS:
-        _keep(index, f"{digest} {_seal(key, digest)}".encode())
-    return digest
+    return hasher.hexdigest()
 
 
 class _Stamp(msgspec.Struct, frozen=True):

@@ -238,8 +238,11 @@ def test_another_file_under_the_same_name(tmp_path: Path, decoded: list[Path]):
     assert len(decoded) == 2
 
 
-def test_the_digest_is_kept_by_what_the_disk_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    path = film(tmp_path / "a.mp4", 2)
+def test_a_large_files_digest_is_kept_by_what_the_disk_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    path = tmp_path / "a.mp4"
+    path.write_bytes(bytes(probing._BLOCK + 1))
     later = time.time_ns() + 10**10
     monkeypatch.setattr(time, "time_ns", lambda: later)
     digest = file_digest(path)
