@@ -93,7 +93,7 @@ def import_corpus(
     for key in corpus.contexts:
         if videos is not None:
             add_video(session, study.id, shown[key])
-        put_media(session, study.id, key, "corpus", folder)
+        put_media(session, study.id, key, {"corpus": folder})
     contexts = contexts_of_commands(corpus)
     annotated: dict[str, list[Annotation]] = {}
     for annotation in corpus.annotations:

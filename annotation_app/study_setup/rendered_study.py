@@ -174,30 +174,30 @@ def knows_things(item: Rendered | OwnVideo) -> bool:
 
 def add_video(session: Session, study_id: str, item: Rendered) -> None:
     """Give a video's files names that say nothing, or keep those that they have."""
+    files = dict(zip(VIEWS, item.views, strict=False))
+    if item.curves is not None:
+        files[CURVES] = item.curves
+    gone = [role for role in (*VIEWS, CURVES) if role not in files]
     for role, name in FILES.items():
         path = item.file if role == "video" and item.file is not None else item.folder / name
         if path.is_file() or is_clip(path):
-            put_media(session, study_id, item.video, role, path)
-    beside = dict(zip(VIEWS, item.views, strict=False))
-    if item.curves is not None:
-        beside[CURVES] = item.curves
-    for role, path in beside.items():
-        put_media(session, study_id, item.video, role, path)
-    gone = [role for role in (*VIEWS, CURVES) if role not in beside]
+            files[role] = path
+    put_media(session, study_id, item.video, files)
     of_video = (Media.study_id == study_id, Media.video == item.video)
     session.execute(delete(Media).where(*of_video, Media.role.in_(gone)))
 
 
-def put_media(session: Session, study_id: str, video: str, role: str, path: Path) -> None:
-    """Add a file, or record where it is now."""
-    known = session.scalars(
-        select(Media).where(Media.study_id == study_id, Media.video == video, Media.role == role)
-    ).first()
-    sha256 = digest(path) if path.is_file() or is_clip(path) else ""
-    if known is None:
-        known = Media(id=new_id(), study_id=study_id, video=video, role=role, path="", sha256="")
-        session.add(known)
-    known.path, known.sha256 = str(path), sha256
+def put_media(session: Session, study_id: str, video: str, files: Mapping[str, Path]) -> None:
+    """Add a video's files by their roles, or record where they are now."""
+    of_video = select(Media).where(Media.study_id == study_id, Media.video == video)
+    there = {one.role: one for one in session.scalars(of_video)}
+    for role, path in files.items():
+        media = there.get(role)
+        if media is None:
+            media = Media(id=new_id(), study_id=study_id, video=video, role=role)
+            session.add(media)
+        media.path = str(path)
+        media.sha256 = digest(path) if path.is_file() or is_clip(path) else ""
     session.flush()
 
 
