@@ -67,6 +67,12 @@ from lerobot.scripts.lerobot_edit_dataset import main
 main()
 """
 
+CONVERT = """
+import sys
+from lerobot.scripts.convert_dataset_v21_to_v30 import convert_dataset
+convert_dataset("local/made", root=sys.argv[1], push_to_hub=False)
+"""
+
 READ = """
 import json, sys
 from lerobot.configs.recipe import MessageTurn, TrainingRecipe
@@ -155,6 +161,19 @@ def test_a_corpus_is_read_and_rendered(tmp_path: Path):
     seen = read(tmp_path / "out")
     assert (seen["episodes"], seen["language"], seen["depth"]) == (3, True, [])
     assert all(row[-1] for row in seen["rows"])  # each frame has a subtask
+
+
+def test_version_2_is_converted_and_takes_language(tmp_path: Path):
+    """LeRobot's converter leaves out version 2's file of language, so it comes afterwards."""
+    export_corpus_to(tiny_corpus(), "lerobot-2.1", tmp_path / "out")
+    before = [e.tasks for e in open_dataset(tmp_path / "out").episodes()]
+    lerobot(CONVERT, tmp_path / "out")
+    converted = open_dataset(tmp_path / "out")
+    assert [e.tasks for e in converted.episodes()] == before
+    said = {0: EpisodeLanguage((Language("subtask", 0.5, "reach"),))}
+    assert write_language(converted, tmp_path / "copy", said, attachments={}) == []
+    rows = [row for row in read(tmp_path / "copy")["rows"] if row[0] == 0]
+    assert [row[-1] for row in rows] == [""] * 5 + ["reach"] * (len(rows) - 5)
 
 
 def test_steps_of_people_on_one_frame_are_rendered(tmp_path: Path):
