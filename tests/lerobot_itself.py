@@ -95,7 +95,7 @@ seen = "emitted_at(t, style=vqa, role={}, camera={})"
 asked = {f"{who}_{camera.rsplit('.')[-1]}": seen.format(role, camera)
          for camera in data.meta.camera_keys
          for who, role in (("question", "user"), ("answer", "assistant"))}
-names = ("task", "plan", "subtask", *asked)
+names = ("task", "plan", "subtask", "interjection", *asked)
 recipe = TrainingRecipe(
     bindings=asked,
     messages=[MessageTurn("user", name + ":${" + name + "}", stream="high_level") for name in names]
@@ -116,8 +116,11 @@ for n in range(len(data)):
         "time": round(float(one["timestamp"]), 6), "task": one["task"], "rendered": texts,
         "persistent": one.get("language_persistent") or [], "tensors": tensors,
     })
+of_index = data.meta.episodes
+marks = "marks/success"
 print(json.dumps({"episodes": data.num_episodes, "language": data.meta.has_language_columns,
-                  "depth": data.meta.depth_keys, "rows": rows}))
+                  "depth": data.meta.depth_keys, "rows": rows,
+                  "marks": list(of_index[marks]) if marks in of_index.column_names else []}))
 """
 
 

@@ -18,8 +18,9 @@ import pyarrow.parquet as pq
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.study_input import study_input
 from tests.annotation_app.browser import Browser, described
+from tests.annotation_app.study_setup.test_moments import answered, said
 from tests.annotation_app.study_setup.test_own_videos import set_up
-from tests.annotation_app.study_setup.test_robot_episodes import cut, export, study_of
+from tests.annotation_app.study_setup.test_robot_episodes import STUDY, cut, export, study_of
 from tests.corpus_tools.lerobot.test_lerobot_itself import pytestmark as needs_lerobot
 from tests.lerobot_itself import (
     FPS,
@@ -31,6 +32,16 @@ from tests.lerobot_itself import (
 )
 
 PEOPLE = 3
+TASK = {"answers": PEOPLE, "practice": False}
+STUDY_TASKS = {
+    **dict.fromkeys(("describe", "subtasks", "rate"), TASK),
+    **{key: {**TASK, "adoption": "majority"} for key in ("correct", "mark")},
+    "moments": {**TASK, "styles": ["interjection", "vqa"]},
+}
+WRONG, RIGHT = 3, "Nudge."
+"""An episode whose task two people correct, and what they write."""
+ASKED = 4
+"""The frame about which somebody asks."""
 pytestmark = needs_lerobot
 
 
@@ -86,6 +97,17 @@ def work(app: Any, lengths: list[int]) -> dict[int, list[str]]:
             n = frames(page)
             body = cut(*steps(n)) if number else cut((0.0, "wait"), ((n - 1) / FPS, "go"))
             send(person, page, body)
+        for _ in lengths:
+            page = person.lease("moments", "robot").json
+            moments = [said("interjection", (number + 1) / FPS + 0.02, f"Wait, says {number}.")]
+            if number == 0:
+                moments.append(said("vqa", ASKED / FPS, "Is it far?", **answered("words", "no")))
+            send(person, page, {"moments": moments, "played_to_end": True})
+        verdicts = {LENGTHS[WRONG]: {"verdict": "wrong", "text": RIGHT}} if number else {}
+        while (taken := person.lease("correct", "robot")).status_code == 200:
+            send(person, taken.json, verdicts.get(frames(taken.json), {"verdict": "right"}))
+        while (taken := person.lease("mark", "robot")).status_code == 200:
+            send(person, taken.json, {"success": "success" if number else "failure", "quality": 4})
         while (taken := person.lease("rate", "robot")).status_code == 200:
             send(person, taken.json, {"rating": (5, 4, 1)[number]})
     return texts
@@ -99,16 +121,16 @@ def test_every_sentence_is_on_its_frame_and_nothing_else_changes(kind: str, tmp_
     before = read_dataset(source)
     kept = {"deleted": (0, 2, 3, 4, 5), "rest": range(6)}.get(kind, range(7))
     lengths, tasks = [LENGTHS[e] for e in kept], [TASKS[e] for e in kept]
-    answers = {"answers": PEOPLE, "practice": False}
-    study = study_of(
-        tmp_path, source=source, tasks=dict.fromkeys(("describe", "subtasks", "rate"), answers)
-    )
+    study = study_of(tmp_path, source=source)
+    study.write_text(json.dumps(STUDY | {"tasks": STUDY_TASKS}))
     with set_up(study) as app:
         texts = work(app, lengths)
     copy = export(tmp_path)
     after = read_dataset(copy)
 
     assert (after["episodes"], after["depth"]) == (len(lengths), before["depth"])
+    assert after["marks"] == ["success"] * len(lengths)
+    wrong = list(kept).index(WRONG)
     assert [row["tensors"].keys() for row in after["rows"]] == [
         row["tensors"].keys() for row in before["rows"]
     ]
@@ -117,8 +139,8 @@ def test_every_sentence_is_on_its_frame_and_nothing_else_changes(kind: str, tmp_
         had = tasks[episode]
         typed = texts[lengths[episode]]
         changed = {key for key, digest in new["tensors"].items() if digest != old["tensors"][key]}
-        assert changed == (set() if had else {"task_index"})
-        assert new["task"] == (had or typed[0])
+        assert changed == (set() if had and episode != wrong else {"task_index"})
+        assert new["task"] == (RIGHT if episode == wrong else had or typed[0])
         wordings = [row for row in new["persistent"] if row["style"] == "task_aug"]
         assert wordings[0]["content"] == new["task"]
         assert {row["content"] for row in wordings} == {new["task"], *typed}
@@ -127,10 +149,14 @@ def test_every_sentence_is_on_its_frame_and_nothing_else_changes(kind: str, tmp_
         assert rendered["task"] in {new["task"], *typed}
         assert rendered["subtask"] == subtask_at(frame, lengths[episode])
         assert rendered["plan"].startswith(f"1. {rendered['subtask']}")
+        waits = f"Wait, says {frame - 1}." if 0 < frame <= PEOPLE else ""
+        assert rendered["interjection"] == waits
         camera = QUESTIONS.get((episode, frame)) if kind == "vqa" else None
         asked = {name: text for name, text in rendered.items() if "_" in name and text}
         short = (camera or "").rsplit(".")[-1]
         expected = {f"question_{short}": "Where?", f"answer_{short}": "There."} if camera else {}
+        if frame == ASKED:
+            expected = {"question_top": "Is it far?", "answer_top": "no"}
         assert asked == expected
     verdicts = [json.loads(x) for x in (copy / "meta/verdicts.jsonl").read_text().splitlines()]
     agreed = {(v["episode_index"], v["content"]): v["agree"] for v in verdicts}
