@@ -83,6 +83,13 @@ class Chat:
                 self.answered[body.decode()] += 1
 
 
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        pass  # clients that are killed hang up
+
+
 @contextmanager
 def chat_server(**settings: Any) -> Iterator[Chat]:
     """A running server."""
@@ -97,23 +104,25 @@ def chat_server(**settings: Any) -> Iterator[Chat]:
             body = self.rfile.read(length)
             if len(body) < length:  # its sender was killed: nothing was asked
                 return
+            self.paid = False
             count = chat.takes(body, {k.lower(): v for k, v in self.headers.items()})
-            answered = False
             try:
-                if not self.path.endswith("/chat/completions"):
-                    self._reply(404, json.dumps({"error": {"message": "no such path"}}))
-                    return
-                time.sleep(chat.delay_s)
-                if chat.together:
-                    barrier.wait(timeout=60)
-                fault = chat.fault(count)
-                if fault:
-                    self._reply(*fault)
-                    return
-                answered = True  # it is paid for, whether or not the reply arrives
-                self._reply(200, _completion(json.loads(body), chat))
+                self._answer(body, count)
             finally:
-                chat.leaves(body, answered=answered)
+                chat.leaves(body, answered=self.paid)
+
+        def _answer(self, body: bytes, count: int) -> None:
+            if not self.path.endswith("/chat/completions"):
+                self._reply(404, json.dumps({"error": {"message": "no such path"}}))
+                return
+            time.sleep(chat.delay_s)
+            barrier.wait(timeout=60)
+            fault = chat.fault(count)
+            if fault:
+                self._reply(*fault)
+                return
+            self.paid = True  # whether or not the reply arrives
+            self._reply(200, _completion(json.loads(body), chat))
 
         def _reply(self, status: int, content: str) -> None:
             if status == 0:  # hang up
@@ -131,13 +140,7 @@ def chat_server(**settings: Any) -> Iterator[Chat]:
         def log_message(self, format: str, *args: object) -> None:
             pass
 
-    class Server(ThreadingHTTPServer):
-        daemon_threads = True
-
-        def handle_error(self, request: object, client_address: object) -> None:
-            pass  # clients that are killed hang up
-
-    server = Server(("127.0.0.1", 0), Handler)
+    server = _Server(("127.0.0.1", 0), Handler)
     chat.url = f"http://127.0.0.1:{server.server_address[1]}/v1"
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
