@@ -165,7 +165,8 @@ def _nobody_does(
                 f"by different people with a login, and {there} may do it"
             )
             yield what, f"{invite} {of_task.role}, or ask for fewer answers"
-    decides = of_task.answers > 1 or of_task.adoption == "adjudicator"
+    alone = of_task.answers == 1 and of_task.adoption == "all"
+    decides = of_task.adoption in ("all", "adjudicator") and not alone
     if task.adjudication is not None and decides and not logins["adjudicator"]:
         yield f"nobody may decide where answers to {task.name} differ", f"{invite} adjudicator"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -218,6 +219,17 @@ def test_what_the_installation_lacks(app: Flask, people: People, tmp_path: Path)
     boss.client.get("/")
     people("block", "ann")
     assert "asks for 2 answers" in told()
+
+
+@pytest.mark.parametrize(
+    ("adoption", "found"), [("all", 1), ("adjudicator", 1), ("majority", 0), (0.75, 0)]
+)
+def test_an_adjudicator_is_needed_where_no_rule_decides(adoption: Any, found: int) -> None:
+    task = TaskConfig(answers=3, adoption=adoption, practice=False)
+    config = StudyConfig(name="a", title="A", tasks={"segment": task})
+    told = [obstacle.what for obstacle in study_obstacles(config, NOBODY, {"segment": 3})]
+    assert len(told) == found
+    assert all("nobody may decide" in what for what in told)
 
 
 def test_what_is_imported_or_named_needs_no_task_before(app: Flask) -> None:
