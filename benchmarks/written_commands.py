@@ -2,7 +2,8 @@
 
 Each line of ``benchmarks/written/*.jsonl`` has a yard, a command and the ends that are right. A
 language model wrote them for this project, which had seen neither code nor rules. The robot stands
-at the origin and looks along x; positions are in metres, headings in degrees.
+at the origin and looks along x; positions are in metres, headings in degrees. The commands of the
+seventeenth set have trees, too, which another session of that model made by hand.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from shapely.geometry import Point, Polygon
 
 from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.importers.treebank import trees_of
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenario, Thing
 from eval.statistics.intervals import bootstrap
@@ -182,6 +184,18 @@ def by_model(grounder: Grounder, parse: Parse | None = None, *, parses: int = PA
     return plan
 
 
+def by_trees(grounder: Grounder, records: Sequence[dict[str, Any]]) -> Plan:
+    """Return a function that follows commands with a model by their annotated trees."""
+    trees = {
+        r["text"]: trees_of(r["trees"], r.get("taken_back", ""), r["text"])[0] for r in records
+    }
+
+    def plan(text: str, start: State) -> FollowedPlan:
+        return by_model(grounder, Parse(text, (Tree(trees[text], 1.0),)))(text, start)
+
+    return plan
+
+
 def ablated(cost: Scorer) -> dict[str, Plan]:
     """Return the model with each of its parts off alone, and with all of them off."""
     rules = {
@@ -249,7 +263,9 @@ def main() -> None:
     for name in options.sets or SETS:
         records = records_of(name)[:: options.every]
         yards = np.array([record["world"] for record in records])
-        for how, plan in ways.items():
+        annotated = all("trees" in record for record in records)
+        by_hand = {"the model, annotated trees": by_trees(Grounder(cost), records)}
+        for how, plan in (ways | by_hand if annotated else ways).items():
             done = [followed(record, plan) for record in records]
             right = np.array([outcome.correct for outcome in done])
             if options.wrong and how == "the model":
