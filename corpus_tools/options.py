@@ -12,6 +12,7 @@ import os
 import shlex
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -52,11 +53,14 @@ class ExistingPath(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path, or fail with a remedy."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
-        if not path.exists():
-            siblings = path.parent.iterdir() if path.parent.is_dir() else ()
-            _, fix = unknown_name("file", path.name, [s.name for s in siblings], more=self.fix)
-            self.fail(f"there is no {str(path)!r} ({fix})", param, ctx)
-        return path
+        with suppress(OSError):
+            if path.exists():
+                return path
+        siblings: list[str] = []
+        with suppress(OSError):
+            siblings = [sibling.name for sibling in path.parent.iterdir()]
+        _, fix = unknown_name("file", path.name, siblings, more=self.fix)
+        raise click.BadParameter(f"there is no {str(path)!r} ({fix})", ctx, param)
 
 
 class _Target(click.Path):
@@ -264,6 +268,13 @@ def _in_one(ctx: click.Context, _: click.Parameter, words: tuple[str, ...]) -> s
     if len(words) > 1:
         quoted = shlex.quote(" ".join(words))
         raise click.UsageError(f"Put the text in quotes: {ctx.command_path} {quoted}", ctx)
-    if words and any("--file" in p.opts for p in ctx.command.params) and Path(words[0]).is_file():
+    if words and any("--file" in p.opts for p in ctx.command.params) and _is_file(words[0]):
         raise click.UsageError(f"{words[0]} is a file. Write: {ctx.command_path} --file {words[0]}")
     return words[0] if words else None
+
+
+def _is_file(text: str) -> bool:
+    """Check that a text is a file's path; a long text is none, for which the machine has errors."""
+    with suppress(OSError, ValueError):
+        return Path(text).is_file()
+    return False
