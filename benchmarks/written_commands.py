@@ -263,9 +263,10 @@ def main() -> None:
     for name in options.sets or SETS:
         records = records_of(name)[:: options.every]
         yards = np.array([record["world"] for record in records])
-        annotated = all("trees" in record for record in records)
-        by_hand = {"the model, annotated trees": by_trees(Grounder(cost), records)}
-        for how, plan in (ways | by_hand if annotated else ways).items():
+        by_hand = {}
+        if all("trees" in record for record in records):
+            by_hand["the model, annotated trees"] = by_trees(Grounder(cost), records)
+        for how, plan in (ways | by_hand).items():
             done = [followed(record, plan) for record in records]
             right = np.array([outcome.correct for outcome in done])
             if options.wrong and how == "the model":
