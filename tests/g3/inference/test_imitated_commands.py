@@ -4,8 +4,8 @@ import pytest
 
 from benchmarks.written_commands import SETS, by_model, followed, records_of
 
-READ = tuple(name for name in SETS if name not in ("twelfth", "fourteenth"))
-"""The other two sets are clean: nobody has read which of their plans are wrong."""
+READ = tuple(name for name in SETS if name not in ("twelfth", "fourteenth", "nineteenth"))
+"""The other three sets are clean: nobody has read which of their plans are wrong."""
 EVERY = 40
 
 
