@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import expit, log_expit, logsumexp
 
-from g3.actions.forklift_actions import TURN
+from g3.actions.forklift_actions import TURN, WAIT
 from g3.actions.grounding_candidates import beneath
 from g3.actions.robot_state import State
 from g3.geometry.footprints import centre
@@ -91,8 +91,8 @@ def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
 def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
     """Check that two plans end alike: every load in the same place and on the same thing.
 
-    The robot's end counts only if neither handles a load, and its heading only where it turns last,
-    or words ask for that. A step of a metre leads elsewhere than none.
+    The robot's end counts only if neither handles a load, and its heading only where it turns last
+    but for waiting, or words ask for that. A step of a metre leads elsewhere than none.
     """
     here, there = plan.state, other.state
     if here.held != there.held:
@@ -103,7 +103,8 @@ def same_end(plan: Hypothesis, other: Hypothesis) -> bool:
             return False
     if any(action.object_id for action in (*plan.actions, *other.actions)):
         return True
-    last = (*plan.actions[-1:], *other.actions[-1:])
+    moves = ([a for a in own.actions if a.kind is not WAIT] for own in (plan, other))
+    last = tuple(action for own_moves in moves for action in own_moves[-1:])
     if any(action.kind.on_request or action.kind is TURN for action in last):
         turned = abs(wrap(here.pose[2:] - there.pose[2:])[0])
         if turned > SAME_HEADING_RAD or abs(here.forks_m - there.forks_m) > SAME_HEIGHT_M:
