@@ -11,6 +11,7 @@ OBJECTs know all labels, they know better: they see which words are about which 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,9 +33,11 @@ from g3.inference.problem.phrases import (
     names_robot,
 )
 from g3.language.discourse.anaphora import anaphors
+from g3.language.discourse.groups import noun_words
 from g3.language.lexicon.concepts import BESIDE, concepts
 from g3.language.lexicon.field_words import bare, field_words, figure_words, normalise
 from g3.language.lexicon.tables import WORDS
+from g3.language.similarity.presence import is_called
 from g3.learning.load_choice import Load, LoadChoice, LoadChooser
 from g3.sdc.clauses import SDC, Span, all_words
 
@@ -88,7 +91,9 @@ def _named(case: CandidateCase) -> SDC:
     known, node = case.tree.once(_antecedents), case.node
     while is_pronoun(case.tree.nodes[node]) and node in known:
         node = known[node]
-    return case.tree.nodes[node]
+    sdc = case.tree.nodes[node]
+    noun = case.tree.left_out(sdc) if sdc.is_leaf else None
+    return sdc if noun is None else replace(sdc, words=(*sdc.words[:-1], noun))
 
 
 def _antecedents(tree: Tree) -> dict[int, int]:
@@ -114,7 +119,10 @@ def _has_landmark(sdc: SDC) -> bool:
 
 
 def _has_label(named: SDC, problem: GroundingProblem) -> bool:
-    return any(map(set(_noun(named)).issuperset, _labels(problem)[0]))
+    if any(map(set(_noun(named)).issuperset, _labels(problem)[0])):
+        return True
+    noun = noun_words(named)[-1:]
+    return any(is_called(word, x.labels) for word in noun for x in _possible_loads(problem).values())
 
 
 def _names_kind(named: SDC, problem: GroundingProblem) -> bool:
@@ -179,7 +187,7 @@ def _behind(
 def _told_besides(case: CandidateCase) -> set[Span]:
     """Words for other things than the load: "drive around the boxes, lift the pallet by them".
 
-    So are those for what must be left alone: "don't touch the crate, lift the tires".
+    So are those for what must be left alone, or is handled, too: "lift the tires, not the crate".
     """
     tree, named = case.tree, _named(case)
     marks = list(named.landmark1) if _has_landmark(named) else []
@@ -188,10 +196,14 @@ def _told_besides(case: CandidateCase) -> set[Span]:
     ways = [tree.nodes[p] for n in before for p in frame(tree, n).ways]
     marks += [mark for way in ways if not meant or _leads_past(way) for mark in way.landmark1]
     nodes, others = tree.left_alone
-    ruled_out = {
-        n for root in asked(tree) if frame(tree, root).negated for n in frame(tree, root).objects
+    apart = {
+        n
+        for own in (frame(tree, root) for root in asked(tree) if root != case.within)
+        if own.negated or own.handles
+        for n in own.objects
+        if tree.nodes[n] is not named
     }
-    marks += [*others, *(tree.nodes[n] for n in nodes | ruled_out)]
+    marks += [*others, *(tree.nodes[n] for n in nodes | apart)]
     return {word for mark in marks for word in all_words(mark)}
 
 
