@@ -95,7 +95,8 @@ class GroundingProblem:
     disabled
         Names of potentials that are switched off.
     later
-        The state in which the clause begins, where a side is told as it is then.
+        The state in which the clause begins, where a side is told as it is then, or something is
+        put where earlier clauses lead.
     only
         Id of the load that a clause about several is carried out for; empty for others.
     raised

@@ -492,7 +492,7 @@ def _step(
             )
             for n in pronouns
         }
-        later = before.state if turned else None
+        later = before.state if turned or goals else None
         key = (spoken, goals, meant_before, before.state.held, id(later), *meant.values())
         if key not in grounded:
             around = replace(

@@ -18,6 +18,8 @@ import numpy as np
 from g3.actions.grounding_candidates import (
     ANY_SPOTS,
     SpotsAsked,
+    are_free,
+    beneath,
     ground,
     grounded,
     spots_about,
@@ -25,6 +27,7 @@ from g3.actions.grounding_candidates import (
     spots_of_robot,
     spots_toward,
     square,
+    standing,
 )
 from g3.actions.robot_state import State
 from g3.features.factor_batch import FactorBatch, Role
@@ -311,11 +314,23 @@ def reached(tree: Tree, node: int, problem: GroundingProblem) -> list[Candidate]
     scores = added(ReferentCase(tree, node, problem, groups))
     found = []
     for group, score in zip(groups, map(float, scores), strict=True):
-        spots = spots_about(group, problem.state)
+        spots = _free_spots(group, problem)
         top = [s for s in spots if s.prism.z_min > ground(problem.state) + LEVEL_M]
         wanted = [s for s in spots if s not in top] if down else top or spots
         found += [Candidate((s,), score, {}) for s in wanted]
     return found[: problem.width]
+
+
+def _free_spots(group: Group, problem: GroundingProblem) -> list[Place]:
+    """Return places at the end of a clause; beside what was put there, where that has no room."""
+    state, load = problem.later or problem.state, problem.load
+    spots = spots_about(group, state)
+    if not spots or load is None or are_free(spots, state, load).any():
+        return spots
+    taken = standing(spots, state).any(axis=0)
+    there = tuple(o for o, stands in zip(state.context.objects, taken, strict=True) if stands)
+    below = tuple(deck for spot in spots if (deck := beneath(spot, state, load)) is not None)
+    return [s for thing in dict.fromkeys(below or there) for s in spots_about((thing,), state)]
 
 
 def _room(problem: GroundingProblem, spots: list[Place]) -> list[Place]:
