@@ -208,9 +208,9 @@ def _singles(beam: Sequence[Candidate]) -> dict[str, float]:
 def _best(scores: Mapping[str, float], before: Mapping[str, float], said: Group) -> tuple[str, ...]:
     """Return the objects that words speak for, beside the noun alone; none if that isn't clear."""
     gains = {name: score - before[name] for name, score in scores.items() if name in before}
-    if not gains:
-        return ()
     count = (said.count or 1) if said.number == "plural" else 1
+    if len(gains) < count:
+        return ()
     order = sorted(gains, key=lambda name: -gains[name])
     shares = softmax([gains[name] for name in order])
     return tuple(order[:count]) if shares[:count].sum() >= SURE else ()

@@ -9,6 +9,8 @@ stays as it is.
 | `restored` | far tires, truck | far tires (to the truck) |
 | `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
 | `_one_place` | put it on the ground by the gate | put it by the gate |
+| `_noun_last` | crates x2; crates, the far ones | x2 crates; the far crates |
+| `_aside` | the drum on (the far left) | the drum (on the far left) |
 | `_one_deck` | put the drum on the floor on the truck | put (drum on the floor) (on the truck) |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_light` | make a left turn | turn left |
@@ -46,7 +48,7 @@ from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
-from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.sdc.clauses import SDC, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
@@ -65,7 +67,7 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
         The command; empty where only its clauses are known.
     """
     whole = _shared(restored(list(map(_whole, sdcs)), text, nouns))
-    asking = without_statements(list(map(_with_plain_phrases, whole)), nouns)
+    asking = without_statements([_with_plain_phrases(sdc, nouns) for sdc in whole], nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
 
 
@@ -82,9 +84,36 @@ def _whole(sdc: SDC) -> SDC:
     return replace(sdc, relation=whole_words(sdc.relation))
 
 
-def _with_plain_phrases(sdc: SDC) -> SDC:
-    sdc = with_each(sdc, _with_plain_phrases)
-    return _one_place(_one_deck(sdc)) if sdc.type == "EVENT" else sdc
+def _with_plain_phrases(sdc: SDC, nouns: Nouns) -> SDC:
+    sdc = _noun_last(with_each(sdc, lambda part: _with_plain_phrases(part, nouns)), nouns)
+    return _one_place(_one_deck(sdc)) if sdc.type == "EVENT" else _aside(sdc)
+
+
+def _noun_last(sdc: SDC, nouns: Nouns) -> SDC:
+    """A leaf with its noun at the end: "crates x2", "crates, the far ones"."""
+    said = bare_words(sdc.words)
+    last = said[-1] if len(said) > 1 else ""
+    if last in WORDS["ones"] and not WORDS["articles"].isdisjoint(said[1:]):
+        start = max(i for i, word in enumerate(said) if word in WORDS["articles"])
+        head = [w for w in sdc.words[:start] if bare(w.text) not in WORDS["articles"]]
+        if head and bare(head[-1].text) not in WORDS["nounless"]:
+            return replace(sdc, words=(*sdc.words[start:-1], *head))
+    counts = last in COUNTS["counts"] or (last.strip("x×").isdecimal() and not last.isdecimal())
+    if counts and nouns.name_load(sdc.words[-2:-1]):
+        return replace(sdc, words=(sdc.words[-1], *sdc.words[:-1]))
+    return sdc
+
+
+def _aside(sdc: SDC) -> SDC:
+    """A clause whose landmark is only a side, as words of its relation: "on the far left"."""
+    mark = sdc.landmark1[0] if len(sdc.landmark1) == 1 and not sdc.landmark2 else None
+    if mark is None or not (mark.words and sdc.relation):
+        return sdc
+    words = bare_words(mark.words)
+    telling = set(words) - WORDS["articles"] - WORDS["stressing"] - {"far"}
+    if not telling or words[-1] not in telling or not telling <= {"left", "right", "middle"}:
+        return sdc
+    return replace(sdc, relation=tuple(sorted((*sdc.relation, *mark.words))), landmark1=())
 
 
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:

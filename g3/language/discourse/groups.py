@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -22,6 +23,7 @@ _QUANTITIES = {
     *WORDS["ones"],
     *WORDS["articles"],
 }
+_TIMES = re.compile(r"[x×]?(\d{1,3})[x×]?")
 _NOT_PLURAL = ("ss", "us", "is", "'s", "’s")
 
 
@@ -70,11 +72,14 @@ def group(sdc: SDC) -> Group:
     >>> group(sdc)
     Group(number='plural', count=2, quantifier='', ordinals=(1, 2), collective='')
     """
-    words = quantity_words(sdc) or noun_words(sdc)
+    words = quantity_words(sdc)
+    counting = words or noun_words(sdc)[:-1]
+    words = words or noun_words(sdc)
     if not words:
         return Group("singular")
     head = words[-1]
-    number: Number = "plural" if _is_plural(words) else "singular"
+    several = any((_number(word) or 0) > 1 for word in counting)
+    number: Number = "plural" if several or _is_plural(words) else "singular"
     ordinals = tuple(_ORDINALS[word] for word in words if word in _ORDINALS)
     quantifier = next((word for word in words if word in WORDS["quantifiers"]), "")
     count = _count(words, number, ordinals)
@@ -137,19 +142,24 @@ def _is_plural(words: Sequence[str]) -> bool:
         return True
     if head in WORDS["singular"] or words[0] in WORDS["single"]:
         return False
-    if head in WORDS["plural"] or any(
-        COUNTS["counts"].get(word, 0) > 1 for word in words[:-1] or words
-    ):
+    if head in WORDS["plural"] or (len(words) == 1 and COUNTS["counts"].get(head, 0) > 1):
         return True
     return len(head) > 2 and head.endswith("s") and not head.endswith(_NOT_PLURAL)
 
 
+def _number(word: str) -> int | None:
+    """Return the number that a word counts, if any: "three", "3", "x3"."""
+    if word in COUNTS["counts"]:
+        return COUNTS["counts"][word]
+    times = _TIMES.fullmatch(word)
+    return int(times[1]) if times else None
+
+
 def _count(words: Sequence[str], number: Number, ordinals: Sequence[int]) -> int | None:
     for place, word in enumerate(words, start=1):
-        if word in COUNTS["counts"]:  # "the three", but not "truck 3"
-            return COUNTS["counts"][word]
-        if word.isdecimal() and len(word) < 4 and (place < len(words) or place == 1):
-            return int(word)
+        counted = _number(word)
+        if counted is not None and (place < len(words) or place == 1 or not word.isdecimal()):
+            return counted  # not of "truck 3"
     if number == "singular":
         return 1
     return len(ordinals) if len(ordinals) > 1 else None
