@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from g3.inference.problem.phrases import (
     arguments_of,
+    is_pronoun,
     names_robot,
     side_by_side,
     subject_of,
@@ -42,6 +43,7 @@ def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
         What words may name in the world.
     """
     tokens = cut(text).spans
+    sdcs = _with_mention(sdcs, tokens, nouns)
     covered = {word.start for sdc in sdcs for word in all_words(sdc)}
     for token in tokens:
         if token.start not in covered and bare(token.text) in WORDS["counting_all"]:
@@ -50,6 +52,43 @@ def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
     covered -= {word.start for sdc in named for word in sdc.relation}
     others = [sdc for sdc in sdcs if sdc not in named] or sdcs
     return tuple(_with_goal(sdc, tokens, covered, nouns) for sdc in _joined(others))
+
+
+def _with_mention(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) -> Sequence[SDC]:
+    """Clauses after the load that words in no clause speak of: "the crate … no, lift *it*".
+
+    What is taken back is still spoken of where a later clause names it by no noun.
+    """
+    leaves = [leaf for sdc in sdcs for leaf in _leaves(sdc)]
+    again = [leaf for leaf in leaves if is_pronoun(leaf) or _is_nounless(leaf)]
+    first = min((leaf.words[0].start for leaf in again), default=-1)
+    if any(leaf.words[0].start < first and nouns.name_load(leaf.words) for leaf in leaves):
+        return sdcs
+    covered = {word.start for sdc in sdcs for word in all_words(sdc)}
+    named = [
+        i
+        for i, token in enumerate(tokens)
+        if token.start < first and token.start not in covered and nouns.name_load((token,))
+    ]
+    if not named:
+        return sdcs
+    start = named[-1]
+    while start and tokens[start - 1].start not in covered and _tells(tokens[start - 1]):
+        start -= 1
+    mention = SDC("OBJECT", words=tuple(tokens[start : named[-1] + 1]))
+    return (mention, *sdcs)
+
+
+def _is_nounless(leaf: SDC) -> bool:
+    return bare(leaf.words[-1].text) in WORDS["ones"] | WORDS["pronouns"]
+
+
+def _tells(token: Span) -> bool:
+    """Check that a word before a noun belongs to it: "the far", "all"."""
+    word = bare(token.text)
+    if word in WORDS["articles"] | WORDS["quantifiers"]:
+        return True
+    return bool(concepts(field_words([token]))) and word not in WORDS["place_prepositions"]
 
 
 def _only_names(sdc: SDC, nouns: Nouns) -> bool:
@@ -182,14 +221,14 @@ def repeated(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
 def _load(sdc: SDC, nouns: Nouns) -> SDC | None:
     """The load that a clause names, if it says nothing else but that the same is wanted."""
     if WORDS["again"].isdisjoint(_said(sdc)):
-        return None
+        alone = arguments_of(sdc) if _is_telegram(sdc) else ()
+        named = [p for p in alone if p.type == "OBJECT" and nouns.name_load(noun_leaf(p).words)]
+        return named[0] if len(named) == len(alone) == 1 else None
     parts: list[SDC] = []
-    if (
-        sdc.type == "EVENT"
-        and WORDS["same_again"].issuperset(verb_words(sdc))
-        and not subject_of(sdc)
-    ):
-        parts = [inner for part in arguments_of(sdc) for inner in _inside(part)]
+    if sdc.type == "EVENT" and WORDS["same_again"].issuperset(verb_words(sdc)):
+        subject = subject_of(sdc)
+        own = (*((subject,) if subject else ()), *arguments_of(sdc))
+        parts = [inner for part in own for inner in _inside(part)]
     elif sdc.type in ("PLACE", "PATH"):
         parts = [part for part in _inside(sdc) if part is not sdc]
     elif sdc.type == "OBJECT":
