@@ -32,6 +32,7 @@ from g3.inference.problem.clause_roles import (
     goal_paths,
     goal_places,
     goal_within,
+    is_company,
     is_source,
     names_own_forks,
     objects,
@@ -71,7 +72,7 @@ def _stays_put(tree: Tree, root: int) -> bool:
     """Check that a negated clause is about nothing but the robot's moving: "don't move"."""
     said, places = _said(tree.nodes[root]), _said_of_places(tree, root, "PATH", "PLACE", "OBJECT")
     moves = tree.verbs[root].classes & {"going"} or said & WORDS["moving"]
-    return bool(moves) and not any(places)
+    return bool(moves) and all(words <= WORDS["start"] | WORDS["anywhere"] for words in places)
 
 
 def _said(sdc: SDC) -> set[str]:
@@ -122,8 +123,11 @@ def returns(tree: Tree, root: int) -> bool:
         return False
     said = _said(tree.nodes[root])
     places = _said_of_places(tree, root, "PATH", "PLACE", "OBJECT", "EVENT")
+    places = [words for words in places if words.isdisjoint(WORDS["when"])]
     verb = said <= WORDS["returning"] | WORDS["start"]
     verb = verb and (not said or bool(said & WORDS["returning"]))
+    open_verb = tree.verbs[root].is_open or _verbs(tree, root) == {"going"}
+    verb = verb or (open_verb and "back" in said)  # "hustle back"
     verb = verb or _verbs(tree, root) == {"staying"}  # "stop where you started"
     back = any(words & WORDS["back"] for words in (said, *places))
     named = [words for words in places if words != {"back"}]
@@ -147,7 +151,7 @@ def puts_here(tree: Tree, own: Frame) -> bool:
 def _said_of_places(tree: Tree, root: int, *types: SDCType) -> list[set[str]]:
     """Return the words of a clause's arguments of some types, of each by itself."""
     told = tree.below(root, _ARGUMENTS, *types)
-    told = [n for n in told if not is_measure(tree.nodes[n])]
+    told = [n for n in told if not (is_measure(tree.nodes[n]) or is_company(tree.nodes[n]))]
     return [set(bare_words(all_words(tree.nodes[n]))) for n in told]
 
 
@@ -163,7 +167,9 @@ def _staying(tree: Tree, root: int) -> Kinds:
         return frozenset({WAIT})
     stays = "staying" in _verbs(tree, root)
     here = all(words <= WORDS["start"] for words in _said_of_places(tree, root, "PATH", "PLACE"))
-    return frozenset({WAIT}) if stays and here and not _things(tree, root) else frozenset()
+    named = (set(bare_words(all_words(tree.nodes[n]))) for n in _things(tree, root))
+    alone = "with" in said or all(words <= WORDS["start"] for words in named)
+    return frozenset({WAIT}) if stays and here and alone else frozenset()
 
 
 def _around(tree: Tree, root: int) -> Kinds:

@@ -53,7 +53,7 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     tells = verb.is_open or (normalise(head) in WORDS["asking"] and not verb.classes)
     if tells and subjects and all(map(is_pronoun, subjects)):
         return not any(nouns.name_load(noun_leaf(p).words) for p in named)
-    if any(part.type == "EVENT" for part in parts):
+    if any(part.type == "EVENT" and not _asks(part) for part in parts):
         return False
     calls = verb.is_open and nouns.call_robot(sdc.relation)
     return (
@@ -63,6 +63,11 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
         or (bool(subjects) and head in WORDS["stating"])
         or not (named or subjects or verb.classes)
     )
+
+
+def _asks(sdc: SDC) -> bool:
+    """Check that an EVENT is a question within a clause: "see what he wants"."""
+    return bool(WORDS["questioning"].intersection(bare_words(sdc.relation)[:1]))
 
 
 def _named(sdc: SDC, nouns: Nouns) -> tuple[SDC, ...]:
