@@ -20,6 +20,7 @@ from g3.inference.problem.phrases import (
 from g3.language.discourse.anaphora import Antecedent, anaphors
 from g3.language.discourse.exclusions import exclusions
 from g3.language.discourse.groups import noun_leaf
+from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import Concept, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words
 from g3.language.lexicon.tables import COUNTS, WORDS
@@ -154,7 +155,16 @@ class Tree:
                 nodes.add(min(inside, key=lambda n: (begins[n], n)))
             else:
                 others.append(SDC("OBJECT", words=noun))
-        return frozenset(nodes), tuple(others)
+        return frozenset(nodes) - self.put_elsewhere, tuple(others)
+
+    @cached_property
+    def put_elsewhere(self) -> frozenset[int]:
+        """OBJECTs that are to be put elsewhere: "don't put the crate on the truck, put it here"."""
+        puts = [n for n in range(len(self.sdcs)) if "placing" in self.verbs[n].classes]
+        forbidden = {c for n in puts if negated(self.nodes[n]) for c in self.all_below(n)}
+        wanted = [c for n in puts if not negated(self.nodes[n]) for c in self.all_below(n)]
+        first = (self.antecedents[n][0].index for n in wanted if self.antecedents.get(n))
+        return frozenset(forbidden.intersection(first))
 
     def excepts(self, node: int) -> bool:
         """Check if a clause excepts its landmark: "all but the red one", not "nothing but"."""

@@ -379,14 +379,18 @@ def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
 def spares(tree: Tree, node: int, held: str | None) -> bool:
     """Check that a clause tells what to leave alone: "leave the crate", with nothing on the forks.
 
-    But not "leave it there", or on the truck. "Leave it where it is" does.
+    But not "leave it on the truck". "Leave it here" and "leave it where it is" do.
     """
     words = set(_relation(tree, node))
     if not words & WORDS["leaving"]:
         return False
     where = (tree.nodes[n] for n in frame(tree, node).places)
-    stays = any("where" in field_words(sdc.relation) for sdc in where)
-    return stays or "alone" in words or (held is None and not frame(tree, node).places)
+    stays = any(
+        "where" in field_words(sdc.relation) or WORDS["start"].issuperset(bare_words(all_words(sdc)))
+        for sdc in where
+    )
+    alone = stays or not frame(tree, node).places
+    return bool(words & {"alone", "be"}) or (held is None and alone)
 
 
 def later(tree: Tree, node: int) -> Iterator[Frame]:

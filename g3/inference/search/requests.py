@@ -155,9 +155,13 @@ def _follows(tree: Tree, root: int) -> bool:
     own = frame(tree, root)
     if own.negated or (not own.handles and own.objects):
         return False
-    return all(
-        is_pronoun(tree.nodes[n]) or group(tree.nodes[n]).quantifier for n in own.objects[:1]
-    )
+    return all(_names_again(tree.nodes[n]) for n in own.objects[:1])
+
+
+def _names_again(sdc: SDC) -> bool:
+    """Check that an OBJECT stands for loads spoken of before: "them", "both", "all of them"."""
+    again = WORDS["universal"] | {"of", "them", "those", "these"}
+    return is_pronoun(sdc) or again.issuperset(noun_words(sdc))
 
 
 def _moved(before: State, now: State) -> frozenset[str]:
@@ -212,7 +216,7 @@ def _antecedents(
     words = set(noun_words(sdc))
     if sdc.relation and not is_partitive(sdc):
         return None
-    if not (is_pronoun(sdc) or words <= WORDS["universal"] | {"of", "them", "those", "these"}):
+    if not _names_again(sdc):
         return None
     before = [x.index for x in tree.antecedents.get(node, ()) if x.index in meant]
     if not before and words <= WORDS["universal"]:
@@ -306,7 +310,9 @@ def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[
     counting = WORDS["universal"] | WORDS["articles"] | set(COUNTS["counts"]) | {"any"}
     kind = [word for word in noun_words(_kind(tree, node)) if word not in counting]
     words = [word for word in map(normalise, kind) if word]
-    if not things or not words or words[-1] in WORDS["everything"] | WORDS["generic"]:
+    while words and words[-1] in WORDS["everything"] | WORDS["generic"]:  # "fridge lots"
+        words.pop()
+    if not things or not words:
         return list(things)
     fits = [(n := labels_in(words, t.labels), n - len(t.labels)) for t in things]
     if not max(fits)[0]:
@@ -443,7 +449,7 @@ def ruled_out(tree: Tree, problem: GroundingProblem) -> frozenset[str]:
             continue
         own = frame(tree, root)
         if own.negated or (spares(tree, root, None) and problem.state.held is None):
-            for node in {*own.objects} - nodes:
+            for node in {*own.objects} - nodes - tree.put_elsewhere:
                 found |= _forbidden(tree, node, problem)
     for sdc in others:
         noun = _naming_load(sdc, tree, Nouns(problem.state))
