@@ -55,7 +55,7 @@ class Asked:
     held
         What is on the forks.
     taken
-        Whether the command itself has had that picked up.
+        Whether the command itself has had that picked up, or names it as what is handled.
     sent
         Whether it says where something is in the end: "deliver it to the truck".
     spared
@@ -134,14 +134,17 @@ class _Reading:
 def _read(case: ActionCase) -> _Reading:
     tree, root, found, held = case.tree, case.root, case.found, case.state.held
     own = frame(tree, root)
+    ends = found.goal_path < 0 or is_goal(tree.nodes[found.goal_path])
     onto_robot = leads_aboard(tree, own, case.state.context.agent.labels)
     asked = Asked(
-        theme=found.themes != (None,) and not _is_robot(case, found.themes[0]),
+        theme=found.themes != (None,)
+        and not _is_thing(found.themes[0], case.state.context.agent_id),
         leads=found.goals != (None,) and not is_put_later(tree, root),
         at_place=found.goal_path < 0,
         onto_robot=onto_robot,
         held=held,
-        taken=held not in (None, case.problem.state.held),
+        taken=held is not None
+        and (held != case.problem.state.held or (ends and _is_thing(found.themes[0], held))),
         sent=own.sends,
         spared=spares(tree, root, held),
     )
@@ -157,11 +160,12 @@ def _read(case: ActionCase) -> _Reading:
     )
 
 
-def _is_robot(case: ActionCase, candidate: Candidate | None) -> bool:
+def _is_thing(candidate: Candidate | None, name: str) -> bool:
+    """Check that a candidate is the thing with an id, alone."""
     if candidate is None or len(candidate.group) != 1:
         return False
     thing = candidate.group[0]
-    return isinstance(thing, PhysicalObject) and thing.id == case.state.context.agent_id
+    return isinstance(thing, PhysicalObject) and thing.id == name
 
 
 def _reading(case: ActionCase, *senses: Sense) -> _Reading | None:
