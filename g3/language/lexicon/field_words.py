@@ -49,15 +49,16 @@ def text_words(text: str) -> tuple[str, ...]:
 
 
 def unshortened(word: str) -> str:
-    """A word in lower case, written out if it is a short form; a capital is a name.
+    """A word in lower case, written out if it is a short form; other capitals are names.
 
-    >>> unshortened("'re"), unshortened("ur"), unshortened("n"), unshortened("N")
-    ('are', 'your', 'and', 'n')
+    >>> unshortened("'re"), unshortened("ur"), unshortened("n"), unshortened("N"), unshortened("L")
+    ('are', 'your', 'and', 'n', 'left')
     """
     own = word.strip("'’").lower()
     if word[:1] in ("'", "’") and word[-1:] not in ("'", "’"):
         return FORMS["contracted"].get(own, own)
-    return own if len(word) == 1 and word.isupper() else FORMS["short_forms"].get(own, own)
+    forms = FORMS["capitals"] if len(word) == 1 and word.isupper() else FORMS["short_forms"]
+    return forms.get(own, own)
 
 
 def field_words(spans: Iterable[Span]) -> tuple[str, ...]:

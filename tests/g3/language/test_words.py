@@ -116,7 +116,7 @@ def spans(text: str) -> tuple[Span, ...]:
         # A letter by itself may name a place.
         ("D", "d"),
         ("d", "d"),
-        ("R", "r"),
+        ("R", "right"),
         ("'d'", "d"),
         ("'s", "s"),
         ("don't", "don't"),
