@@ -125,10 +125,10 @@ def formats(form: str) -> None:
       ct corpus formats --json
     """
     from corpus_tools.exporters.export_registry import exporters
+    from corpus_tools.runtime.text_tables import columns
 
     rows = [{"format": exporter.name, "summary": exporter.summary} for exporter in exporters()]
-    lines = [f"{row['format']:13} {row['summary']}" for row in rows]
-    tell(form, {"formats": rows}, *lines)
+    tell(form, {"formats": rows}, *columns([tuple(row.values()) for row in rows]))
 
 
 @corpus.command()

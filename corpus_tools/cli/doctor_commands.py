@@ -19,6 +19,7 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
     that you haven't installed are a remark only, unless you name the check that needs them.
     """
     from corpus_tools.doctor.diagnosis import checks, diagnose
+    from corpus_tools.runtime.text_tables import columns
     from g3.errors import CorpusError
 
     registered = checks()
@@ -33,9 +34,11 @@ def doctor(ctx: click.Context, names: tuple[str, ...], form: str) -> None:
             mark, colour = ("no", "red") if not finding.ok else ("ok", "green")
             if finding.ok and finding.fix:
                 mark, colour = "--", "yellow"
-            say(f"{click.style(mark, fg=colour)}  {finding.name:<10} {finding.found}", styled=True)
-            if finding.fix:
-                say(f"    {'':<10} {finding.fix}")
+            about = ("", "", finding.fix) if finding.fix else ()
+            first, *more = columns(
+                [(mark, f"{finding.name:<10}", finding.found), *filter(None, [about])]
+            )
+            say(click.style(first[:2], fg=colour) + first[2:], *more, styled=True)
     tell(form, {"checks": findings})
     ctx.exit(0 if all(finding.ok for finding in findings) else 2)
 

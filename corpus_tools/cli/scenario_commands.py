@@ -287,13 +287,13 @@ def _count(number: int, what: str) -> str:
 
 
 def _table(rows: Sequence[dict[str, str]]) -> list[str]:
-    from corpus_tools.corpus.display import columns
+    from corpus_tools.runtime.text_tables import columns
 
     return columns([tuple(row.values()) for row in rows])
 
 
 def _lines(scenario: Scenario) -> Iterable[str]:
-    from corpus_tools.corpus.display import columns
+    from corpus_tools.runtime.text_tables import columns
 
     def heading(yaw_deg: float) -> str:
         return f"heading {yaw_deg % 360:g}"

@@ -133,6 +133,9 @@ def show(words: tuple[str, ...], labels: tuple[str, ...], lexicon: Path | None, 
         return
     if not labels:
         raise click.UsageError("Give a --label to compare the words with, or a --lexicon.")
+    from rich.text import Text
+
+    from corpus_tools.runtime.text_tables import figure_table, table_lines
     from g3.errors import ModelError
     from g3.language.similarity.word_similarity import MEASURES
 
@@ -148,13 +151,12 @@ def show(words: tuple[str, ...], labels: tuple[str, ...], lexicon: Path | None, 
             for word, row in zip(words, values, strict=True)
             for label, value in zip(labels, row, strict=True)
         ]
-    width = max(len("word"), *map(len, words))
-    lines = [f"{'measure':10}  {'word':{width}}  " + "  ".join(f"{x:>8}" for x in labels)]
+    table = figure_table(("measure", "word", *labels), words=2)
     for start in range(0, len(records), len(labels)):
         line = records[start : start + len(labels)]
-        figures = "  ".join(f"{r['similarity']:>{max(8, len(str(r['label'])))}.2f}" for r in line)
-        lines.append(f"{line[0]['measure']:10}  {line[0]['word']:{width}}  {figures}")
-    tell(form, records, *lines)
+        figures = (f"{r['similarity']:.2f}" for r in line)
+        table.add_row(str(line[0]["measure"]), Text(str(line[0]["word"])), *figures)
+    tell(form, records, *table_lines(table))
 
 
 def _show_learned(words: tuple[str, ...], labels: tuple[str, ...], file: Path, form: str) -> None:

@@ -13,16 +13,13 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.corpus_statistics import PAPER, Statistics
 from corpus_tools.corpus.corpus_tables import Content, as_lists, encode
 from corpus_tools.corpus.task_outcomes import is_drive, outcomes_of
+from corpus_tools.runtime.text_tables import WIDTH, columns
 from g3.annotation import Annotation, Command, TaskOutcome
 from g3.errors import CorpusError
 from g3.groundings import Context, Grounding, PhysicalObject, Place, Trajectory
 from g3.sdc.clauses import all_words, breadth_first
 from g3.sdc.sdc_notation import format_brackets
 
-WIDTH = 100
-"""Largest width of a table."""
-LEAST_WIDTH = 30
-"""Smallest width of a table's last column, if it is wrapped in it."""
 EXAMPLE_WIDTH = 70
 LABELS = {True: "right", False: "wrong", None: "-"}
 
@@ -139,22 +136,6 @@ def statistics_table(statistics: Statistics) -> str:
         *((f"outcomes, {name}", str(n), "") for name, n in s.outcomes.items()),
     ]
     return "\n".join(columns(rows))
-
-
-def columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Lines with the cells of each column below each other; the last one is wrapped."""
-    *widths, _ = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = []
-    for *cells, last in rows:
-        before = "".join(f"{cell:{width}}  " for cell, width in zip(cells, widths, strict=True))
-        if len(before) > WIDTH - LEAST_WIDTH and last:
-            lines.append(before.rstrip())
-            before = "    "
-        indent = " " * len(before)
-        lines += textwrap.wrap(
-            last, WIDTH, initial_indent=before, subsequent_indent=indent, break_long_words=False
-        ) or [before.rstrip()]
-    return lines
 
 
 def _command(corpus: Corpus, command: Command) -> str:

@@ -87,7 +87,8 @@ def _fate(row: Row) -> tuple[str, bool, StepFate]:
 
 def _text(errors: Sequence[StepErrors], path: Path, *, terminal: bool) -> str:
     from corpus_tools.corpus.estimate import REASONS
-    from eval.tables.formats import cell, figure_table, table_text
+    from corpus_tools.runtime.text_tables import figure_table
+    from eval.tables.formats import cell, table_text
 
     rows = [
         [cell(name), *(cell(getattr(one, name)) for one in errors)]

@@ -10,13 +10,13 @@ from typing import Literal
 from rich.table import Table
 
 from corpus_tools.corpus.estimate import Estimate, explained
+from corpus_tools.runtime.text_tables import figure_table
 from eval.judging.judge_validity import ENDS, VERDICTS, WORDS, Agreement, JudgedPair, Validity
 from eval.statistics.ratings import judged_by
 from eval.tables.formats import (
     cell,
     document,
     figure,
-    figure_table,
     interval,
     left_out,
     stated,

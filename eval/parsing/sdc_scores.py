@@ -25,9 +25,10 @@ from corpus_tools.corpus.corpus_model import Corpus, Division
 from corpus_tools.corpus.estimate import Estimate, explained, named, part
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.runtime.text_tables import figure_table
 from eval.parsing.parser_registry import ParseTask, TextParser
 from eval.splits import Split, leave_one_out
-from eval.tables.formats import cell, document, figure_table, table_text
+from eval.tables.formats import cell, document, table_text
 from g3.annotation import Annotation
 from g3.errors import CorpusError
 from g3.groundings import Grounding, PhysicalObject

@@ -16,6 +16,7 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.estimate import Estimate, explained
 from corpus_tools.runtime.parallel import Executor, Workers, work_in_order
 from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.runtime.text_tables import figure_table
 from eval.plan_study.rating_sample import (
     ANSWER_S,
     ASSUMED,
@@ -49,7 +50,7 @@ from eval.plan_study.study_plans import (
 )
 from eval.plan_study.whole_study import check_ratings, ratings_so_far
 from eval.statistics.ratings import agrees, codes, majorities
-from eval.tables.formats import document, figure, figure_table, interval, table_text
+from eval.tables.formats import document, figure, interval, table_text
 from g3.annotation import Judgment
 from g3.groundings import Context
 from g3.storage.atomic_file import write_bytes

@@ -26,6 +26,7 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.estimate import Estimate
 from corpus_tools.importers.authored.bundled import open_corpus
 from corpus_tools.runtime.progress import OnProgress, no_progress
+from corpus_tools.runtime.text_tables import figure_table
 from eval.judging.judge_report import in_a_line, summary
 from eval.judging.judge_validity import Validity, known_validity
 from eval.plan_study.study_plans import (
@@ -57,7 +58,7 @@ from eval.table_3.plan_report import PAPER
 from eval.table_3.plan_rows import Row, estimates_of
 from eval.tables.comparison_report import NOTE, TITLE, compare_commands, comparison_table
 from eval.tables.comparison_report import records as comparison_records
-from eval.tables.formats import document, figure, figure_table, interval, table_text
+from eval.tables.formats import document, figure, interval, table_text
 from g3.annotation import Judgment
 from g3.errors import FormatError
 

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from rich.table import Table
 
 from corpus_tools.corpus.estimate import Estimate, explained
+from corpus_tools.runtime.text_tables import figure_table
 from eval.statistics.estimates import FEWEST_BESIDE, FIGURES, beside
 from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
 from eval.table_1.given_predictions import OURS, ComparedType
@@ -19,7 +20,6 @@ from eval.tables.formats import (
     delimited,
     document,
     figure,
-    figure_table,
     interval,
     left_out,
     table_text,

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from corpus_tools.corpus.estimate import Reason
+from corpus_tools.runtime.text_tables import figure_table
 from eval.table_1.correspondence import ROW_TYPES, RowType
 from eval.tables.formats import (
     Format,
@@ -23,7 +24,6 @@ from eval.tables.formats import (
     delimited,
     document,
     figure,
-    figure_table,
     metadata_text,
     table_text,
 )

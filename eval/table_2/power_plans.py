@@ -9,6 +9,7 @@ from math import ceil
 import numpy as np
 
 from corpus_tools.corpus.estimate import Estimate, explained, undefined
+from corpus_tools.runtime.text_tables import figure_table
 from eval.statistics.intervals import intraclass_correlation
 from eval.statistics.power import (
     POWER,
@@ -18,7 +19,7 @@ from eval.statistics.power import (
     simulated_half_width,
 )
 from eval.statistics.ratings import of_study, ratings_of
-from eval.tables.formats import Format, comments, delimited, document, figure_table, table_text
+from eval.tables.formats import Format, comments, delimited, document, table_text
 from eval.tables.latex import tabular
 from g3.annotation import Judgment
 

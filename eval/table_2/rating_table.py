@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from corpus_tools.corpus.estimate import Estimate, explained, named
+from corpus_tools.runtime.text_tables import figure_table
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
 from eval.statistics.estimates import FEWEST_BESIDE, beside
 from eval.statistics.ratings import judged_by
@@ -15,7 +16,6 @@ from eval.tables.formats import (
     delimited,
     document,
     figure,
-    figure_table,
     interval,
     stated,
     table_text,

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from rich.table import Table
+from rich.text import Text
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.estimate import Estimate, explained, named
+from corpus_tools.runtime.text_tables import figure_table, table_lines, wrapped
 from eval.judging.judge_registry import AUTOMATIC
 from eval.judging.judge_report import in_a_line, with_validity
 from eval.judging.judge_validity import known_validity
@@ -31,15 +34,7 @@ from eval.table_3.plan_rows import (
 )
 from eval.tables import latex
 from eval.tables.comparison_report import lines, records
-from eval.tables.formats import (
-    Format,
-    comments,
-    delimited,
-    document,
-    figure,
-    stated,
-    wrapped,
-)
+from eval.tables.formats import Format, comments, delimited, document, figure, stated
 from g3.errors import CorpusError
 
 PAPER = {"random": 0.28, "gold-top30": 0.63, "auto-top30": 0.54, "gold-all": 0.47}
@@ -245,30 +240,15 @@ def _parts(all_rows: Sequence[Row]) -> Iterator[tuple[Subset, list[Row]]]:
 
 
 def _lines(all_rows: Sequence[Row], result: EndToEnd, *, verbose: bool) -> Iterator[str]:
-    shown_verdicts = [v for v in VERDICTS if any(not np.isnan(r[v]) for r in all_rows)]
     for subset, own in _parts(all_rows):
-        width = max(11, *(len(str(row["configuration"])) + 1 for row in own))
         yield f"{TITLES[subset]}   (judge: {own[0]['judge']})"
-        heads = (f"{HEADINGS[v]:>11}{'95%':>10}" for v in shown_verdicts)
-        last = f"{'chance':>7}{'refused':>8}{'n':>5}{'paper':>6}"
-        yield f"{'':{width}}{''.join(heads)}{last}".rstrip()
-        for row in own:
-            # The paper's figures are of its own corpus, or one like it.
-            is_alike = subset == "all" and "gold" in result.outcomes
-            is_alike = is_alike and not result.metadata.get("is_authored")
-            printed = PAPER.get(str(row["configuration"])) if is_alike else None
-            paper = beside(printed, row["n"])
-            cells = "".join(_cells(row, verdict) for verdict in shown_verdicts)
-            rest = (
-                f"{figure(row['chance']):>7}{row['refusals']:>8.4g}{row['n']:>5}"
-                f"{'' if paper is None else f'{paper:.2f}':>6}"
-            )
-            figures = f"  {row['note']}" if row["note"] else f"{cells}{rest}"
-            yield f"{row['configuration']:{width}}{figures}".rstrip()
-        if verbose:
-            yield from _people_lines(own, shown_verdicts, width)
-        yield from _perturbed_lines(own, [row for row in all_rows if row["subset"] == subset])
+        yield from table_lines(_table(own, _papers(own, subset, result)))
+        yield from wrapped(f"{row['configuration']}: {row['note']}" for row in own if row["note"])
         yield ""
+        if verbose:
+            yield from (*table_lines(_people(own)), "")
+        if perturbed := _perturbed(own, [row for row in all_rows if row["subset"] == subset]):
+            yield from (*table_lines(perturbed), "")
     headings = result.metadata.get("headings")
     if isinstance(headings, list) and len(headings) > 1:
         yield f"Each command was followed in {len(headings)} headings of the robot at the start:"
@@ -279,38 +259,68 @@ def _lines(all_rows: Sequence[Row], result: EndToEnd, *, verbose: bool) -> Itera
         yield ""
 
 
-def _perturbed_lines(own: Sequence[Row], all_rows: Sequence[Row]) -> Iterator[str]:
-    """Yield lines of a part's shares beside those of the same commands perturbed."""
+def _papers(own: Sequence[Row], subset: Subset, result: EndToEnd) -> Mapping[str, float]:
+    """Return the paper's figures beside rows; they are of its own corpus, or one like it."""
+    if subset != "all" or "gold" not in result.outcomes or result.metadata.get("is_authored"):
+        return {}
+    papers = {str(row["configuration"]): row["n"] for row in own}
+    shown = {name: beside(PAPER.get(name), n) for name, n in papers.items()}
+    return {name: one for name, one in shown.items() if one is not None}
+
+
+def _verdicts(all_rows: Iterable[Row]) -> list[str]:
+    """Return the verdicts that any row has."""
+    known = {v for row in all_rows for v in VERDICTS if not np.isnan(row[v])}
+    return [v for v in VERDICTS if v in known]
+
+
+def _table(own: Sequence[Row], papers: Mapping[str, float]) -> Table:
+    verdicts = _verdicts(own)
+    shares = (f"{HEADINGS[verdict]}, 95%" for verdict in verdicts)
+    last = ("chance", "refused", "n", *(["paper"] if papers else []))
+    table = figure_table(("", *shares, *last))
+    for row in own:
+        if row["note"]:
+            continue
+        name = str(row["configuration"])
+        paper = [figure(papers.get(name))] if papers else []
+        counts = (figure(row["chance"]), f"{row['refusals']:.4g}", str(row["n"]))
+        table.add_row(Text(name), *(_share(row, v) for v in verdicts), *counts, *paper)
+    return table
+
+
+def _perturbed(own: Sequence[Row], all_rows: Sequence[Row]) -> Table | None:
+    """Return a table of a part's shares beside those of the same commands perturbed, if any."""
     by_kind = {(row["configuration"], row["perturbed"]): row for row in all_rows}
     kinds = dict.fromkeys(str(row["perturbed"]) for row in all_rows if row["perturbed"])
     if not kinds:
-        return
-    yield ""
-    yield f"{'the same, perturbed':24}{'':11}" + "".join(
-        f"{k or 'as typed':>10}" for k in ("", *kinds)
-    )
+        return None
+    table = figure_table(("the same, perturbed", "", "as typed", *kinds), words=2)
     for name in (row["configuration"] for row in own):
         if (name, next(iter(kinds))) not in by_kind:
             continue
         for verdict in COMPARED:
             shares = [by_kind[name, kind][verdict] for kind in ("", *kinds)]
             if not all(np.isnan(shares)):
-                cells = "".join(f"{figure(share):>10}" for share in shares)
-                yield f"{name:24}{HEADINGS[verdict]:11}{cells}"
+                table.add_row(Text(str(name)), HEADINGS[verdict], *map(figure, shares))
+    return table
 
 
-def _people_lines(own: Sequence[Row], verdicts: Sequence[str], width: int) -> Iterator[str]:
-    """Yield lines of the intervals for other worlds and other people."""
-    yield ""
-    yield f"{'people':{width}}" + "".join(f"{HEADINGS[v]:>11}" for v in verdicts)
+def _people(own: Sequence[Row]) -> Table:
+    """Return a table of the intervals for other worlds and other people."""
+    verdicts = _verdicts(own)
+    table = figure_table(("people", *(HEADINGS[v] for v in verdicts)))
     for row in own:
         bounds = (_bounds(estimates_of(row, verdict)[1]) for verdict in verdicts)
-        yield f"{row['configuration']:{width}}" + "".join(f"{one:>11}" for one in bounds)
+        table.add_row(Text(str(row["configuration"])), *bounds)
+    return table
 
 
-def _cells(row: Row, verdict: str) -> str:
+def _share(row: Row, verdict: str) -> str:
     share, _ = estimates_of(row, verdict)
-    return f"{figure(share.value):>11}{_bounds(share):>10}"
+    return (
+        f"{figure(share.value)} ({_bounds(share)})" if share.has_interval else figure(share.value)
+    )
 
 
 def _bounds(one: Estimate) -> str:

@@ -7,10 +7,11 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 from rich.table import Table
 
+from corpus_tools.runtime.text_tables import figure_table
 from eval.statistics.comparison import Comparison, compare_all
 from eval.statistics.estimates import FloatArray, IntArray
 from eval.statistics.ratings import codes
-from eval.tables.formats import figure_table, interval, table_text
+from eval.tables.formats import interval, table_text
 from g3.storage.text_lines import split_lines
 
 TITLE = "configurations compared on the commands that both have"

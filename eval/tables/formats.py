@@ -8,20 +8,19 @@ from __future__ import annotations
 import io
 import json
 import math
-import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
+import click
 import numpy as np
-from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from corpus_tools.corpus.estimate import REASONS, Estimate, Reason
 from corpus_tools.exporters.csv_tables import write_rows
+from corpus_tools.runtime.text_tables import table_lines, wrapped
 from g3 import html_view
 from g3.data_frames import data_frame
 from g3.storage.text_lines import split_lines
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Format = Literal["text", "json", "csv", "latex"]
-WIDTH = 100
-"""Columns of a text that notes and metadata are wrapped at."""
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 
@@ -120,51 +117,18 @@ def table_text(
     terminal: bool,
 ) -> str:
     """Render tables by title, one under the other, then notes and metadata, each on a new line."""
-    out = io.StringIO()
-    console = Console(
-        file=out,
-        # Wide enough that nothing wraps: a pipe has no width, and a pager can scroll.
-        width=400,
-        force_terminal=terminal,
-        color_system="standard" if terminal else None,
-        legacy_windows=False,
-        highlight=False,
+
+    def text(lines: Iterable[str], **style: bool) -> list[str]:
+        below = wrapped(map(_one_line, lines))
+        return [click.style(line, **style) for line in below] if terminal else below
+
+    parts = (
+        line
+        for title, table in tables.items()
+        for line in (*text([title], bold=True), *table_lines(table, terminal=terminal), "")
     )
-    for title, table in tables.items():
-        # Not the table's own title, which wraps at the width of the table.
-        console.print(Text(title, style="bold"), soft_wrap=True)
-        table.box = box.SIMPLE_HEAD if terminal else box.ASCII2
-        table.show_edge = table.pad_edge = False
-        console.print(table)
-        console.print()
-    for line in [*notes, *split_lines(metadata_text(metadata))]:
-        for part in wrapped([line]):
-            console.print(Text(part, style="dim"), soft_wrap=True)
-    text = "\n".join(line.rstrip() for line in split_lines(out.getvalue()))
-    return text if terminal else text.encode("ascii", "backslashreplace").decode("ascii")
-
-
-def wrapped(lines: Iterable[str]) -> list[str]:
-    """Wrap lines that are wider than a table may be."""
-    return [
-        part
-        for line in lines
-        for part in (
-            textwrap.wrap(line, WIDTH, subsequent_indent="  ") if len(line) > WIDTH else [line]
-        )
-    ]
-
-
-def figure_table(
-    headings: Sequence[str], rows: Iterable[Sequence[str | Text]] = (), *, words: int = 1
-) -> Table:
-    """Make a table whose first `words` columns hold words, and the others figures."""
-    table = Table()
-    for place, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if place < words else "right")
-    for row in rows:
-        table.add_row(*row)
-    return table
+    under = text([*notes, *split_lines(metadata_text(metadata))], dim=True)
+    return "\n".join([*parts, *under])
 
 
 def cell(text: object) -> Text:

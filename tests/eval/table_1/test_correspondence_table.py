@@ -76,10 +76,10 @@ def test_the_papers_figures_are_not_beside_a_handful():
     assert [line.count("0.") for line in latex] == [4, 0]
 
 
-def test_table_for_a_file_is_ascii_and_fits_80_columns():
+def test_table_for_a_file_is_plain_and_fits_80_columns():
+    assert render(ROWS, "text", {}).isascii()
     text = render(ROWS, "text", {"corpus": "wärehouse"})
-    assert text.isascii()
-    assert r"w\xe4rehouse" in text
+    assert "wärehouse" in text
     assert max(map(len, text.splitlines())) <= 80
     lines = [[field.strip() for field in line.split("|")] for line in text.splitlines()]
     assert ["OBJECT", *["0.93"] * 4, "40", "20", "10"] in lines  # 0.925 in binary is above
