@@ -89,9 +89,9 @@ BEFORE_S, AFTER_S = 1.0, 3.0
 LOOK_AGAIN_S = 0.5
 TRACK_AROUND_M = 1.2
 """Least distance around that way that its picture shows, in metres."""
-BESIDE_M, NAMED_NEAR_M = 2.5, 5.0
-"""Distances from the robot within which things, and those that move or that steps name, are in its
-picture."""
+BESIDE_M, NAMED_NEAR_M = 1.6, 3.0
+"""Distances from the robot's middle to the box of things, and of those that move or that steps
+name, within which they are in its picture."""
 SMOOTH_S = 3.0
 """Time over which its movement is smoothed, in seconds."""
 OPENING_S = 2.0
@@ -138,10 +138,9 @@ def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
         way = recording.position[window, robot]
         points = [_placed(recording, robot, window)]
         for i in range(len(moved)):
-            at = recording.position[min(window.start, len(t) - 1), i]
-            reach = np.linalg.norm(way[:, :2] - at[:2], axis=1).min()
-            if i != robot and reach < (NAMED_NEAR_M if i in wide else BESIDE_M):
-                points.append(_placed(recording, i, window))
+            corners = _placed(recording, i, window)
+            if i != robot and _gap(way, corners) < (NAMED_NEAR_M if i in wide else BESIDE_M):
+                points.append(corners)
         near.append(_framing(np.concatenate(points), ahead, size, TRACK_AROUND_M).position)
     path = np.stack([np.interp(t, centres, column) for column in np.array(near).T], axis=1)
     path = _smooth(t, path, seconds=SMOOTH_S)
@@ -300,6 +299,13 @@ def _extent(recording: Recording) -> FloatArray:
         if gap[:2].max() < NEAR_M:
             shown.append(corners)
     return np.concatenate(shown)
+
+
+def _gap(way: FloatArray, corners: FloatArray) -> float:
+    """Return the least level distance of a way (n, 3) from the upright box around corners."""
+    low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
+    beyond = np.maximum(np.maximum(low - way[:, :2], way[:, :2] - high), 0.0)
+    return float(np.linalg.norm(beyond, axis=1).min())
 
 
 def _named(recording: Recording) -> set[str]:

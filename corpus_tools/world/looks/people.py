@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 
 from corpus_tools.world.looks.atlas import Finish, colour, patch
-from corpus_tools.world.looks.look_registry import drawn
+from corpus_tools.world.looks.drawing import draw
+from corpus_tools.world.looks.look_registry import look
 from corpus_tools.world.looks.parts import Part, Point, ball, box, join, moved, rod, turned
 from corpus_tools.world.state.shapes import Shape
 
 _SIZE = np.array([0.5, 0.5, 1.75])
 """Size of the person as drawn, before being fitted into a box."""
+_HIP_M = 0.92
+"""Height of the hips, on that scale."""
 _DENIM, _SLEEVE = colour("denim", 0.7, 1.0), colour("navy", 0.85, 1.1)
 _SKIN, _SHOE = colour("skin"), colour("brown")
 _TORSO = (
@@ -22,15 +26,35 @@ _TORSO = (
 """Radii and heights of the torso."""
 
 
-@drawn("person")
-def person(shape: Shape, rng: np.random.Generator) -> list[Part]:
-    """Build a worker with a warning vest and a hard hat, who looks ahead."""
+LEGS = ("left leg", "right leg")
+"""Last words of the names of legs' bodies and joints, after that of the person's body."""
+
+
+@look("person")
+def person(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Shape, ground_m: float) -> None:
+    """Build a worker with a warning vest and a hard hat, who looks ahead; the legs swing."""
     scale = shape.size / _SIZE
-    figure = join([*_legs(), *_hanging_arms(), *_upper_body()])
-    lengths = np.linalg.norm(figure.normal / scale, axis=1, keepdims=True)
     bottom = np.array([*shape.middle[:2], shape.low[2]])
-    at, normal = figure.at * scale + bottom, figure.normal / scale / lengths
-    return [replace(figure, at=at, normal=normal)]
+
+    def fitted(parts: list[Part], hip: Point) -> Part:
+        figure = moved(join(parts), tuple(-x for x in hip))
+        lengths = np.linalg.norm(figure.normal / scale, axis=1, keepdims=True)
+        return replace(figure, at=figure.at * scale, normal=figure.normal / scale / lengths)
+
+    trunk = moved(fitted([*_hanging_arms(), *_upper_body()], (0, 0, 0)), tuple(bottom))
+    draw(spec, body, [trunk])
+    for name, y in zip(LEGS, (0.1, -0.1), strict=True):
+        hip = (0.0, 0.88 * y, _HIP_M)
+        # Bodies that joints move have a mass, though nothing here is moved by a force.
+        leg = body.add_body(
+            name=f"{body.name} {name}",
+            pos=bottom + np.array(hip) * scale,
+            explicitinertial=True,
+            mass=1.0,
+            inertia=[1.0, 1.0, 1.0],
+        )
+        leg.add_joint(name=leg.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+        draw(spec, leg, [fitted(_leg(y), hip)])
 
 
 def driver(seat: Point, wheel: Point) -> list[Part]:
@@ -54,15 +78,12 @@ def driver(seat: Point, wheel: Point) -> list[Part]:
     return parts
 
 
-def _legs() -> list[Part]:
-    parts = []
-    for y in (-0.1, 0.1):
-        parts += [
-            box((-0.09, y - 0.05, 0), (0.19, y + 0.05, 0.09), _SHOE),
-            rod((0, y, 0.07), (0, y, 0.5), (0.058, 0.066), _DENIM, segments=8),
-            rod((0, y, 0.5), (0, 0.88 * y, 0.92), (0.066, 0.088), _DENIM, segments=8),
-        ]
-    return parts
+def _leg(y: float) -> list[Part]:
+    return [
+        box((-0.09, y - 0.05, 0), (0.19, y + 0.05, 0.09), _SHOE),
+        rod((0, y, 0.07), (0, y, 0.5), (0.058, 0.066), _DENIM, segments=8),
+        rod((0, y, 0.5), (0, 0.88 * y, _HIP_M), (0.066, 0.088), _DENIM, segments=8),
+    ]
 
 
 def _hanging_arms() -> list[Part]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from corpus_tools.world.looks.look_registry import look_of
+from corpus_tools.world.looks.people import LEGS
 from corpus_tools.world.looks.site_looks import add_surroundings
 from corpus_tools.world.state.dimensions import LOW
 from corpus_tools.world.state.forklift_parts import DRIVE_JOINTS, FORKS, add_forklift
@@ -16,7 +17,7 @@ from corpus_tools.world.state.recording import Recording, heading, upright
 from corpus_tools.world.state.shapes import shape_of
 from corpus_tools.world.state.solids import FRICTION, SOLID_GROUP, add_solid
 from corpus_tools.world.state.thing_kinds import FORKLIFT, kind_of
-from g3.groundings import Context
+from g3.groundings import Context, FloatArray
 from g3.short_repr import short_repr
 
 Index = npt.NDArray[np.int64]
@@ -27,6 +28,8 @@ TIMESTEP_S = 0.005
 IMPRATIO = 10.0
 """Ratio of the stiffness of friction to that of the normal force: loads on the forks must not
 creep."""
+STRIDE_M, SWING_RAD, STRIDING = 0.6, 0.4, 0.4
+"""Length of two steps, how far legs swing, and the speed in m/s from which they do so fully."""
 
 
 @short_repr
@@ -48,6 +51,9 @@ class World:
     drive_qpos: Index
     forks_qpos: int
     """Positions of the robot's x, y, yaw and of its forks' height in the simulator's state."""
+    walkers: Index
+    legs_qpos: Index
+    """People whose legs are seen, and the positions of the angles of both."""
 
 
 def build_spec(
@@ -110,6 +116,9 @@ def build_world(
     robot = ids.index(context.agent_id)
     mocap = [i for i in range(len(ids)) if body[i].mocapid[0] >= 0]
     free = [i for i in range(len(ids)) if i != robot and i not in mocap]
+    joints = {model.joint(i).name: i for i in range(model.njnt)}
+    legs = [[joints.get(f"{body_name(name)} {leg}", -1) for leg in LEGS] for name in ids]
+    walkers = [i for i in mocap if min(legs[i]) >= 0]
     return World(
         context,
         model,
@@ -120,6 +129,8 @@ def build_world(
         robot=robot,
         drive_qpos=_qpos(model, [model.joint(name).id for name in DRIVE_JOINTS]),
         forks_qpos=int(model.joint(FORKS).qposadr[0]),
+        walkers=np.array(walkers, dtype=np.int64),
+        legs_qpos=_qpos(model, [joint for i in walkers for joint in legs[i]]).reshape(-1, 2),
     )
 
 
@@ -134,7 +145,21 @@ def set_state(world: World, data: mujoco.MjData, recording: Recording, k: int) -
     data.qpos[world.drive_qpos[:2]] = position[world.robot, :2]
     data.qpos[world.drive_qpos[2]] = heading(orientation[world.robot])
     data.qpos[world.forks_qpos] = recording.fork_height_m[k] - LOW
+    if len(world.walkers):
+        swing = _swing(recording, k, world.walkers)
+        data.qpos[world.legs_qpos] = np.stack((swing, -swing), axis=1)
     mujoco.mj_kinematics(world.model, data)
+
+
+def _swing(recording: Recording, k: int, people: Index) -> FloatArray:
+    """Return the angles (n,) of people's left legs, which follow from how far they have walked."""
+    t, way = recording.t_s, recording.position[:, people, :2]
+    first, last = max(k - 1, 0), min(k + 1, len(t) - 1)
+    walked = np.linalg.norm(np.diff(way[: k + 1], axis=0), axis=-1).sum(axis=0)
+    speed = np.linalg.norm(way[last] - way[first], axis=-1) / max(float(t[last] - t[first]), 1e-9)
+    share = np.minimum(speed / STRIDING, 1.0)
+    swing: FloatArray = SWING_RAD * share * np.sin(2 * np.pi * walked / STRIDE_M)
+    return swing
 
 
 def body_name(object_id: str) -> str:
@@ -159,5 +184,5 @@ def _add_floor(spec: mujoco.MjSpec, ground_m: float) -> None:
 
 
 def _qpos(model: mujoco.MjModel, joints: list[int]) -> Index:
-    addresses: Index = np.asarray(model.jnt_qposadr, dtype=np.int64)[joints]
+    addresses: Index = np.asarray(model.jnt_qposadr, dtype=np.int64)[np.array(joints, dtype=int)]
     return addresses

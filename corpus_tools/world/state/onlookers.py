@@ -18,6 +18,8 @@ from g3.groundings import FloatArray
 
 LOOK_M = 12.0
 """Distance to the robot within which people look at it, in metres."""
+WALKS = 0.1
+"""Speed from which people look where they go, in m/s."""
 TURN_RATE, TURN_S = 1.5, 0.5
 """Fastest turn of people, in radians a second, and the time in which they close in on it."""
 NEAR_M = 1.8
@@ -51,9 +53,16 @@ def with_onlookers(recording: Recording) -> Recording:
 
 
 def _gaze(recording: Recording, place: FloatArray, yaw: FloatArray, robot: int) -> FloatArray:
-    """Return the headings (n,) of a person at places (n, 2), who turns to a robot that is near."""
+    """Return the headings (n,) of a person at places (n, 2).
+
+    The person looks where the way leads while walking, and else to a robot that is near.
+    """
     towards = recording.position[:, robot, :2] - place
     near = np.linalg.norm(towards, axis=1) < LOOK_M
+    if len(place) > 1:
+        step = np.gradient(place, recording.t_s, axis=0)
+        walks = np.linalg.norm(step, axis=1) > WALKS
+        towards[walks], near[walks] = step[walks], True
     wanted = np.where(near, np.arctan2(towards[:, 1], towards[:, 0]), yaw)
     gaze: FloatArray = yaw.copy()
     for k, step_s in enumerate(np.diff(recording.t_s), start=1):

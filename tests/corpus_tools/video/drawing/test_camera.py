@@ -1,16 +1,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from corpus_tools.logs.log_reading import read_log
 from corpus_tools.video.drawing.camera import CAMERAS, Camera, overview, track
-from corpus_tools.world.state.recording import upright
+from corpus_tools.video.drawing.drawn_moments import sampled
+from corpus_tools.world.state.recording import heading, upright
 from corpus_tools.world.state.shapes import shape_of
+from g3.geometry.plane import rotate
 from tests.corpus_tools.video.recordings import CRATE, PALLET, ROBOT, drive
 
 SIZE = (320, 240)
+LOGS = Path(__file__).parents[4] / "datasets/warehouse/logs"
 
 
 def test_a_camera_above_the_origin_by_hand():
@@ -159,3 +164,25 @@ def test_the_robot_takes_a_fifth_of_the_width():
     box = np.stack(np.meshgrid(*zip(shape.low, shape.high, strict=True)), axis=-1).reshape(8, 3)
     pixels, _ = camera.project(box + robot, SIZE)
     assert np.ptp(pixels[:, 0]) > 0.2 * SIZE[0]
+
+
+def test_what_the_robot_is_at_is_whole():
+    near = cut = 0
+    for name in ("court_go_to_second_truck", "hall_take_tires_to_truck"):
+        recording = sampled(read_log(LOGS / f"{name}.mcap").recording, 2, skip_idle=True)
+        robot = [item.id for item in recording.start.objects].index(recording.start.agent_id)
+        for k, camera in enumerate(track(recording, SIZE)):
+            for i, item in enumerate(recording.start.objects):
+                shape, yaw = shape_of(item), heading(recording.orientation[k, i])
+                edges = np.stack((shape.low, shape.high), axis=1)
+                box = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1).reshape(8, 3)
+                box[:, :2] = rotate(box[:, :2], np.repeat(yaw, 8))
+                box += recording.position[k, i]
+                low, high = box.min(axis=0), box.max(axis=0)
+                at = recording.position[k, robot]
+                gap = np.maximum(np.maximum(low - at, at - high), 0.0)
+                if np.linalg.norm(gap[:2]) < 1.5:
+                    pixels, _ = camera.project(box, SIZE)
+                    near += 1
+                    cut += not ((pixels >= 0) & (pixels <= SIZE)).all()
+    assert cut < 0.03 * near

@@ -46,15 +46,17 @@ def dressed(kind: str, shape: Shape, ground_m: float, name: str = "thing") -> mu
 def corners(model: mujoco.MjModel, body: str = "thing") -> FloatArray:
     """Corners of everything that is seen of a body, in its frame, shape (n, 3)."""
     found = []
-    for geom in np.flatnonzero(model.geom_bodyid == model.body(body).id):
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    root = model.body(body).id
+    limbs = [i for i in range(model.nbody) if model.body(i).name.startswith(f"{body} ")]
+    for geom in np.flatnonzero(np.isin(model.geom_bodyid, [root, *limbs])):
         assert model.geom_group[geom] == VISUAL_GROUP
         mesh = model.geom_dataid[geom]
         start, n = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        frame = np.empty(9)
-        mujoco.mju_quat2Mat(frame, model.geom_quat[geom])
-        found.append(
-            model.mesh_vert[start : start + n] @ frame.reshape(3, 3).T + model.geom_pos[geom]
-        )
+        at = model.mesh_vert[start : start + n] @ data.geom_xmat[geom].reshape(3, 3).T
+        at += data.geom_xpos[geom] - data.xpos[root]
+        found.append(at @ data.xmat[root].reshape(3, 3))
     return np.concatenate(found)
 
 
@@ -172,7 +174,7 @@ def test_looks_are_only_there_to_be_seen() -> None:
     assert (model.geom_group == VISUAL_GROUP).all()
     assert (model.geom_contype == 0).all()
     assert (model.geom_conaffinity == 0).all()
-    assert (model.body_mass == 0).all()
+    assert (model.body_mass[model.body_jntnum == 0] == 0).all()
 
 
 def test_a_thing_is_one_or_two_geoms_of_few_triangles() -> None:

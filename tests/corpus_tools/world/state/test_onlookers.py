@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 import pytest
 
 from corpus_tools.logs.log_reading import read_log
 from corpus_tools.logs.log_writing import to_bytes
+from corpus_tools.world.physics.build import build_world, set_state
 from corpus_tools.world.state.onlookers import ASIDE_M, LOOK_M, with_onlookers
 from corpus_tools.world.state.recording import NS_PER_S, Recording, heading, to_context, upright
 from g3.actions.logged_actions import moved
@@ -72,3 +74,23 @@ def test_all_else_stays_and_the_log_has_what_is_seen(tmp_path):
     log = tmp_path / "log.mcap"
     log.write_bytes(to_bytes(seen, name="here", metadata={}))
     assert np.allclose(read_log(log).recording.position[:, 1], seen.position[:, 1])
+
+
+def test_people_walk_on_their_legs_where_the_way_leads():
+    seen = with_onlookers(passing((6.0, 1.5)))
+    world = build_world(seen.start)
+    data = mujoco.MjData(world.model)
+    swings = []
+    for k in range(len(seen.t_ns)):
+        set_state(world, data, seen, k)
+        swings.append(data.qpos[world.legs_qpos[0]].copy())
+    angles = np.array(swings)
+    step = np.gradient(seen.position[:, 1], seen.t_s, axis=0)
+    speed = np.linalg.norm(step, axis=1)
+    assert (angles[:, 0] == -angles[:, 1]).all()
+    assert np.abs(angles[speed > 0.4]).max() > 0.3
+    assert np.abs(angles[speed == 0]).max() == 0
+    fast = speed > 0.5
+    way = np.arctan2(step[fast, 1], step[fast, 0])
+    off = np.angle(np.exp(1j * (heading(seen.orientation[fast, 1]) - way)))
+    assert np.abs(off).min() < 0.5
