@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -16,7 +17,7 @@ from corpus_tools.cli.console import cli, run
 from g3.errors import FormatError
 from tests.corpus_tools.importers.path_phrases import put_phrases
 from tests.corpus_tools.importers.random_tasks import put_world
-from tests.docs.blocks import ROOT, Shown, shown
+from tests.docs.blocks import ROOT, Shown, alike, shown
 
 SHOWN = shown()
 
@@ -131,7 +132,7 @@ SCENARIOS = ("dock_pick_up_tires", "dock_go_to_receiving", "yard_put_boxes_down_
 
 
 def elsewhere(command: Shown) -> tuple[str, str] | None:
-    if command.page in TUTORIALS:
+    if command.page in TUTORIALS and command.output is None:
         return (TUTORIALS[command.page], "its steps build on each other")
     if not command.calls:
         return (".ci/run", "no command of ct, and it changes the machine")
@@ -212,3 +213,28 @@ def test_every_command_does_what_is_shown(
         assert statuses == {0}, said.err
     else:
         assert (said.out + said.err).strip() == command.output.strip()
+
+
+FOLLOWED = [c for c in SHOWN if c.output is not None and c.text.startswith("ct follow")]
+
+
+def test_every_output_is_compared() -> None:
+    assert FOLLOWED
+    assert {c.text for c in SHOWN if c.output} == {c.text for c in (*FOLLOWED, *HERE) if c.output}
+
+
+@pytest.mark.parametrize("command", named(FOLLOWED))
+def test_commands_are_followed_as_is_shown(
+    command: Shown, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """With the bundled corpus's model, which is kept; without the video, which takes minutes."""
+    ((*call,),) = command.calls
+    output = command.output or ""
+    if "--video" in call:
+        place = call.index("--video")
+        del call[place : place + 2]
+        output = re.sub("^wrote .*", "", output, flags=re.MULTILINE)
+    with suppress(SystemExit):  # nothing is done
+        run(call)
+    said = capfd.readouterr()
+    assert alike(output, said.out + said.err), said
