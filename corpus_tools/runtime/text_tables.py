@@ -1,4 +1,4 @@
-"""Tables as lines of text that fit :data:`WIDTH` columns, whatever their cells hold."""
+"""Tables as lines of text that fit :data:`WIDTH` columns for any content of their cells."""
 
 from __future__ import annotations
 
