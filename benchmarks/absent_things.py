@@ -35,8 +35,7 @@ LEAST_FREQUENCY = 5
 
 def world_without(context: Context, labels: Sequence[str]) -> Context:
     """Return a world without the things, except the robot, that have one of some labels."""
-    gone = frozenset(labels)
-    left = (o for o in context.objects if o.id == context.agent_id or not gone & set(o.labels))
+    left = (o for o in context.objects if o.id == context.agent_id or not {*labels} & {*o.labels})
     return replace(context, objects=tuple(left))
 
 

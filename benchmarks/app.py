@@ -1,7 +1,9 @@
 """The annotation app under many workers: ``python -m benchmarks.app``.
 
 Real servers and bad connections, as in the tests (``tests.annotation_app.load``), with a time limit
-and with figures. It needs the extra ``test``.
+and with figures. ``--think 0`` shows how much the servers can do. What the servers, PostgreSQL and
+the workers' own program take of the processor is counted apart (from /proc, so on Linux only). It
+needs the extra ``test``.
 """
 
 from __future__ import annotations
@@ -16,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from annotation_app.core.config import open_instance
-from benchmarks.app_servers import new_databases
 from benchmarks.timing import row
 from tests.annotation_app.load import Tally, check, run_load
+from tests.annotation_app.load_servers import new_databases
 from tests.annotation_app.rendered import render
 
 VIDEOS = 6
@@ -32,7 +34,6 @@ def main() -> None:
     parser.add_argument("--no-kill", action="store_true", help="leave the servers alone")
     parser.add_argument("--databases", nargs="+", default=["sqlite", "postgresql"])
     parser.add_argument("--seconds", type=float, default=math.inf, help="nobody sends after that")
-    parser.add_argument("--warm-up", type=float, default=0.0, help="seconds that don't count (0)")
     given = parser.parse_args()
 
     print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {given.workers} workers")
@@ -51,21 +52,20 @@ def main() -> None:
                         think_s=given.think,
                         kills=0 if given.no_kill else 1,
                         seconds=given.seconds,
-                        warm_up_s=given.warm_up,
                     )
                     states = check(config, tally, whole=given.seconds == math.inf)
-                    _report(f"{kind}, {processes} processes", tally, states, given.workers)
+                    _report(f"{kind}, {processes} processes", tally, states, given)
 
 
-def _report(title: str, tally: Tally, states: Counter[str], workers: int) -> None:
+def _report(title: str, tally: Tally, states: Counter[str], given: argparse.Namespace) -> None:
     every = [s for values in tally.seconds.values() for s in values]
-    rate = len(every) / tally.wall_s
-    each = ", ".join(f"{n} {1000 * s / tally.requests:.1f} ms" for n, s in tally.processor.items())
+    each = ", ".join(f"{n} {1000 * s / len(every):.1f} ms" for n, s in tally.processor.items())
     print(f"\n{title}: {dict(states)}; {dict(tally.broken)}")
-    p50, p95, p99 = 1000 * np.percentile(every, [50, 95, 99])
+    p50, p95 = 1000 * np.percentile(every, [50, 95])
+    rate, answers = len(every) / tally.wall_s, len(tally.acknowledged) / tally.wall_s
     row(
-        f"{workers} workers, {title}",
-        f"p50 {p50:.0f} ms, p95 {p95:.0f} ms, p99 {p99:.0f} ms at {rate:.0f} requests/s",
+        f"{given.workers} workers, {given.think:g} s to think, {title}",
+        f"p50 {p50:.0f} ms, p95 {p95:.0f} ms at {rate:.0f} requests/s, {answers:.0f} answers/s",
         f"processor time of each: {each}",
     )
 

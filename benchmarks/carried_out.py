@@ -7,20 +7,18 @@ and those of them that end as planned.
 
 from __future__ import annotations
 
-import argparse
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.written_commands import learned_cost
+from benchmarks.written_commands import learned_cost, parser_of
 from corpus_tools.following.plan_execution import Episode, run_plan, why_not
 from corpus_tools.following.start_states import scenario_start
 from corpus_tools.runtime.shipped import bundled
 from corpus_tools.world.scenarios.contexts import scenario_context
 from corpus_tools.world.scenarios.random_scenarios import generate
 from corpus_tools.world.scenarios.scenario_reading import read_layouts, scenario_files
-from g3.actions.action_kinds import Action
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State, is_load, start_state
 from g3.geometry.footprints import centre
@@ -34,16 +32,13 @@ PLURALS = {"box": "boxes"}
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.carried_out", description=__doc__)
-    parser.add_argument("--train", default="warehouse", help="corpora, with commas between")
+    parser = parser_of("carried_out", __doc__, "warehouse")
     parser.add_argument("--worlds", type=int, default=200, help="so many generated worlds")
     parser.add_argument("--seed", type=int, default=0, help="of the generated worlds")
     options = parser.parse_args()
     grounder = Grounder(learned_cost(options.train.split(",")))
-    for name, worlds in (
-        ("bundled", _bundled()),
-        ("generated", _generated(options.seed, options.worlds)),
-    ):
+    generated = _generated(options.seed, options.worlds)
+    for name, worlds in (("bundled", _bundled()), ("generated", generated)):
         counts: Counter[str] = Counter()
         for where, start in worlds:
             for text in commands(start):
@@ -106,7 +101,7 @@ def _apart(plan: Plan, done: Episode) -> str:
     """Return how the end of an episode differs from the plan's; empty if it doesn't."""
     if done.held != plan.state.held:
         return f"{done.held} on the forks, not {plan.state.held}"
-    for load in {a.object_id for a in plan.actions if _puts(a)}:
+    for load in {a.object_id for a in plan.actions if a.kind.leaves}:
         on, planned = carrier(done.end, load), carrier(plan.state, load)
         if (on and on.id) != (planned and planned.id):
             return f"{load} on {on and on.id}, not {planned and planned.id}"
@@ -114,10 +109,6 @@ def _apart(plan: Plan, done: Episode) -> str:
         if on is None and np.linalg.norm(away) > NEAR_M:
             return f"{load} {np.linalg.norm(away):.1f} m away"
     return ""
-
-
-def _puts(action: Action) -> bool:
-    return action.kind.leaves
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from statistics import median
 
-from benchmarks.timing import heading, row
+from benchmarks.timing import row
 
 RUNS = 7
 COMMAND = "Pick up the leftmost pallet"
@@ -40,7 +40,6 @@ def processor_time(arguments: tuple[str, ...], compiled: str) -> float:
 
 
 def main() -> None:
-    heading("Cold start, processor time")
     with tempfile.TemporaryDirectory() as compiled:
         for what, arguments in CASES.items():
             _, *times = (processor_time(arguments, compiled) for _ in range(RUNS + 1))

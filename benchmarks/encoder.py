@@ -329,12 +329,6 @@ def state_of(encoder: Encoder) -> dict[str, Tensor]:
     }
 
 
-def digest() -> str:
-    """Return the digest of the treebank's trees."""
-    content = (FOLDER / "trees.jsonl").read_bytes()
-    return f"sha256:{hashlib.sha256(content).hexdigest()}"
-
-
 def main() -> None:
     """Train, measure and write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.encoder", description=__doc__)
@@ -382,14 +376,16 @@ def main() -> None:
     tested = [command for name, command in commands.items() if name not in taught]
     if tested:
         parses = parse_words(encoder, arcs, (cut(command.text) for command in tested))
-        pairs = [
-            (parse.sdcs, command.trees, command.text)
-            for parse, command in zip(parses, tested, strict=True)
-        ]
-        print(f"people held out: {score(pairs)}")
+        parsed = zip(parses, tested, strict=True)
+        print(f"people held out: {score((p.sdcs, c.trees, c.text) for p, c in parsed)}")
     if options.out:
         write_bytes(options.out / encoding.FILE, content)
-        card = {"corpora": {"treebank": digest()}, "commands": len(examples), "l2": DEFAULT_L2}
+        digest = hashlib.sha256((FOLDER / "trees.jsonl").read_bytes()).hexdigest()
+        card = {
+            "corpora": {"treebank": f"sha256:{digest}"},
+            "commands": len(examples),
+            "l2": DEFAULT_L2,
+        }
         write_bytes(options.out / DEFAULT, to_bytes(arcs, card, encoder))
 
 

@@ -12,7 +12,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.timing import growth, heading, in_own_process, row
+from benchmarks.timing import growth, in_own_process, row
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import resolve
 
@@ -29,11 +29,8 @@ sys.exit(status)
 def repeated(corpus: Corpus, times: int) -> Corpus:
     """Return a corpus with all its commands, annotations and judgments several times."""
     rounds = range(times)
-    commands = {
-        f"{c.id}-{i}": replace(c, id=f"{c.id}-{i}")
-        for i in rounds
-        for c in corpus.commands.values()
-    }
+    said = (replace(c, id=f"{c.id}-{i}") for i in rounds for c in corpus.commands.values())
+    commands = {c.id: c for c in said}
     annotations = tuple(
         replace(a, id=f"{a.id}-{i}", command=commands[f"{a.command.id}-{i}"])
         for i in rounds
@@ -48,7 +45,7 @@ def main() -> None:
     parser.add_argument("corpus", nargs="?", default="warehouse", help="a folder (warehouse)")
     parser.add_argument("--times", type=int, nargs="+", default=[1, 10, 100])
     given = parser.parse_args()
-    heading(f"{given.corpus}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print(f"{given.corpus}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     original = Corpus.load(resolve(given.corpus))
     spent: dict[str, list[tuple[float, float]]] = {"ct corpus stats": [], "ct train g3": []}
     with tempfile.TemporaryDirectory() as name:

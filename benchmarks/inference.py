@@ -6,13 +6,12 @@ The bundled model is trained first, if it hasn't been.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from benchmarks.timing import growth, heading, row, show
+from benchmarks.timing import best, growth, row, show
 from corpus_tools.following.bundled_grounder import default_model
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.groundings import Context, PhysicalObject, Prism, Trajectory
@@ -35,15 +34,16 @@ def main() -> None:
     """Measure in processor time of one thread."""
     grounder = Grounder(Scorer(default_model()))
     clauses = {name: parse_brackets(text) for name, text in COMMANDS.items()}
-    medians = []
+    rows = []
     for size in SIZES:
         context = world(size)
-        heading(f"Inference in a world of {size} objects")
+        print(f"Inference in a world of {size} objects")
         for name, sdcs in clauses.items():
-            times = [_timed(partial(grounder.follow, sdcs, context)) for _ in range(REPEATS)]
-            show(name, 1000 * float(np.median(times)), "ms")
-            medians.append((size, float(np.median(times))))
-    objects, times_of = zip(*medians, strict=True)
+            follow = partial(grounder.follow, sdcs, context)
+            seconds, _ = best(follow, REPEATS, time.process_time)
+            show(name, 1000 * seconds, "ms")
+            rows.append((size, seconds))
+    objects, times_of = zip(*rows, strict=True)
     row(
         f"a command of one clause, {SIZES[0]} to {SIZES[-1]} objects",
         f"{1000 * min(times_of):.0f} to {1000 * max(times_of):.0f} ms",
@@ -65,12 +65,6 @@ def _load(number: int) -> PhysicalObject:
     pose = Trajectory(np.zeros(1), np.array([[*middle, 0.4]]), np.zeros(1))
     labels = LABELS[number % len(LABELS)]
     return PhysicalObject(f"load-{number}", labels, Prism(corners, 0.0, 0.8), pose)
-
-
-def _timed(work: Callable[[], object]) -> float:
-    start = time.process_time()
-    work()
-    return time.process_time() - start
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.timing import best_of, heading, row
+from benchmarks.timing import best_of, row
 from corpus_tools.importers.authored.bundled import open_corpus
 from g3.language.parsing.sdc_parser import default_parser
 from g3.language.parsing.spacy_pipeline import language_model
@@ -20,7 +20,6 @@ def main(corpus: str) -> None:
     """Measure on about a thousand commands of a corpus, in processor time of one thread."""
     own = [command.text for command in open_corpus(corpus).commands.values()]
     texts = (own * (COMMANDS // len(own) + 1))[:COMMANDS]
-    heading(f"SDCs of {len(texts)} commands")
     with threadpool_limits(limits=1):
         nlp, parser = language_model(), default_parser()
         actions: dict[str, Callable[[], object]] = {

@@ -13,8 +13,13 @@ from typing import Any, ClassVar
 from urllib.parse import urlencode
 
 from annotation_app.core.config import open_instance
-from benchmarks.app_servers import CT
-from benchmarks.app_submissions import STUDY, add_study, cookies
+from annotation_app.store.database import opened, transaction
+from annotation_app.store.schema import migrate
+from annotation_app.studies.study_file import RatedPair, StudyConfig, TaskConfig
+from annotation_app.study_setup.rendered_study import put_study, rendered_videos
+from tests.annotation_app.load import STUDY, add_workers, cookies
+from tests.annotation_app.load_servers import CT
+from tests.annotation_app.rendered import render
 
 RATING = 4
 TRIES = 30
@@ -46,17 +51,27 @@ class Client:
         self.headers: dict[str, str] = {}
         self.refused = 0
 
-    def send(self, method: str, path: str, value: Any = None, *, form: bool = False) -> Reply:
-        """Send a value as JSON or as a form and return the reply; retry after an error."""
+    def send(
+        self,
+        method: str,
+        path: str,
+        value: Any = None,
+        *,
+        form: bool = False,
+        status: int | None = 200,
+    ) -> Reply:
+        """Send a value and return the reply, of this status if not None; retry after an error."""
         for _ in range(TRIES):
-            reply = self._send(method, path, value, form=form)
+            reply = self.send_once(method, path, value, form=form)
             if reply.status < 500:
                 break
             self.refused += 1
             time.sleep(0.5)
+        assert status in (None, reply.status), reply
         return reply
 
-    def _send(self, method: str, path: str, value: Any, *, form: bool) -> Reply:
+    def send_once(self, method: str, path: str, value: Any = None, *, form: bool = False) -> Reply:
+        """Send a value as JSON or as a form and return the reply."""
         headers = {**self.headers, "Cookie": "; ".join(f"{k}={v}" for k, v in self.cookies.items())}
         body = None
         if value is not None:
@@ -74,10 +89,6 @@ class Client:
             self.cookies[name] = text
         return Reply(reply.status, reply.read())
 
-    def close(self) -> None:
-        """Close the connection."""
-        self.connection.close()
-
 
 class Ours:
     """The app of this checkout, before SQLite."""
@@ -86,12 +97,16 @@ class Ours:
     WORKERS, EACH = 200, 40
 
     def command(self, folder: Path, port: int) -> list[str]:
-        from tests.annotation_app.rendered import render  # noqa: PLC0415 - needs pytest
-
         config = open_instance(folder / "instance", None)
-        videos = render(folder / "videos", ("one", "two"))
-        slots = self.WORKERS * self.EACH
-        people = add_study(config, videos, self.WORKERS, slots, self.EACH)
+        videos = rendered_videos(render(folder / "videos", ("one", "two")))
+        pairs = tuple(RatedPair(TEXT.format(i), "one", "two") for i in range(2 * self.EACH))
+        tasks = {"rate": TaskConfig(answers=self.WORKERS // 2, practice=False)}
+        study = StudyConfig(watching="flagged", name=STUDY, title="Load", tasks=tasks, pairs=pairs)
+        with opened(config.database) as engine:
+            migrate(engine)
+            with transaction(engine) as session:
+                made = put_study(session, study, videos)
+                people = add_workers(session, made.id, self.WORKERS)
         self.signed = cookies(config, people)
         serve = ["annotate", "serve", "--instance", str(config.instance), "--port", str(port)]
         return [sys.executable, *CT, *serve, "--database", str(config.database)]
@@ -107,14 +122,11 @@ class Ours:
         client.headers["X-CSRFToken"] = client.send("GET", "/api/session").json["csrf"]
 
     def open(self, client: Client, number: int, turn: int) -> Any:
-        reply = client.send("POST", f"/api/studies/{STUDY}/tasks/rate/lease", {})
-        assert reply.status == 200, reply
-        return reply.json["item"]
+        return client.send("POST", f"/api/studies/{STUDY}/tasks/rate/lease", {}).json["item"]
 
     def answer(self, client: Client, item: Any) -> None:
         value = {"uuid": str(uuid.uuid4()), "body": {"rating": RATING}}
-        reply = client.send("POST", f"/api/items/{item}/answer", value)
-        assert reply.status == 200, reply
+        client.send("POST", f"/api/items/{item}/answer", value)
 
 
 @dataclass
@@ -160,20 +172,19 @@ class Potato:
         """Do nothing: its files hold everything."""
 
     def sign_in(self, client: Client, number: int) -> None:
-        client.send("POST", "/auth", {"email": f"worker{number}", "pass": ""}, form=True)
-        reply = client.send("GET", "/annotate")
-        assert reply.status == 200, reply
+        account = {"email": f"worker{number}", "pass": ""}
+        client.send("POST", "/auth", account, form=True, status=None)
+        client.send("GET", "/annotate")
 
     def open(self, client: Client, number: int, turn: int) -> Any:
         reply = client.send("POST", "/annotate", {"action": "next_instance"}, form=True)
-        assert reply.status == 200, reply
         marker = b'id="instance_id" name="instance_id" type="hidden" value="'
         return reply.content.partition(marker)[2].partition(b'"')[0].decode()
 
     def answer(self, client: Client, item: Any) -> None:
         value = {"instance_id": item, "annotations": {f"rating:{RATING}": str(RATING)}}
         reply = client.send("POST", "/updateinstance", {**value, "span_annotations": []})
-        assert (reply.status, reply.json["status"]) == (200, "success"), reply
+        assert reply.json["status"] == "success", reply
 
 
 @dataclass
@@ -206,32 +217,28 @@ class LabelStudio:
             '<View><Text name="text" value="$text"/>'
             '<Rating name="rating" toName="text" maxRating="5"/></View>'
         )
-        reply = client.send("POST", "/api/projects/", {"title": "Load", "label_config": view})
-        assert reply.status == 201, reply
-        project = reply.json["id"]
+        project = {"title": "Load", "label_config": view}
+        project = client.send("POST", "/api/projects/", project, status=201).json["id"]
         items = [{"text": TEXT.format(i)} for i in range(workers * each)]
-        reply = client.send("POST", f"/api/projects/{project}/import", items)
-        assert reply.status == 201, reply
+        client.send("POST", f"/api/projects/{project}/import", items, status=201)
         path = f"/api/tasks/?project={project}&page_size={len(items)}&fields=task_only"
         self.tasks = [task["id"] for task in client.send("GET", path).json["tasks"]]
         assert len(self.tasks) == len(items)
         self.workers = workers
-        client.close()
+        client.connection.close()
 
     def sign_in(self, client: Client, number: int) -> None:
         client.headers["Authorization"] = f"Token {self.TOKEN}"
 
     def open(self, client: Client, number: int, turn: int) -> Any:
         task = self.tasks[turn * self.workers + number]
-        reply = client.send("GET", f"/api/tasks/{task}/")
-        assert reply.status == 200, reply
+        client.send("GET", f"/api/tasks/{task}/")
         return task
 
     def answer(self, client: Client, item: Any) -> None:
         rated = {"from_name": "rating", "to_name": "text", "type": "rating"}
         value = {"result": [{**rated, "value": {"rating": RATING}}]}
-        reply = client.send("POST", f"/api/tasks/{item}/annotations/", value)
-        assert reply.status == 201, reply
+        client.send("POST", f"/api/tasks/{item}/annotations/", value, status=201)
 
 
 Peer = Potato | LabelStudio

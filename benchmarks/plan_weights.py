@@ -9,7 +9,6 @@ worth where they have not learned. The last lines are for `g3.inference.potentia
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -18,7 +17,15 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
-from benchmarks.written_commands import SETS, Done, is_right, learned_cost, records_of, state_of
+from benchmarks.written_commands import (
+    SETS,
+    Done,
+    is_right,
+    learned_cost,
+    parser_of,
+    records_of,
+    state_of,
+)
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.statistics.estimates import BoolArray
 from eval.table_3.following import FollowedPlan, judged
@@ -46,24 +53,14 @@ Parts = dict[str, dict[str, list["Compared"]]]
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """The plans that are compared for a command.
-
-    Parameters
-    ----------
-    evidence
-        Evidence of each plan, shape (n,).
-    seen
-        Measurements of each plan by potentials, shape (n, d).
-    right
-        True for right plans, shape (n,).
-    unsure
-        True if the plans are of several trees; those of a single one stay in their order.
-    """
+    """The n plans that are compared for a command."""
 
     evidence: FloatArray
     seen: FloatArray
+    """Measurements of each plan by potentials, shape (n, d)."""
     right: BoolArray
     unsure: bool
+    """True if the plans are of several trees; those of a single one stay in their order."""
 
     def is_right(self, weights: FloatArray) -> bool:
         """Check that the plan that weights, shape (d,), prefer is right."""
@@ -144,10 +141,7 @@ def learned(parts: Parts, annotated: str, *, but: tuple[str, str] = ("", "")) ->
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.plan_weights", description=__doc__)
-    parser.add_argument(
-        "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
-    )
+    parser = parser_of("plan_weights", __doc__)
     parser.add_argument("--held-out", default="aaai11", help="the annotated corpus; '' for none")
     options = parser.parse_args()
     train, annotated = options.train.split(","), options.held_out

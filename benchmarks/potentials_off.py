@@ -30,27 +30,17 @@ from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.table_3.following import follow_command
 from eval.table_3.held_out import costs_without, data_of, parser_without
-from eval.table_3.judged_commands import JudgedCommand, judged_commands
+from eval.table_3.judged_commands import judged_commands
+from eval.table_3.outcomes import Outcome
 from g3.inference.grounder import Grounder
 from g3.inference.potentials.potential_registry import heard, potentials
 from g3.inference.problem.costs import Scorer
 from g3.inference.tree_choice import PARSES
 from g3.language.parsing.parser import parse_unsure
 from g3.language.parsing.trees import Parse
-from g3.sdc.clauses import SDC
 
 Attempt = Callable[[str], bool]
 """Function of the name of a potential to leave out, or "", that checks a command's plan."""
-
-
-def grounder_without(cost: Scorer, name: str) -> Grounder:
-    return Grounder(cost, without=(name,) if name else ())
-
-
-def plan_is_right(
-    clauses: str, command: JudgedCommand, trees: Sequence[SDC], cost: Scorer, off: str
-) -> bool:
-    return follow_command(clauses, command, trees, grounder_without(cost, off)).correct
 
 
 def attempts_of_corpus(train: Sequence[Corpus], name: str) -> Iterator[Attempt]:
@@ -63,11 +53,8 @@ def attempts_of_corpus(train: Sequence[Corpus], name: str) -> Iterator[Attempt]:
             clauses = "gold" if command.annotation else "auto"
             texts = [] if command.annotation else [command.command.text]
             trees = parsers(scenario).predict(texts)[0] if texts else ()
-            yield functools.partial(plan_is_right, clauses, command, trees, costs(scenario))
-
-
-def ends_right(record: dict[str, Any], parse: Parse, cost: Scorer, off: str) -> bool:
-    return followed(record, by_model(grounder_without(cost, off), parse)).correct
+            follow = functools.partial(follow_command, clauses, command, trees)
+            yield _attempt(follow, costs(scenario))
 
 
 def attempts_of_sets(train: Sequence[str], sets: Sequence[str]) -> Iterator[Attempt]:
@@ -75,7 +62,15 @@ def attempts_of_sets(train: Sequence[str], sets: Sequence[str]) -> Iterator[Atte
     cost = learned_cost(train)
     for record in itertools.chain.from_iterable(map(records_of, sets)):
         parse = parse_unsure(record["text"], n_best=PARSES)
-        yield functools.partial(ends_right, record, parse, cost)
+        yield _attempt(functools.partial(_followed, record, parse), cost)
+
+
+def _followed(record: dict[str, Any], parse: Parse, grounder: Grounder) -> Outcome:
+    return followed(record, by_model(grounder, parse))
+
+
+def _attempt(follow: Callable[[Grounder], Outcome], cost: Scorer) -> Attempt:
+    return lambda off: follow(Grounder(cost, without=(off,) if off else ())).correct
 
 
 def effects(corpus: str, attempts: Iterable[Attempt], names: Sequence[str]) -> list[dict[str, Any]]:
@@ -91,13 +86,16 @@ def effects(corpus: str, attempts: Iterable[Attempt], names: Sequence[str]) -> l
             spoke[name] += 1
             won[name] += right and not right_without
             lost[name] += right_without and not right
-    result = [(name, won[name], lost[name], spoke[name]) for name in names]
-    columns = ("name", "won", "lost", "spoke")
-    return [{"corpus": corpus, "n": count} | dict(zip(columns, r, strict=True)) for r in result]
+    counts = {"won": won, "lost": lost, "spoke": spoke}
+    return [
+        {"corpus": corpus, "n": count, "name": name} | {k: c[name] for k, c in counts.items()}
+        for name in names
+    ]
 
 
 def main() -> None:
     parser = parser_of("potentials_off", __doc__)
+    parser.add_argument("--set", action="append", choices=SETS, dest="sets")
     parser.add_argument("--test", default="", help="corpora to follow, with commas between")
     parser.add_argument("--potential", action="append", help="one to switch off, if not each")
     parser.add_argument("--out", type=Path, required=True, help="rows for docs/make_potentials.py")

@@ -12,13 +12,12 @@ from pathlib import Path
 
 import yaml
 
-from benchmarks.timing import best, heading, row
+from benchmarks.timing import best, row
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.slu_core.slu_corpus import import_slu_core
 
 
 def main(data: Path) -> None:
-    heading(f"Reading {data}")
     seconds, (corpus, _) = best(lambda: import_slu_core(data, salt="benchmark"), repeats=1)
     names = ("assignments.yaml", "evaluations.yaml", "evaluations.run1.yaml")
     contents = [path.read_bytes() for name in names for path in data.rglob(name)]

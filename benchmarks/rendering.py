@@ -14,15 +14,24 @@ from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, get_args
 
 import numpy as np
 
-from benchmarks.timing import heading, row, show
+from benchmarks.timing import row, show
 from corpus_tools.video.drawing.gl import choose_back_end
 
-if TYPE_CHECKING:
-    from corpus_tools.world.state.recording import Recording
+choose_back_end()
+# MuJoCo takes the back end that is chosen before its import.
+import mujoco  # noqa: E402
+
+from corpus_tools.video.drawing.camera import overview  # noqa: E402
+from corpus_tools.video.drawing.drawn_moments import sampled  # noqa: E402
+from corpus_tools.video.encode import OPTIONS, Quality, encode  # noqa: E402
+from corpus_tools.video.films import open_frames  # noqa: E402
+from corpus_tools.video.items import scenario_items, story_of  # noqa: E402
+from corpus_tools.world.physics.build import build_world, set_state  # noqa: E402
+from corpus_tools.world.state.recording import Recording  # noqa: E402
 
 SIZE = (640, 480)
 SCENARIO = "dock_pick_up_tires"
@@ -33,12 +42,7 @@ CAMERAS = ("overview", "follow", "operator")
 
 
 def main() -> None:
-    choose_back_end()
-    # After the back end's choice.
-    from corpus_tools.video.drawing.drawn_moments import sampled  # noqa: PLC0415
-    from corpus_tools.video.items import scenario_items, story_of  # noqa: PLC0415
-
-    heading(f"Drawing and encoding {SCENARIO}, {SIZE[0]} x {SIZE[1]}, {FPS} frames per second")
+    print(f"Drawing and encoding {SCENARIO}, {SIZE[0]} x {SIZE[1]}, {FPS} frames per second")
     story = story_of(scenario_items("warehouse", (SCENARIO,))[0])
     shown = sampled(_first_seconds(story.record(), FRAMES / FPS), FPS)
     rates: dict[str, float] = {}
@@ -47,7 +51,7 @@ def main() -> None:
         ways: dict[str, Callable[[], None]] = {
             f"{camera}, {quality}": partial(_ours, shown, path, camera, quality)
             for camera in CAMERAS
-            for quality in ("draft", "standard", "high")
+            for quality in get_args(Quality)
         }
         if all(map(find_spec, ("gymnasium", "imageio"))):
             ways[PEER] = partial(_gymnasium, shown, path)
@@ -65,38 +69,24 @@ def main() -> None:
 
 def _first_seconds(recording: Recording, duration_s: float) -> Recording:
     n = int(np.searchsorted(recording.t_s, duration_s))
-    return replace(
-        recording,
-        t_ns=recording.t_ns[:n],
-        position=recording.position[:n],
-        orientation=recording.orientation[:n],
-        fork_height_m=recording.fork_height_m[:n],
-    )
+    parts = ("t_ns", "position", "orientation", "fork_height_m")
+    return replace(recording, **{part: getattr(recording, part)[:n] for part in parts})
 
 
-def _ours(recording, path: Path, camera: str, quality: str) -> None:  # type: ignore[no-untyped-def]
-    from corpus_tools.video.encode import encode  # noqa: PLC0415
-    from corpus_tools.video.films import open_frames  # noqa: PLC0415
-    from corpus_tools.world.physics.build import build_world  # noqa: PLC0415
-
+def _ours(recording: Recording, path: Path, camera: str, quality: Quality) -> None:
     world = build_world(recording.start)
-    with open_frames(world, recording, camera, SIZE, quality) as frames:  # type: ignore[arg-type]
+    with open_frames(world, recording, camera, SIZE, quality) as frames:
         pictures = map(frames.frame, range(len(recording.t_ns)))
-        encode(pictures, path, size=SIZE, fps=FPS, quality=quality)  # type: ignore[arg-type]
+        encode(pictures, path, size=SIZE, fps=FPS, quality=quality)
 
 
-def _gymnasium(recording, path: Path) -> None:  # type: ignore[no-untyped-def]
+def _gymnasium(recording: Recording, path: Path) -> None:
     """Render the same view, with shadows and four samples a pixel, as MuJoCo draws them.
 
     The encoder is set as for ``standard``.
     """
-    import imageio.v3 as iio  # noqa: PLC0415
-    import mujoco  # noqa: PLC0415
+    import imageio.v3 as iio  # noqa: PLC0415 - may be missing
     from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer  # noqa: PLC0415
-
-    from corpus_tools.video.drawing.camera import overview  # noqa: PLC0415
-    from corpus_tools.video.encode import OPTIONS  # noqa: PLC0415
-    from corpus_tools.world.physics.build import build_world, set_state  # noqa: PLC0415
 
     world = build_world(recording.start)
     (camera,) = overview(recording, SIZE)

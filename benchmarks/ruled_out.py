@@ -7,90 +7,22 @@ is none. ``--wrong`` shows them. Nothing is counted for or against the rest of a
 
 from __future__ import annotations
 
-import argparse
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import yaml
 
-from benchmarks.written_commands import learned_cost, state_of
+from benchmarks.written_commands import FOLDER, learned_cost, parser_of, state_of
 from g3.actions.action_words import described
 from g3.actions.robot_state import State
 from g3.inference.grounder import Grounder
 
 COMMANDS = 5000
-REQUESTS = (
-    "put {load} on the {deck}",
-    "pick up {load}",
-    "move {load} next to the {mark}",
-    "take {load} over to the {deck}",
-    "{load} should go on the {deck}",
-    "{load} to the {deck}",
-    "load {load} onto the {deck}",
-    "grab {load}",
-    "go to the {mark}",
-    "I want {load} by the {mark}",
-)
-"""Requests about loads that aren't ruled out."""
-EVERYTHING = (
-    "put everything on the {deck}",
-    "move all the loads to the {deck}",
-    "take everything next to the {mark}",
-    "load all of it onto the {deck}",
-    "bring every load to the {deck}",
-)
-"""Requests about all loads."""
-FORBIDDING = (
-    "don't touch {but}",
-    "do not move {but}",
-    "dont lift {but}",
-    "leave {but} alone",
-    "leave {but} where {pronoun}",
-    "never move {but}",
-    "{but} must not be moved",
-    "{but} {be} not to be touched",
-    "{but} {be} to stay where {pronoun}",
-    "{but} should stay put",
-    "{but} {stay} where {pronoun}",
-    "{but} shall not be moved",
-    "{but} {be} reserved, do not move {them}",
-    "keep your forks off {but}",
-    "hands off {but}",
-    "under no circumstances move {but}",
-    "make sure you don't touch {but}",
-    "I don't want {but} moved",
-    "nobody touches {but}",
-    "don't you dare move {but}",
-)
-"""Clauses that forbid to handle loads."""
-EXCEPTING = (
-    "except {but}",
-    "but not {but}",
-    "apart from {but}",
-    "other than {but}",
-    "excluding {but}",
-    "with the exception of {but}",
-    "just not {but}",
-    "not {but} though",
-)
-"""Exceptions behind a request about everything."""
-POSITIONS = (
-    "{no}, {request}",
-    "{no}. {request}.",
-    "{no} and {request}",
-    "{request}, {no}",
-    "{request}. {no}.",
-    "{request} but {no}",
-    "{request} ({no})",
-    "{request}; {no}",
-    "{no}! {request}!",
-    "{other}, {no}, then {request}",
-    "{other} then {request} and {no}",
-)
-"""Positions of a forbidding clause."""
-OTHERS = ("go to the {mark}", "turn around", "drive to the {deck}")
+TEMPLATES: dict[str, list[str]] = yaml.safe_load((FOLDER / "ruled_out.yaml").read_text("utf-8"))
+"""Requests, forbidding clauses, exceptions and their positions, with places for nouns."""
 KINDS = {
     "tires": "tire-pallet",
     "boxes": "box-pallet",
@@ -113,6 +45,10 @@ class Forbidden:
 
 def forbidden(rng: np.random.Generator) -> Forbidden:
     """Generate a command and its yard."""
+
+    def pick(kind: str) -> str:
+        return str(rng.choice(TEMPLATES[kind]))
+
     nouns = list(rng.choice(list(KINDS), size=3, replace=False))
     things: dict[str, Any] = {}
     spots = [(8, 6), (10, 1), (7, -5), (12, -2), (6, 10), (13, 5), (9, -9)]
@@ -141,12 +77,12 @@ def forbidden(rng: np.random.Generator) -> Forbidden:
         words["but"] = f"the {('right', 'left')[side]} {but_noun}"
         but = frozenset({sides[side]})
     if rng.random() < 0.25:
-        request, no = str(rng.choice(EVERYTHING)), str(rng.choice(EXCEPTING))
+        request, no = pick("everything"), pick("excepting")
         text = f"{request} {no}" if rng.random() < 0.5 else f"{request}, {no}"
     else:
-        request = str(rng.choice(EVERYTHING if rng.random() < 0.3 else REQUESTS))
-        no, where = str(rng.choice(FORBIDDING)), str(rng.choice(POSITIONS))
-        text = where.format(no=no, request=request, other=str(rng.choice(OTHERS)))
+        request = pick("everything" if rng.random() < 0.3 else "requests")
+        no, where = pick("forbidding"), pick("positions")
+        text = where.format(no=no, request=request, other=pick("others"))
     text = text.format(**words)
     text = text[0].upper() + text[1:] if rng.random() < 0.5 else text
     record = {"things": things, "held": None}
@@ -173,8 +109,7 @@ def handled(grounder: Grounder, command: Forbidden) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.ruled_out", description=__doc__)
-    parser.add_argument("--train", default="warehouse", help="corpora, with commas between")
+    parser = parser_of("ruled_out", __doc__, "warehouse")
     parser.add_argument("--commands", type=int, default=COMMANDS, help="how many")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--wrong", action="store_true", help="show those that aren't obeyed")

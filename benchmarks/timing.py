@@ -57,10 +57,6 @@ def growth(sizes: Sequence[float], values: Sequence[float]) -> float:
     return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
 
 
-def heading(text: str) -> None:
-    print(f"\n{text}", flush=True)
-
-
 def show(what: str, value: float, unit: str, note: str = "") -> None:
     number = f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
     print(f"  {what:<52}{number:>12} {unit}{f'  ({note})' if note else ''}", flush=True)
@@ -69,14 +65,7 @@ def show(what: str, value: float, unit: str, note: str = "") -> None:
 def row(what: str, measured: str, against: str = "") -> None:
     """Print a figure, and keep it for the table.
 
-    Parameters
-    ----------
-    what
-        The work.
-    measured
-        The figure.
-    against
-        Our time through a peer's, the exponent of growth, or what the figure is compared with.
+    `against` is our time through a peer's, the exponent of growth, or another comparison.
     """
     print(f"  {what}: {measured}{f' ({against})' if against else ''}", flush=True)
     if MEASURED in os.environ:

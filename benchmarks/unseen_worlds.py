@@ -7,12 +7,13 @@ corpora held out: a feature that helps in all of these rows may help in worlds n
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from sklearn.metrics import f1_score
 
 from corpus_tools.corpus.labelled_corpus import labelled_examples
 from corpus_tools.importers.authored.bundled import open_corpus
@@ -29,21 +30,19 @@ Names: TypeAlias = npt.NDArray[Any]
 Side: TypeAlias = tuple[BoolArray, BoolArray]
 
 
-def main(arguments: list[str]) -> None:
-    names = [name for name in arguments if not name.startswith("--")]
-    options = [i for i, name in enumerate(arguments) if name.startswith("--")]
-    named = {arguments[i + 1]: arguments[i] for i in options}
-    names = [name for name in names if name not in named]
-    sets = select(
-        without=[name for name, option in named.items() if option == "--ablate"],
-        plus=[name for name, option in named.items() if option == "--with"],
-    )
-    items = [(name, e) for name in names for e in labelled_examples(open_corpus(name))]
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.unseen_worlds", description=__doc__)
+    parser.add_argument("names", nargs="*", default=["aaai11", "warehouse"])
+    parser.add_argument("--ablate", action="append", default=[], metavar="SET")
+    parser.add_argument("--with", action="append", default=[], metavar="SET", dest="plus")
+    options = parser.parse_args()
+    sets = select(without=options.ablate, plus=options.plus)
+    items = [(name, e) for name in options.names for e in labelled_examples(open_corpus(name))]
     factors = matrix_of_examples([e for _, e in items], sets)
     corpus = np.array([name for name, _ in items])
     scenario = np.char.add(np.char.add(corpus, "/"), factors.scenario.astype(np.str_))
     types = np.array([e.sdc.type for _, e in items])
-    real, bundled, *others = names
+    real, bundled, *others = options.names
     known = np.isin(corpus, (real, bundled))
     own = corpus == real
     scenes = np.unique(scenario[corpus == bundled])
@@ -78,12 +77,9 @@ def _told(
 
 def _row(label: BoolArray, said: BoolArray, kind: Names) -> str:
     of_kind = [*(kind == t for t in TYPES), np.ones(len(label), dtype=bool)]
-    return " | ".join(f"{_f(label[own], said[own]):.3f}" for own in of_kind)
-
-
-def _f(label: BoolArray, said: BoolArray) -> float:
-    return float(2 * (label & said).sum() / max(label.sum() + said.sum(), 1))
+    scores = (f1_score(label[own], said[own], zero_division=0.0) for own in of_kind)
+    return " | ".join(f"{score:.3f}" for score in scores)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or ["aaai11", "warehouse"])
+    main()

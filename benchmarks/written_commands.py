@@ -52,9 +52,8 @@ middles on a side."""
 AT_M, HEADING_DEG = 1.5, 20.0
 """Largest errors of a robot's distance, in metres, and turn that a command specifies."""
 SETS = (
-    *("first", "second", "third", "fourth", "fifth"),
-    *("sixth", "seventh", "eighth", "ninth", "tenth"),
-    *("eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
+    *("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"),
+    *("tenth", "eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
     *("seventeenth", "eighteenth", "nineteenth"),
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
@@ -235,18 +234,18 @@ def _by_baseline(name: str) -> Plan:
     return plan
 
 
-def parser_of(module: str, description: str | None) -> argparse.ArgumentParser:
-    """Return a parser of the options for following these commands."""
+def parser_of(
+    module: str, description: str | None, train: str = "aaai11,warehouse,automatic"
+) -> argparse.ArgumentParser:
+    """Return a parser of the corpora that are learned from."""
     parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{module}", description=description)
-    parser.add_argument(
-        "--train", default="aaai11,warehouse,automatic", help="corpora, with commas between"
-    )
-    parser.add_argument("--set", action="append", choices=SETS, dest="sets")
+    parser.add_argument("--train", default=train, help="corpora, with commas between")
     return parser
 
 
 def main() -> None:
     parser = parser_of("written_commands", __doc__)
+    parser.add_argument("--set", action="append", choices=SETS, dest="sets")
     parser.add_argument("--ablate", action="append", default=[], help="a potential to leave out")
     parser.add_argument("--ablations", action="store_true", help="turn off each part of the model")
     parser.add_argument("--every", type=int, default=1, help="follow every Nth command only")

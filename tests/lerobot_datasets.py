@@ -46,7 +46,7 @@ LANGUAGE = {
 
 def shade(episode: int, frame: int) -> int:
     """The grey of a frame."""
-    return 20 + 60 * episode + 2 * frame
+    return 20 + (60 * episode + 2 * frame) % 220
 
 
 def film(path: Path, frames: list[int], codec: str = "libx264") -> None:
@@ -124,7 +124,11 @@ TASKS = ["Push the cube.", ""]
 
 
 def new_dataset(
-    folder: Path, *, language: bool = True, lengths: tuple[int, ...] = (12, 8, 10)
+    folder: Path,
+    *,
+    language: bool = True,
+    lengths: tuple[int, ...] = (12, 8, 10),
+    row_group_size: int = 7,
 ) -> Path:
     """Version 3: all episodes in a file, with the frames in several groups of rows."""
     (folder / "meta/episodes/chunk-000").mkdir(parents=True)
@@ -132,9 +136,9 @@ def new_dataset(
     of_task = [0, 0, 1]
     first, tables, rows = 0, [], []
     for episode, n in enumerate(lengths):
-        tables.append(pa.table(frames(episode, n, first, of_task[episode], language=language)))
+        tables.append(pa.table(frames(episode, n, first, of_task[episode % 3], language=language)))
         row: dict[str, Any] = {
-            "episode_index": episode, "tasks": [TASKS[of_task[episode]]], "length": n,
+            "episode_index": episode, "tasks": [TASKS[of_task[episode % 3]]], "length": n,
             "data/chunk_index": 0, "data/file_index": 0, "dataset_from_index": first,
             "dataset_to_index": first + n, "stats/action/mean": [0.0, 0.0, 0.0],
         }  # fmt: skip
@@ -147,7 +151,7 @@ def new_dataset(
         rows.append(row)
         first += n
     table = pa.concat_tables(tables).replace_schema_metadata({"mine": "kept"})
-    pq.write_table(table, folder / "data/chunk-000/file-000.parquet", row_group_size=7)
+    pq.write_table(table, folder / "data/chunk-000/file-000.parquet", row_group_size=row_group_size)
     episodes = pa.Table.from_pylist(rows)
     pq.write_table(episodes, folder / "meta/episodes/chunk-000/file-000.parquet")
     tasks = pa.table({"task_index": pa.array([0, 1], pa.int64()), "__index_level_0__": TASKS})

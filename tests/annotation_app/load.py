@@ -19,18 +19,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from flask.sessions import SecureCookieSessionInterface
 from sqlalchemy import func, select
+from sqlalchemy.orm import Session
 
 from annotation_app.core.config import Config
+from annotation_app.core.random_ids import new_id
+from annotation_app.people.participants import hashed, keep_consent
+from annotation_app.serving.factory import create_app
 from annotation_app.store.database import open_database, reading, transaction
-from annotation_app.store.models import Answer, Event, Item, Slot, Study
+from annotation_app.store.models import Answer, Event, Item, Person, Slot, Study
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import StudyConfig, TaskConfig
 from annotation_app.study_setup.rendered_study import put_study, rendered_videos
-from benchmarks.app_client import LOST, Client
-from benchmarks.app_servers import PATIENCE_S, Server, processor_s, servers
-from benchmarks.app_submissions import STUDY, add_workers, cookies
+from tests.annotation_app.load_client import LOST, Client
+from tests.annotation_app.load_servers import PATIENCE_S, Server, processor_s, servers
 
+STUDY = "load"
 RATINGS = 1
 UNAVAILABLE = 503
 """What servers answer while the database is gone."""
@@ -53,10 +58,6 @@ class Tally:
     processor
         Seconds meanwhile of the servers (with their start, if one was killed), of PostgreSQL, and
         of the workers' own program.
-    requests
-        All that were answered, those of the warm-up, too.
-    counts_from
-        When the warm-up is over, by :func:`time.monotonic`: requests that end before don't count.
     """
 
     seconds: dict[str, list[float]] = field(default_factory=dict)
@@ -64,13 +65,6 @@ class Tally:
     broken: Counter[str] = field(default_factory=Counter)
     wall_s: float = 0.0
     processor: dict[str, float] = field(default_factory=dict)
-    requests: int = 0
-    counts_from: float = 0.0
-
-    def add(self, name: str, seconds: float) -> None:
-        self.requests += 1
-        if time.monotonic() >= self.counts_from:
-            self.seconds.setdefault(name, []).append(seconds)
 
 
 class TimeIsUpError(Exception):
@@ -153,12 +147,12 @@ class Worker:
                 await asyncio.sleep(self.luck.uniform(0.5, 2))
                 continue
             assert status in (200, 409), reply
-            self.tally.add(name, time.perf_counter() - start)
+            self.tally.seconds.setdefault(name, []).append(time.perf_counter() - start)
             return status, reply
         raise TimeoutError(path)
 
     async def think(self) -> None:
-        wait_s = self.luck.expovariate(1 / self.think_s)
+        wait_s = self.luck.expovariate(1 / self.think_s) if self.think_s else 0.0
         await asyncio.sleep(min(wait_s, self.until - time.monotonic()))
         if time.monotonic() > self.until:
             raise TimeIsUpError
@@ -215,6 +209,27 @@ def add_study(config: Config, videos: Path, workers: int, answers: int) -> list[
     return people
 
 
+def add_workers(session: Session, study: str, count: int) -> list[str]:
+    """Add workers who have agreed to a study; return their ids."""
+    common: dict[str, Any] = {"role": "worker", "provider": "load", "profile": {}}
+    hashes = [hashed(b"", "load", str(i)) for i in range(count)]
+    people = [Person(id=new_id(), external_hash=h, created_at=0.0, **common) for h in hashes]
+    for person in people:
+        keep_consent(person, study, {})
+    session.add_all(people)
+    return [person.id for person in people]
+
+
+def cookies(config: Config, people: Sequence[str]) -> list[str]:
+    """Return the cookies of people who have signed in."""
+    engine = open_database(config.database)
+    signer = SecureCookieSessionInterface().get_signing_serializer(create_app(config, engine))
+    assert signer is not None
+    signed = [str(signer.dumps({"person": person})) for person in people]
+    engine.dispose()
+    return signed
+
+
 def check(config: Config, tally: Tally, *, whole: bool = True) -> Counter[str]:
     """Fail unless all that was acknowledged is there once and quotas are exact.
 
@@ -262,7 +277,6 @@ def run_load(
     database_troubles: Sequence[Callable[[], None]] = (),
     threads: int = 8,
     seconds: float = math.inf,
-    warm_up_s: float = 0.0,
 ) -> Tally:
     """Let workers work until nothing is left or their time is over; return what they saw.
 
@@ -278,8 +292,6 @@ def run_load(
         What is done to the database, one after the other, while people work.
     seconds
         After which nobody sends anything more.
-    warm_up_s
-        How long requests don't count at first.
     """
     people = add_study(config, videos, workers, answers)
     signed = cookies(config, people)
@@ -288,14 +300,13 @@ def run_load(
     with servers(config, processes, threads) as running:
         start = time.monotonic()
         processor = processor_s()
-        tally.counts_from = start + warm_up_s
         killed = [running[i % processes].kill_and_restart for i in range(kills)]
         total = len(list(videos.iterdir())) * answers * (1 + 2 * RATINGS)
         troubles = spread(killed, total)
         for count, makers in spread(database_troubles, total).items():
             troubles.setdefault(count, []).extend(makers)
         asyncio.run(work_all(running, signed, tally, think_s, troubles, seconds=seconds))
-        tally.wall_s = time.monotonic() - tally.counts_from
+        tally.wall_s = time.monotonic() - start
         tally.processor = {name: s - processor[name] for name, s in processor_s().items()}
     if kills:  # only those who are over tell what killed servers took
         after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -13,9 +13,9 @@ from flask import Flask
 from annotation_app.export.answer_tables import BATCH, FIELDS, TABLES, rows
 from annotation_app.store.database import reading, transaction
 from annotation_app.work.handing_out import find_study
-from benchmarks.app_dashboard import fill
 from corpus_tools.exporters.csv_tables import safe_cell
 from tests.annotation_app.browser import Browser, engine_of, exported
+from tests.annotation_app.large_study import fill
 
 ANSWERS = 2 * BATCH + 500
 

@@ -235,7 +235,7 @@ def test_a_listed_step_is_chosen(context: BrowserContext, tmp_path: Path) -> Non
 
 
 def test_one_of_many_steps_is_dragged(context: BrowserContext, tmp_path: Path) -> None:
-    """Of a minute with 60 steps; `benchmarks.app_drags` times it."""
+    """Of a minute with 60 steps."""
     steps = 60
     film(tmp_path / "films/clip00.mp4", [20 + i % 200 for i in range(steps * FPS)])
     rows = "video,start_s,command\n" + "".join(f"clip00,{i},lift cup {i}\n" for i in range(steps))

@@ -1,6 +1,7 @@
-"""Training against scikit-learn's, on the same matrix: ``python -m benchmarks.training CORPUS``.
+"""Features and training against scikit-learn's: ``python -m benchmarks.learning CORPUS``.
 
-Both stop at the same gradient of the same objective. Processor time.
+Both trainings stop at the same gradient of the same objective, on the same matrix. Their times are
+of the processor.
 """
 
 from __future__ import annotations
@@ -8,25 +9,48 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 
+import numpy as np
 from sklearn.linear_model import LogisticRegression
 from threadpoolctl import threadpool_limits
 
-from benchmarks.timing import best_of, heading, row, show
+from benchmarks.timing import best, best_of, growth, row, show
 from corpus_tools.importers.authored.bundled import open_corpus
-from g3.features.feature_registry import select
+from g3.features.feature_registry import FeatureSet, select
+from g3.features.matrix import fit_space, transform
 from g3.groundings import FloatArray
 from g3.learning import crf
-from g3.learning.examples import examples
+from g3.learning.examples import Example, examples, to_batch
 from g3.learning.factor_matrix import matrix_of_examples
 
+TIMES = (1, 2, 4, 8, 16)
 L2, TOLERANCE = 1.0, 1e-4
 
 
 def main(corpus: str) -> None:
-    factors = matrix_of_examples(examples(open_corpus(corpus).annotations), select())
+    items, sets = examples(open_corpus(corpus).annotations), select()
+    print(f"{len(items)} examples")
+    features(items, sets)
+    training(items, sets)
+
+
+def features(items: list[Example], sets: tuple[FeatureSet, ...]) -> None:
+    packing, batch = best(lambda: to_batch(items))
+    fitting, (space, matrix) = best(lambda: fit_space(batch, sets))
+    seconds = []
+    for times in TIMES:
+        larger = batch.take(np.tile(np.arange(len(items)), times))
+        seconds.append(best(partial(transform, larger, sets, space))[0])
+        show(f"{times * len(items)} candidates", 1e6 * seconds[-1] / len(larger), "µs each")
+    rate = len(items) / (packing + fitting)
+    what = f"features of {len(items)} examples ({matrix.shape[1]})"
+    row(what, f"{rate:,.0f} examples/s", f"grows with candidates to {growth(TIMES, seconds):.2f}")
+
+
+def training(items: list[Example], sets: tuple[FeatureSet, ...]) -> None:
+    factors = matrix_of_examples(items, sets)
     matrix, correct = factors.matrix, factors.correct
-    heading(f"Training on {matrix.shape[0]} examples with {matrix.shape[1]} features")
     # scikit-learn's objective is ours divided by n, and so is its gradient.
     theirs = LogisticRegression(
         C=1 / L2, fit_intercept=False, solver="lbfgs", tol=TOLERANCE / len(correct), max_iter=10_000

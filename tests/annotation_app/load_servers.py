@@ -18,6 +18,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from annotation_app.core.config import Config
+from tests.annotation_app.conftest import new_database
+from tests.annotation_app.postgres import cluster
 
 PATIENCE_S = 60.0
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -92,9 +94,6 @@ def new_databases(kind: str) -> Iterator[Callable[[], str]]:
         with tempfile.TemporaryDirectory() as folder:
             yield lambda: f"sqlite:///{folder}/{next(numbers)}.sqlite"
         return
-    from tests.annotation_app.conftest import new_database  # noqa: PLC0415 - needs pytest
-    from tests.annotation_app.postgres import cluster  # noqa: PLC0415
-
     with cluster(durable=True) as url:
         yield lambda: new_database(url)
 
