@@ -99,11 +99,6 @@ class ModelErrors:
     measures: tuple[Measured, ...]
 
 
-def span_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
-    """Return the F score of two annotations' clauses for a command: same type and same words."""
-    return f_score(spans(one), spans(other))
-
-
 def tree_f(one: Sequence[SDC], other: Sequence[SDC]) -> float:
     """Return the F score of the clauses with their fields' content and their place in the tree.
 

@@ -15,8 +15,8 @@ from g3.annotation import Put, Rating, Source, Unknown
 from g3.groundings import Aspect, Colour
 from g3.sdc.clauses import SDCType
 
-SCHEMA_VERSION, UNSEALED_VERSION = 2, 1
-"""Corpora of the second can be read; the first adds the digests."""
+SCHEMA_VERSION = 2
+"""Version 1, which can be read, too, has no digests."""
 
 MANIFEST = "corpus.json"
 CONTEXTS = "contexts.jsonl"

@@ -60,32 +60,19 @@ def plan_interval(
     return Plan(pairs, judges, pairs * judges, effect, reached)
 
 
-def power_of_difference(n: float, one: float, other: float) -> float:
-    """Return the power to find two shares different with n judgments of each.
+def judgments_for_difference(one: float, other: float, power: float = POWER) -> float:
+    """Return the independent judgments of each to find a difference with power.
 
     The normal approximation with a pooled variance under no difference (J. L. Fleiss, B. Levin
     and M. C. Paik, Statistical Methods for Rates and Proportions, 2003, section 4.2).
     """
-    z, under_none, spread = _deviations(one, other)
-    beyond = np.sqrt(n) * abs(one - other) - z * under_none
-    # Shares of 0 and 1 don't vary: their difference is found, or there is none.
-    return float(special.ndtr(beyond / spread)) if spread else float(beyond > 0)
-
-
-def judgments_for_difference(one: float, other: float, power: float = POWER) -> float:
-    """Return the independent judgments of each to find a difference with power."""
     if one == other:
         raise ValueError("the shares are the same: nothing can be found")
-    z, under_none, spread = _deviations(one, other)
-    return ((z * under_none + float(special.ndtri(power)) * spread) / (one - other)) ** 2
-
-
-def _deviations(one: float, other: float) -> tuple[float, float, float]:
-    """Return the normal quantile, and the deviations for one judgment: null and alternative."""
     middle = (one + other) / 2
-    under_none = float(np.sqrt(2 * middle * (1 - middle)))
-    spread = float(np.sqrt(one * (1 - one) + other * (1 - other)))
-    return float(special.ndtri((1 + LEVEL) / 2)), under_none, spread
+    under_none = np.sqrt(2 * middle * (1 - middle))
+    spread = np.sqrt(one * (1 - one) + other * (1 - other))
+    z, z_of_power = special.ndtri((1 + LEVEL) / 2), special.ndtri(power)
+    return float(((z * under_none + z_of_power * spread) / (one - other)) ** 2)
 
 
 def simulated_half_width(

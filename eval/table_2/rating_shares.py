@@ -106,9 +106,6 @@ class Results:
     link: CumulativeLink | None = None
 
 
-TRY = "give one with ratings of videos, or warehouse-simulated-ratings to try it"
-
-
 def table_2(
     judgments: Sequence[Judgment],
     *,

@@ -293,9 +293,6 @@ TRIED = {
         1.0 * t.agrees.any(), 0.5
     ),
     "power.plan_interval": lambda t: a_plan(t)[0],
-    "power.power_of_difference": lambda t: power.power_of_difference(
-        len(t.rating), 1.0 * t.agrees.any(), 1.0 * t.original.any()
-    ),
     "power.own_shares": lambda t: power.own_shares(
         1.0 * t.agrees.any(), [0.0, 1e-300, 0.5, 1 - 1e-12, 1.0][len(t.rating) % 5], (50,), rng()
     ),

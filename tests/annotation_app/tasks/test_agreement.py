@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from annotation_app.tasks.agreement import figures, mean_of_pairs, span_f, tree_f
+from annotation_app.tasks.agreement import f_score, figures, mean_of_pairs, spans, tree_f
 from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import parse_brackets
 
@@ -20,12 +20,11 @@ ATTACHED = trees("EVENT(r = Put, l = OBJ(f = OBJ(f = the pallet), r = on, l = OB
 def test_f_scores_by_hand() -> None:
     # Flat: EVENT, OBJ the pallet, PLACE on the truck, OBJ the truck. Attached: EVENT, OBJ the
     # pallet on the truck, OBJ the pallet, OBJ the truck. Three of four are spans of both.
-    assert span_f(FLAT, ATTACHED) == pytest.approx(3 / 4)
+    assert f_score(spans(FLAT), spans(ATTACHED)) == pytest.approx(3 / 4)
     # As nodes only the EVENT is the same: "the pallet" and "the truck" hang elsewhere.
     assert tree_f(FLAT, ATTACHED) == pytest.approx(1 / 4)
-    assert span_f(FLAT, FLAT) == tree_f(FLAT, FLAT) == 1.0
-    assert span_f((), ()) == 1.0
-    assert span_f(FLAT, ()) == 0.0
+    assert tree_f(FLAT, FLAT) == tree_f((), ()) == 1.0
+    assert tree_f(FLAT, ()) == 0.0
 
 
 def test_pairs() -> None:

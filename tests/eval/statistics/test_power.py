@@ -10,7 +10,6 @@ from eval.statistics.power import (
     design_effect,
     judgments_for_difference,
     plan_interval,
-    power_of_difference,
     simulated_half_width,
 )
 from eval.table_2.power_plans import CORRELATION, SHARE, assumptions, plans
@@ -18,8 +17,8 @@ from g3.annotation import Judgment
 
 
 def test_what_r_documents():
-    """``power.prop.test``: a power of 0.740 with n = 50, and n = 76.7 for 0.90."""
-    assert power_of_difference(50, 0.50, 0.75) == pytest.approx(0.740, abs=5e-4)
+    """``power.prop.test``: n = 76.7 for a power of 0.90, and a power of 0.740 with n = 50."""
+    assert judgments_for_difference(0.50, 0.75, power=0.740) == pytest.approx(50, abs=0.1)
     assert judgments_for_difference(0.50, 0.75, power=0.90) == pytest.approx(76.7, abs=0.05)
     with pytest.raises(ValueError, match="same"):
         judgments_for_difference(0.5, 0.5)
