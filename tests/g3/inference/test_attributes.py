@@ -112,7 +112,7 @@ def test_of_things_alike_the_tall_or_the_small_one_is_meant(
     assert picked(world(*crates), said.format(word)) == f"c{meant}"
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     poses=places(3),
     word=st.sampled_from([w for row in members("colour").values() for w in row.words.split()]),

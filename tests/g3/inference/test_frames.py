@@ -45,7 +45,7 @@ def done(grounder, text, context):
     spots=st.permutations(SPOTS),
 )
 @settings(
-    max_examples=25,
+    max_examples=12,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
@@ -63,7 +63,7 @@ def test_going_ahead_and_driving_is_driving(grounder):
 
 
 @given(verb=st.sampled_from(("Blick", "Zorp", "Frindle", "Quonk")), spots=st.permutations(SPOTS))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 def test_unknown_verbs_do_what_their_arguments_allow(verb, spots, grounder):
     context = yard(spots)
     (carries,) = done(grounder, f"{verb} the boxes onto the truck", context)
@@ -78,7 +78,7 @@ def test_unknown_verbs_do_what_their_arguments_allow(verb, spots, grounder):
 
 
 @given(spots=st.permutations(SPOTS))
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_what_is_picked_up_without_a_name_is_what_was_driven_to(spots, grounder):
     context = yard(spots)
     _, takes = done(grounder, "Drive to the boxes and pick up.", context)

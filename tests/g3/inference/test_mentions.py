@@ -17,7 +17,8 @@ def ends(grounder, text, things, mirrored):
     Parameters
     ----------
     mirrored
-        Whether things are on the other side of the robot's x axis than told.
+        Whether things are on the other side of the robot's x axis than told. Of several wordings
+        some are tried on one side and some on the other.
     """
     side = -1 if mirrored else 1
     there = world(**{name: (kind, (x, side * y)) for name, (kind, (x, y)) in things.items()})
@@ -25,16 +26,15 @@ def ends(grounder, text, things, mirrored):
     return plan.state, {a.object_id for a in plan.actions} - {""}
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize(
-    "text",
+    ("text", "mirrored"),
     [
         # What was come to, pointed at; what was handled, by its label and by its number.
-        "Go to the tires, pick up this pallet and put it on the truck",
-        "Pick up the tires. Put this pallet on the truck",
-        "Pick up the tires, drive past the boxes and put them on the truck",
-        "Lift the tires, turn around and set the load on the truck",
-        "Take the tires to the truck and put them on the top",
+        ("Go to the tires, pick up this pallet and put it on the truck", False),
+        ("Pick up the tires. Put this pallet on the truck", True),
+        ("Pick up the tires, drive past the boxes and put them on the truck", False),
+        ("Lift the tires, turn around and set the load on the truck", True),
+        ("Take the tires to the truck and put them on the top", False),
     ],
 )
 def test_what_was_spoken_of_is_put_on_the_truck(text, mirrored, grounder):
@@ -43,10 +43,9 @@ def test_what_was_spoken_of_is_put_on_the_truck(text, mirrored, grounder):
     assert (state.held, stands_on(state, "tires")) == (None, "truck")
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_them_and_it_are_told_apart_by_number(mirrored, grounder):
+def test_them_and_it_are_told_apart_by_number(grounder):
     text = "Drive to the truck. Pick up the tires and bring them back to it"
-    state, handled = ends(grounder, text, YARD, mirrored)
+    state, handled = ends(grounder, text, YARD, mirrored=False)
     assert handled == {"tires"}
     ends_at = centre((state.thing("tires")).prism)
     assert np.linalg.norm(ends_at - centre(state.thing("truck").prism)) < 6
@@ -66,7 +65,6 @@ BESIDE = "Pick up the boxes, go over to the tires and set them down beside them"
         ),
         (RIGHT_NEXT, True),
         (BESIDE, False),
-        (BESIDE, True),
     ],
 )
 def test_nothing_is_put_next_to_itself(text, mirrored, grounder):
@@ -79,8 +77,9 @@ def test_nothing_is_put_next_to_itself(text, mirrored, grounder):
 TWO = {"tires": (TIRES, (8, 2)), "near": ("truck", (13, 8)), "far": ("truck", (22, -9))}
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("where", ["on the truck", "on its bed", "on it"])
+@pytest.mark.parametrize(
+    ("where", "mirrored"), [("on the truck", False), ("on its bed", True), ("on it", False)]
+)
 def test_the_truck_that_was_driven_to_is_the_truck(where, mirrored, grounder):
     side = "left" if mirrored else "right"
     text = f"Lift the tires. Drive to the truck on the {side}. Put them {where}"
@@ -88,8 +87,9 @@ def test_the_truck_that_was_driven_to_is_the_truck(where, mirrored, grounder):
     assert stands_on(state, "tires") == "far"
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("where", ["on the ground", "down on the ground there"])
+@pytest.mark.parametrize(
+    ("where", "mirrored"), [("on the ground", False), ("down on the ground there", True)]
+)
 def test_on_the_ground_is_where_it_was_brought(where, mirrored, grounder):
     text = f"Pick up the tires and take them over to the truck. Set them {where}"
     state, _ = ends(grounder, text, YARD, mirrored)
@@ -106,8 +106,7 @@ def test_the_one_behind_them_is_another_one(mirrored, grounder):
     assert state.held == "tires"
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("text", ["load them up", "load them"])
+@pytest.mark.parametrize(("text", "mirrored"), [("load them up", True), ("load them", False)])
 def test_what_was_brought_to_the_truck_is_loaded_onto_it(text, mirrored, grounder):
     text = f"Take the tires over to the truck and {text}"
     state, handled = ends(grounder, text, YARD, mirrored)
@@ -161,9 +160,10 @@ def test_one_of_several_is_told_by_where_it_is(text, spots, mirrored, grounder):
     assert ends(grounder, text, things, mirrored)[0].held == "meant"
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("someone", ["person", "fella", "guy"])
-@pytest.mark.parametrize("them", ["him", "her"])
+@pytest.mark.parametrize(
+    ("someone", "them", "mirrored"),
+    [("person", "him", False), ("fella", "him", True), ("guy", "her", False)],
+)
 def test_who_is_spoken_of_is_a_person(someone, them, mirrored, grounder):
     things = {"boxes": (BOXES, (9, 1)), "person": ("person", (6, 9)), "truck": ("truck", (17, -5))}
     text = f"Pick up the boxes and take them to the {someone}. Set them down next to {them}."
@@ -173,12 +173,11 @@ def test_who_is_spoken_of_is_a_person(someone, them, mirrored, grounder):
     assert np.linalg.norm(away) < 4
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize(
-    "text",
+    ("text", "mirrored"),
     [
-        "Put the far crate on the truck, then go to the near one and lift it",
-        "Put the far crate on the truck, go to the near one and pick it up",
+        ("Put the far crate on the truck, then go to the near one and lift it", False),
+        ("Put the far crate on the truck, go to the near one and pick it up", True),
     ],
 )
 def test_one_is_of_the_kind_of_what_was_told_apart_so(text, mirrored, grounder):

@@ -202,7 +202,7 @@ SPOTS = [(9, 6), (9, 1), (9, -4), (9, -9), (-8, 10), (-8, -10)]
     spots=st.permutations(SPOTS),
 )
 @settings(
-    max_examples=40,
+    max_examples=20,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
