@@ -29,7 +29,7 @@ from annotation_app.items.item_scenes import watched
 from annotation_app.items.new_items import NewItem
 from annotation_app.store.models import Answer, Item, Record, Study
 from annotation_app.studies.study_file import StudyConfig, language_of
-from annotation_app.studies.suggestions import action_starts, suggest, warm_up
+from annotation_app.studies.suggestions import certainty, suggest, warm_up
 from annotation_app.tasks.agreement import Part, f_score, mean_of_pairs, nodes, spans, tree_f
 from annotation_app.tasks.clause_words import words_of
 from annotation_app.tasks.corpus_parts import CorpusParts, answers_of
@@ -115,17 +115,31 @@ def _likeness(suggestion: Any, body: Record) -> float:
 
 def _payload(session: Session, item: Item, _salt: bytes) -> Record:
     text = item.payload["text"]
-    corrects = bool(item.payload.get("corrects"))
     shown = {"command": text, "words": list(words_of(text)), **watched(session, item)}
-    return {**shown, "corrects": corrects, "actions": _actions(session, item)}
+    return {
+        **shown,
+        "corrects": bool(item.payload.get("corrects")),
+        **_certainty(session, item, shown["words"]),
+    }
 
 
-def _actions(session: Session, item: Item) -> list[int]:
-    """Return the numbers of words that say what to do, where a program knows the language."""
-    text = item.payload["text"]
+def _certainty(session: Session, item: Item, words: Sequence[Record]) -> Record:
+    """Return the numbers of words that a program is sure or unsure of, if it knows the language."""
     config = session.get_one(Study, item.study_id).config
-    starts = action_starts(text) if language_of(config).split("-")[0] == SOURCE else frozenset()
-    return [number for number, word in enumerate(words_of(text)) if word["start"] in starts]
+    if language_of(config).split("-")[0] != SOURCE:
+        return {}
+    text = item.payload["text"]
+    sure = certainty(text)
+    unsure = frozenset() if "suggestion" in item.payload else sure.unsure
+    named = {"actions": sure.actions, "things": sure.things, "wheres": sure.wheres}
+    return {
+        name: [i for i, word in enumerate(words) if word["start"] in starts and _has_letters(word)]
+        for name, starts in {**named, "unsure": unsure}.items()
+    }
+
+
+def _has_letters(word: Record) -> bool:
+    return any(map(str.isalnum, word["text"]))
 
 
 def _check(
@@ -242,7 +256,7 @@ def _compare(_session: Session, _item: Item, bodies: Sequence[Record], _salt: by
 
 def _opened(data: Record, answer: Record) -> Record:
     """Return a page's data with an answer in place of the suggestion, as its first state."""
-    return {**data, "payload": {**data["payload"], "suggestion": answer["sdcs"]}}
+    return {**data, "payload": {**data["payload"], "suggestion": answer["sdcs"], "unsure": []}}
 
 
 def _disputed(_item: Item, bodies: Sequence[Record]) -> Iterable[Part]:

@@ -80,13 +80,17 @@ export function remove(state, id) {
   return { ...state, clauses: left, current: gone.parent ?? left.at(-1)?.id ?? null };
 }
 
-/** Remove clauses that have lost all words and hold no others, and descriptions that have lost theirs. */
-export function pruned(state) {
-  const bare = state.clauses.find((c) => {
+/**
+ * Remove clauses that have lost all words and hold no others, and descriptions that have lost theirs.
+ *
+ * Those in `kept` had none before: no word says what to do.
+ */
+export function pruned(state, kept = []) {
+  const bare = state.clauses.filter((c) => !kept.includes(c.id)).find((c) => {
     const inside = children(state, c.id);
     return !ownWords(c).length && (!inside.length || (c.type === "OBJECT" && inside.length === 1 && inside[0].field === "f"));
   });
-  return bare ? pruned({ ...remove(state, bare.id), current: state.current }) : state;
+  return bare ? pruned({ ...remove(state, bare.id), current: state.current }, kept) : state;
 }
 
 function change(state, id, how) {
@@ -127,13 +131,14 @@ export function fromJson(sdcs, words) {
   // A word there may be several here, as "1.5" is; marks are taken only where they begin a word.
   const numbers = (list) => {
     const ends = list.map(([word, start]) => [start, start + [...word].length]);
-    return ends.flatMap(([start, end]) =>
+    const all = ends.flatMap(([start, end]) =>
       words.flatMap((w, i) => {
         const stop = w.start + [...w.text].length;
         const begins = w.start <= start && start < stop;
         return begins || (start < w.start && w.start < end && /[\p{L}\p{N}]/u.test(w.text)) ? [i] : [];
       }),
     );
+    return [...new Set(all)]; // "left-hand" may be three words there
   };
   const read = (value, parent, field) => {
     const isWords = Array.isArray(value.f?.[0]);

@@ -1,21 +1,12 @@
 // What people learn from the practice sentence of Segment: which word is in the wrong place, and
 // how it is done, step by step.
 
-import { TOP, allParts, outline, placesOf, question } from "./outline.js";
+import { TOP, addUnsaid, allParts, nameOf, outline, placesOf, placings, put, question, unsaid } from "./outline.js";
 import { text } from "./sdc.js";
 import { _ } from "./speech.js";
 
 /** Places and ways are often the same to people: "Sail where? To the buoy." */
 const alike = (role) => (role === "way" ? "where" : role);
-
-/** Of each word: the words it is with, what they say, and the words that they belong to. */
-function placings(state) {
-  const found = new Map();
-  for (const { words, role, above } of allParts(outline(state))) {
-    for (const word of words) found.set(word, { words, role, above: above?.words ?? null });
-  }
-  return found;
-}
 
 const same = (one, other) => String(one) === String(other);
 
@@ -46,19 +37,23 @@ export function differences(state, right, words) {
 
 const bad = (words, why) => ({ good: false, text: why, words });
 
-/** The steps to the right tree: {taken, place(state), said}. */
+/** The steps to the right tree: {taken, place(state), act(state), said}. */
 export function lesson(right, words) {
   return allParts(outline(right)).map(({ words: taken, role, above }, at) => {
-    const label = question(role, above ? text(above.words, words) : "", at > 0);
+    const isNext = at > 0;
+    if (!taken.length) {
+      return { taken, place: () => null, act: addUnsaid, said: _("No word says what to do. Press “%(label)s”.", { label: unsaid(isNext) }) };
+    }
+    const label = question(role, above ? nameOf(above, words) : "", isNext);
     const place = (state) => {
       if (!above) return TOP;
-      const there = allParts(outline(state)).find((part) => same(part.words, above.words));
+      const there = allParts(outline(state)).findLast((part) => same(part.words, above.words));
       return placesOf(there, taken).find((one) => one.role === role);
     };
     const values = { words: text(taken, words), label };
     const said = taken.length > 1
       ? _("Choose these words: “%(words)s”. Then choose the place “%(label)s”.", values)
       : _("Choose the word: “%(words)s”. Then choose the place “%(label)s”.", values);
-    return { taken, place, said };
+    return { taken, place, act: (state) => put(state, place(state), taken), said };
   });
 }

@@ -4,6 +4,7 @@ import { $, announce, h, isShortcut, redraw } from "./dom.js";
 import { differences, lesson } from "./segment-practice.js";
 import {
   ROLES, TOP, addUnsaid, allParts, doubts, hasAction, lineOf, nameOf, nextWord, outline, partWith, placesOf, problems, put, question,
+  unsaid,
 } from "./outline.js";
 import "./player.js";
 import { begin, data, payload } from "./work.js";
@@ -14,6 +15,9 @@ const { words, suggestion } = payload;
 // The command may be written the other way than the page's language.
 const isRightToLeft = /^\P{L}*[\p{Script=Arabic}\p{Script=Hebrew}\p{Script=Syriac}\p{Script=Thaana}]/u.test(payload.command);
 const right = payload.right && sdc.fromJson(payload.right, words);
+
+const proposal = suggestion ? sdc.fromJson(suggestion, words) : sdc.empty;
+const unsure = suggestion?.length ? payload.unsure ?? [] : [];
 
 let chosen = new Set(); // words, not part of the draft
 let proposed = null; // a word that was chosen for people; their first press of it doesn't take it away
@@ -46,12 +50,12 @@ editor.append(
 
 showExample();
 const work = begin({
-  initial: suggestion ? sdc.fromJson(suggestion, words) : sdc.empty,
+  initial: proposal,
   draw,
   body: (state) => ({ sdcs: sdc.toJson(state, words) }),
   // A command of a corpus that is corrected may ask for nothing.
   problems: (state) => (payload.corrects && !state.clauses.length ? [] : problems(state, words)),
-  doubts: (state) => (payload.corrects && !state.clauses.length ? [] : doubts(state, words, payload.actions ?? [])),
+  doubts: (state) => (payload.corrects && !state.clauses.length ? [] : questions(state)),
   feedback,
   explain: (state) => (right ? feedback(state).text : ""),
 });
@@ -76,15 +80,24 @@ function showExample() {
   );
 }
 
+/** What is asked before it is sent, with buttons where a press answers it. */
+function questions(state) {
+  return doubts(state, words, { ...payload, unsure: state.isOwn ? [] : unsure, suggestion: proposal }).map(({ text, label, mend }) =>
+    mend ? [text, " ", h("button", { type: "button", class: "small", onclick: () => apply(mend(work.state), label) }, label)] : text,
+  );
+}
+
 function suggested() {
   const from = payload.corrects
     ? _("The words have places already. Correct what is wrong: choose a word to move it, or %(start)s. If the command asks for nothing, remove all parts and send it.")
-    : _("A program has placed the words. It makes mistakes: choose a word to move it, or %(start)s.");
+    : unsure.length
+      ? _("A program has placed the words, and isn't sure of those with dots below. Choose a word to move it, or %(start)s.")
+      : _("A program has placed the words. It makes mistakes: choose a word to move it, or %(start)s.");
   return h(
     "p",
     { class: "notice" },
     ...pieces(from, {
-      start: h("button", { type: "button", class: "link", onclick: () => apply(sdc.empty, _("All parts removed")) }, _("start from nothing")),
+      start: h("button", { type: "button", class: "link", onclick: () => apply({ ...sdc.empty, isOwn: true }, _("All parts removed")) }, _("start from nothing")),
     }),
   );
 }
@@ -149,7 +162,8 @@ function fill(place, asked) {
 function leaveOut() {
   const taken = picked();
   const state = sdc.free(work.state, taken);
-  apply({ ...state, left: [...new Set([...(state.left ?? []), ...taken])] }, _("Left out: %(words)s", { words: phrase(taken) }));
+  const wordless = work.state.clauses.filter((c) => !sdc.wordsOf(work.state, c.id).length).map((c) => c.id);
+  apply(sdc.pruned({ ...state, left: [...new Set([...(state.left ?? []), ...taken])] }, wordless), _("Left out: %(words)s", { words: phrase(taken) }));
 }
 
 function removeCurrent() {
@@ -194,7 +208,7 @@ function draw(state) {
     const holder = sdc.holder(state, i);
     const isLeft = Boolean(state.left?.includes(i));
     const kind = holder ? ` type-${holder.type}` : isLeft ? " left-out" : "";
-    button.className = `word${kind}${wrong.includes(i) ? " wrong" : ""}`;
+    button.className = `word${kind}${wrong.includes(i) ? " wrong" : ""}${unsure.includes(i) ? " unsure" : ""}`;
     button.setAttribute("aria-pressed", chosen.has(i));
     button.tabIndex = i === focused ? 0 : -1;
     const where = wrong.includes(i) ? _("not in its place") : holder ? _("has a place") : isLeft ? _("left out") : "";
@@ -224,13 +238,22 @@ function topQuestion(state) {
   return question("done", "", outline(state).length > 0);
 }
 
+/** Have an action without words, for those that are chosen or have no place yet. */
 function sayNothing() {
+  const before = chosen;
   apply(addUnsaid(work.state), _("No word says it"));
+  if (!before.size) return;
+  chosen = before;
+  draw(work.state);
+}
+
+function unsaidButton(name, isNext) {
+  return h("button", { type: "button", class: name, "data-key": "unsaid", onclick: sayNothing }, h("bdi", {}, unsaid(isNext)));
 }
 
 function toolParts(state, taken) {
   return [
-    !taken.length && !hasAction(state) ? h("button", { type: "button", class: "small", "data-key": "unsaid", onclick: sayNothing }, _("No word says it")) : null,
+    !taken.length && !hasAction(state) ? unsaidButton("small", false) : null,
     taken.length ? h("button", { type: "button", class: "small", "data-key": "leave", onclick: leaveOut }, _("Leave it out"), " ", h("kbd", { "aria-hidden": "true" }, "X")) : null,
     right && teacher.hidden ? h("button", { type: "button", class: "small", "data-key": "show", onclick: teach }, _("Show me how")) : null,
   ].filter(Boolean);
@@ -244,7 +267,9 @@ function treeParts(state, taken) {
   const everywhere = allParts(parts).map((part) => part.id).filter((id) => !moving.includes(id));
   const line = !taken.length ? [] : isMoving ? everywhere : lineOf(state, state.current);
   const current = (part) => part.id === state.current;
-  const places = (part) => (line.includes(part.id) ? placesOf(part, taken, current(part)) : []);
+  const isThing = payload.things?.includes(taken[0]); // which no clause begins with
+  const fits = ({ role }) => !isThing || !["when", "happens"].includes(role);
+  const places = (part) => (line.includes(part.id) ? placesOf(part, taken, current(part)).filter(fits) : []);
   const made = branches(
     parts,
     (part) => row("button", part, nameOf(part, words), {
@@ -255,6 +280,7 @@ function treeParts(state, taken) {
     (part) => placeBar(places(part), nameOf(part, words)),
   );
   const top = taken.length ? placeBar([{ ...TOP, isFilled: parts.length > 0 }], "") : null;
+  if (top && hasAction(state)) top.append(unsaidButton("place filled", true));
   return [made, top, parts.length || top ? null : h("p", { class: "quiet" }, _("Nothing has a place yet."))];
 }
 
@@ -348,15 +374,15 @@ function teach() {
     chosen = new Set(taken);
     proposed = null;
     draw(work.state);
-    tree.querySelector(`[data-key="${CSS.escape(place(work.state).key)}"]`)?.classList.add("pointed");
+    editor.querySelector(`[data-key="${CSS.escape(place(work.state)?.key ?? "unsaid")}"]`)?.classList.add("pointed");
     const next = h("button", { type: "button", class: "primary", onclick: go }, _("Do it"));
     teacher.replaceChildren(h("p", {}, h("b", {}, _("Step %(number)s of %(count)s.", { number: at + 1, count: steps.length })), " ", said), h("div", { class: "actions" }, next, h("button", { type: "button", onclick: end }, _("Stop"))));
     next.focus({ preventScroll: true });
     announce(said);
   };
   const go = () => {
-    const { taken, place, said } = steps[at];
-    apply(put(work.state, place(work.state), taken), said);
+    const { act, said } = steps[at];
+    apply(act(work.state), said);
     at += 1;
     tell();
   };

@@ -220,7 +220,7 @@ def test_words_need_not_stand_side_by_side_and_may_be_left_out(
     page = site.open(context, "segment")
     start_from_nothing(page)
     place(page, (1, 3), "What to do?")
-    place(page, (0,), "Who is to put down?")
+    place(page, (0,), "put down: who does it?")
     place(page, (2,), "put down what?")
     expect(page.locator("#prompt")).to_contain_text("kindly is chosen")
     page.get_by_role("button", name="Leave it out").click()
