@@ -10,14 +10,17 @@ from statistics import median
 from typing import Literal, NamedTuple
 
 import msgspec
+import numpy as np
 from sqlalchemy import ColumnElement, String, case, cast, exists, func, or_, select
 from sqlalchemy.orm import Session
 
 from annotation_app.people.participants import platform_knowledge, subject_of
 from annotation_app.people.person_names import anonymous_name, shown_name
 from annotation_app.store.models import Answer, Item, Person, Record, TaskName
+from annotation_app.tasks.agreement import FEWEST_ITEMS
 from annotation_app.tasks.task_registry import task_names, tasks
 from annotation_app.work.answer_flags import UNREAD, UNWATCHED, WATCHED_LONGER, answer_flags
+from corpus_tools.corpus.rater_agreement import dawid_skene
 
 FEWEST = 5
 """Answers of a task by which a person can be distinguished from others."""
@@ -40,6 +43,9 @@ class Worker:
         Names of the person on the dashboard, and in exports.
     checks, failed
         Attention checks that they had, and that they failed.
+    weight
+        Probability that a verdict of theirs is the true one, by task, in Dawid and Skene's model;
+        only where at least `FEWEST_ITEMS` items have several verdicts.
     reasons
         Oddities, in plain words; empty for most people.
     platform
@@ -56,6 +62,7 @@ class Worker:
     median_s: dict[TaskName, float]
     checks: int
     failed: int
+    weight: dict[TaskName, float]
     reasons: tuple[str, ...]
     platform: Literal["known", "unknown"] | None = None
 
@@ -93,11 +100,15 @@ def workers(session: Session, study_id: str) -> list[Worker]:
         work[person_id].bodies.setdefault(task_name, []).extend(bodies)
     for person_id, flags in _flags(session, study_id):
         work[person_id].flags.update(flags)
+    weights = _weights(session, study_id)
     others = _by_task(work.values())
     knowledge = platform_knowledge(session, study_id)
     people = session.scalars(select(Person).where(has_answered(study_id)))
     found = [
-        _worker(person, work[person.id], others, knowledge.get(person.id)) for person in people
+        _worker(
+            person, work[person.id], others, weights.get(person.id, {}), knowledge.get(person.id)
+        )
+        for person in people
     ]
     return sorted(found, key=lambda worker: (-len(worker.reasons), -worker.answers, worker.subject))
 
@@ -150,6 +161,39 @@ def _told(session: Session, study_id: str) -> Iterator[tuple[str, TaskName, list
         bodies.where(*told, Answer.gist.is_(None)).order_by(Answer.id)
     ):
         yield person_id, task_name, [body]
+
+
+def _weights(session: Session, study_id: str) -> dict[str, dict[TaskName, float]]:
+    """Return each person's weight by task, where the answers show how each of them errs."""
+    found: dict[str, dict[TaskName, float]] = {}
+    for task in tasks():
+        if task.verdict is None:
+            continue
+        rows = session.execute(
+            select(
+                Answer.item_id,
+                Answer.person_id,
+                Answer.gist,
+                case((Answer.gist.is_(None), Answer.body)),
+            )
+            .where(
+                Answer.study_id == study_id,
+                Answer.task == task.name,
+                Answer.kind == "usual",
+                Answer.excluded.is_(False),
+            )
+            .order_by(Answer.id)
+        ).all()
+        several = {item for item, count in Counter(row[0] for row in rows).items() if count > 1}
+        if len(several) < FEWEST_ITEMS:
+            continue
+        _, item = np.unique([row[0] for row in rows], return_inverse=True)
+        people, rater = np.unique([row[1] for row in rows], return_inverse=True)
+        told = (body if gist is None else msgspec.json.decode(gist) for *_, gist, body in rows)
+        model = dawid_skene(item, rater, np.array([task.verdict(one) for one in told]))
+        for number, person_id in enumerate(people if not model.reason else ()):
+            found.setdefault(str(person_id), {})[task.name] = model.accuracy(number)
+    return found
 
 
 def _flags(session: Session, study_id: str) -> Iterator[tuple[str, Iterator[str]]]:
@@ -209,6 +253,7 @@ def _worker(
     person: Person,
     mine: _Work,
     ordered: Mapping[TaskName, Sequence[float]],
+    weight: dict[TaskName, float],
     platform: Literal["known", "unknown"] | None,
 ) -> Worker:
     failed = mine.checks.count(False)
@@ -224,6 +269,7 @@ def _worker(
         median_s={task_name: one.seconds for task_name, one in mine.medians.items()},
         checks=len(mine.checks),
         failed=failed,
+        weight=weight,
         reasons=(*unknown, *_reasons(mine, failed, ordered)),
         platform=platform,
     )

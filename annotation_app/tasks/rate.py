@@ -214,5 +214,6 @@ RATE = Task(
         choices(lambda bodies: [[body["rating"] for body in bodies]], ("ordinal", "interval")),
     ),
     gist=lambda body: {"rating": body["rating"]},
+    verdict=lambda body: int(body["rating"] >= AGREES),
     oddities=_oddities,
 )

@@ -287,12 +287,15 @@ class Task:
     model_errors: Callable[[Session, Study], Sequence[ModelErrors]] = _none
     """Errors of the models whose suggestions people corrected, one record a model and group."""
     gist: Callable[[Record], Record] | None = None
-    """The part of a kept answer that `counts`, `agreement`, `oddities` and `passes` read. With it
+    """The part of a kept answer that `counts`, `agreement`, `verdict`, `oddities` and `passes`
+    read. With it
     the dashboard of a large study is faster: equal gists are read once."""
     facts: Callable[[Session, Item, Record], Sequence[tuple[str, str]]] = _none
     """Facts of a kept answer in words: its subject, and the answer."""
     disputed: Callable[[Item, Sequence[Record]], Iterable[Part]] = _none
     """The parts of an item's answers, two or more, on which people may disagree."""
+    verdict: Callable[[Record], int] | None = None
+    """Class of a kept answer, from 0, by which people's errors are estimated (Dawid and Skene)."""
     oddities: Callable[[Sequence[Record]], Iterator[str]] | None = None
     """Oddities of the answers of one person, in plain words."""
     tables: Mapping[str, AnswerTable] = field(default_factory=dict)

@@ -11,15 +11,13 @@ from typing import Literal
 import numpy as np
 
 from corpus_tools.corpus.estimate import Estimate
-from corpus_tools.corpus.rater_agreement import krippendorff_alpha
+from corpus_tools.corpus.rater_agreement import DawidSkene, dawid_skene, krippendorff_alpha
 from corpus_tools.runtime.parallel import Executor
 from eval.statistics.estimates import BoolArray
 from eval.statistics.intervals import bootstrap, clopper_pearson, crossed, gee, two_way, wilson
 from eval.statistics.ordinal import CumulativeLink, cliffs_delta, cumulative_link, no_link
 from eval.statistics.ratings import (
-    DawidSkene,
     Ratings,
-    dawid_skene,
     majorities,
     of_study,
     ratings_of,

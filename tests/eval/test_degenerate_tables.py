@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 import eval as package
 from corpus_tools.corpus import rater_agreement
 from corpus_tools.corpus.estimate import REASONS, Estimate
-from corpus_tools.corpus.rater_agreement import fleiss_kappa, krippendorff_alpha
+from corpus_tools.corpus.rater_agreement import dawid_skene, fleiss_kappa, krippendorff_alpha
 from eval.judging.judge_validity import agreement, cohens_kappa
 from eval.parsing import sdc_scores
 from eval.plan_study.rating_sample import Sample, agreements, half_widths
@@ -301,14 +301,14 @@ TRIED = {
         power_plans.assumptions(judgments(t)),
         power_plans.plans(0.05, *power_plans.assumptions(judgments(t)), seed=0),
     ],
+    "rater_agreement.dawid_skene": lambda t: [
+        dawid_skene(numbered(t.pair), numbered(t.rater), t.agrees.astype(np.int64), classes)
+        .share(np.unique(numbered(t.pair)), 0)
+        for classes in (None, 2, 3)
+    ],
     "rater_agreement.fleiss_kappa": lambda t: fleiss_kappa(units(t)),
     "rater_agreement.krippendorff_alpha": lambda t: [
         krippendorff_alpha(units(t), level) for level in ("nominal", "ordinal", "interval")
-    ],
-    "ratings.dawid_skene": lambda t: [
-        ratings.dawid_skene(numbered(t.pair), numbered(t.rater), t.agrees.astype(np.int64), classes)
-        .share(np.unique(numbered(t.pair)), 0)
-        for classes in (None, 2, 3)
     ],
     "ratings.majorities": lambda t: ratings.majorities(t.agrees, t.pair),
     "rating_sample.half_widths": lambda t: half_widths(*rated_plans(t)[:2], rng(), studies=50),
@@ -400,6 +400,7 @@ def test_every_estimator_is_tried():
     assert estimators() - TRIED.keys() - ELSEWHERE.keys() == set()
     listed = (TRIED.keys() | ELSEWHERE.keys()) - {
         "judge_validity.cohens_kappa",
+        "rater_agreement.dawid_skene",
         "sdc_scores.Counts",
     }
     assert listed - estimators() == set()

@@ -269,6 +269,30 @@ def test_agreement_of_ten_items_has_an_interval(app: Flask) -> None:
     assert f"{enough['low']:.2f} to {enough['high']:.2f}".replace("-", "−") in page
 
 
+def test_who_rates_as_nobody_else_has_less_weight(app: Flask) -> None:
+    """Dawid and Skene's model needs three people, and ten items with several ratings."""
+    judge = Browser(app, "adjudicator")
+    people = [Browser(app) for _ in range(4)]
+    for authors, is_weighed in ((1, False), (4, True)):
+        for author in [Browser(app) for _ in range(authors)]:
+            for video in VIDEOS:
+                author.do("describe", described(f"Command {author.person.id} {video}."))
+        for number, person in enumerate(people):
+            while (reply := person.lease("rate")).status_code == 200:
+                with reading(person.engine) as session:
+                    about = session.get_one(Item, reply.json["item"]).payload
+                fits = about["video"] == about["own_video"]
+                person.answer(reply.json["item"], {"rating": 5 if fits == (number < 3) else 1})
+        page = judge.client.get(f"{BASE}/people").text
+        assert (">Weight<" in page) == is_weighed
+    found = judge.client.get("/api/dashboard/studies/tests/people").json["data"]
+    weights = {one["person_id"]: one["weight"] for one in found}
+    good, contrary = (weights[people[number].person.id]["rate"] for number in (0, 3))
+    assert (round(good, 2), round(contrary, 2)) == (1.0, 0.0)
+    assert "rate 1.00" in page
+    assert "rate 0.00" in page
+
+
 def test_the_work_that_is_left(app: Flask) -> None:
     for one in [Browser(app) for _ in range(4)]:
         for _ in VIDEOS:

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from eval.statistics.ratings import dawid_skene, majorities
+from corpus_tools.corpus.rater_agreement import dawid_skene
+from eval.statistics.ratings import majorities
 
 # Dawid and Skene (1979), table 1: what five anaesthetists, the first of them three times, said
 # of the fitness of 45 patients.
