@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -74,21 +74,24 @@ def body_of(task: str, payload: dict[str, Any], number: int) -> dict[str, Any]:
         nodes = [str(one["node"]) for one in clauses if one["type"] == "OBJECT"]
         return {"groundings": {node: {"objects": [thing]} for node in nodes}, "watched_s": 4}
     steps = [{"start_s": 0, "text": "Push"}]
+    told = payload.get("command") or COMMAND
+    tree = TREE.replace("cup", told.rstrip(".").split()[-1])
     return {
         "describe": described(COMMAND),
-        "segment": {"sdcs": to_json(parse_brackets(TREE, command=COMMAND))},
+        "segment": {"sdcs": to_json(parse_brackets(tree, command=told))},
         "check": {"verdicts": {str(one["node"]): "cant_tell" for one in clauses}},
         "rate": {"rating": 4, "watched_s": 1},
         "subtasks": {"subtasks": steps, "played_to_end": True},
         "moments": {"moments": [{"style": "interjection", "time_s": 0.2, "text": "Go on"}]},
         "mark": {"success": "partly", "quality": 3, "moment_s": 0.1},
+        "correct": {"verdict": "right"},
     }[task]
 
 
-def work(app: Flask) -> None:
+def work(app: Flask, tasks: Iterable[str]) -> None:
     """Two people answer all there is, ground differently, and report a problem."""
     people = [Browser(app, study="arm") for _ in range(2)]
-    for task in STUDY["tasks"]:
+    for task in tasks:
         for number, person in enumerate(people):
             while (leased := person.lease(task, "arm")).status_code == 200:
                 page = leased.json
@@ -108,8 +111,21 @@ def own(folder: Path, things: str = "") -> Iterator[tuple[Flask, str, set[str]]]
         (folder / things).write_text(json.dumps(COCO))
     (folder / "arm.yaml").write_text(json.dumps(study))
     with set_up(folder / "arm.yaml") as app:
-        work(app)
+        work(app, tasks)
         yield app, "arm", {str(one["id"]) for one in COCO["annotations"]}
+
+
+@contextmanager
+def episodes(folder: Path) -> Iterator[tuple[Flask, str, set[str]]]:
+    pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
+    from tests.annotation_app.study_setup.test_robot_episodes import study_of  # noqa: PLC0415
+
+    names = [name for name in STUDY["tasks"] if name not in ("ground", "check")]
+    tasks = {name: {"practice": False, "answers": 1} for name in (*names, "correct")}
+    file = study_of(folder, name="arm", title="An arm", watching="flagged", tasks=tasks)
+    with set_up(file) as app:
+        work(app, tasks)
+        yield app, "arm", set()
 
 
 @contextmanager
@@ -122,11 +138,12 @@ def scenes(folder: Path) -> Iterator[tuple[Flask, str, set[str]]]:
         yield made.app, made.words["<study_name>"], ids
 
 
-@pytest.mark.parametrize("kind", ["boxes for some", "no boxes", "scenes"])
+@pytest.mark.parametrize("kind", ["boxes for some", "no boxes", "episodes", "scenes"])
 def test_no_page_has_an_error_or_a_raw_id(kind: str, tmp_path: Path, chromium: Chromium) -> None:
     made = {
         "boxes for some": lambda: own(tmp_path, "boxes.json"),
         "no boxes": lambda: own(tmp_path),
+        "episodes": lambda: episodes(tmp_path),
         "scenes": lambda: scenes(tmp_path),
     }[kind]()
     with made as (app, study, things), serving(app) as site:
