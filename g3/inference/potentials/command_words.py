@@ -122,7 +122,9 @@ def _has_label(named: SDC, problem: GroundingProblem) -> bool:
     if any(map(set(_noun(named)).issuperset, _labels(problem)[0])):
         return True
     noun = noun_words(named)[-1:]
-    return any(is_called(word, x.labels) for word in noun for x in _possible_loads(problem).values())
+    return any(
+        is_called(word, x.labels) for word in noun for x in _possible_loads(problem).values()
+    )
 
 
 def _names_kind(named: SDC, problem: GroundingProblem) -> bool:

@@ -386,7 +386,8 @@ def spares(tree: Tree, node: int, held: str | None) -> bool:
         return False
     where = (tree.nodes[n] for n in frame(tree, node).places)
     stays = any(
-        "where" in field_words(sdc.relation) or WORDS["start"].issuperset(bare_words(all_words(sdc)))
+        "where" in field_words(sdc.relation)
+        or WORDS["start"].issuperset(bare_words(all_words(sdc)))
         for sdc in where
     )
     alone = stays or not frame(tree, node).places

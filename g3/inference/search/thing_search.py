@@ -327,8 +327,8 @@ def _free_spots(group: Group, problem: GroundingProblem) -> list[Place]:
     spots = spots_about(group, state)
     if not spots or load is None or are_free(spots, state, load).any():
         return spots
-    taken = standing(spots, state).any(axis=0)
-    there = tuple(o for o, stands in zip(state.context.objects, taken, strict=True) if stands)
+    taken = np.flatnonzero(standing(spots, state).any(axis=0))
+    there = tuple(state.context.objects[i] for i in taken)
     below = tuple(deck for spot in spots if (deck := beneath(spot, state, load)) is not None)
     return [s for thing in dict.fromkeys(below or there) for s in spots_about((thing,), state)]
 
