@@ -14,7 +14,7 @@ import numpy as np
 
 from g3.actions.forklift_actions import WAIT
 from g3.groundings import FloatArray
-from g3.inference.calibration import fit_of_plan, share_alike
+from g3.inference.calibration import fit_of_plan, same_end, share_alike
 from g3.inference.potentials.cases import PlanCase, PlanEnd
 from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.search.action_search import Hypothesis
@@ -60,16 +60,27 @@ def all_plans(
     found
         The probability of each tree, and the plans for it, the best first.
     most
-        Largest number of plans of each tree. Of several trees those that only wait are left out.
+        Largest number of plans of each tree. Of several trees those that only wait are left out,
+        and those that end like a better plan for the tree.
     waits
         True if the command asks to wait.
     """
+    several = len(found) > 1
     return [
         Choice(number, plan, fit_of_plan(plan, _share(plan, number, found)))
         for number, (_, plans) in enumerate(found)
-        for plan in plans[:most]
-        if waits or len(found) == 1 or does_something(plan)
+        for plan in (_apart(plans[:most]) if several else plans[:most])
+        if waits or not several or does_something(plan)
     ]
+
+
+def _apart(plans: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the best of the plans that end alike, the best first."""
+    found: list[Hypothesis] = []
+    for plan in plans:
+        if not any(same_end(plan, better) for better in found):
+            found.append(plan)
+    return found
 
 
 def plan_case(
