@@ -14,7 +14,7 @@ clause stays as it is.
 | `_one_deck` | put the drum on the floor on the truck | put (drum on the floor) (on the truck) |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_light` | make a left turn | turn left |
-| `_filled` | load the truck with the drum | load (the drum) (the truck) |
+| `_filled` | load (the truck) (with the drum) | load with (the truck) (the drum) |
 | `_needed` | the truck needs the drum | needs (the drum) (the truck) |
 | `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
 | `without_statements` | there are two crates by the gate. Lift one | lift one |
@@ -236,7 +236,7 @@ def _light(sdc: SDC) -> SDC:
 
 
 def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Move a load before the thing that it fills: "load the truck with the drum"."""
+    """Make "with" a verb's own word: "load the truck with the drum"."""
     parts = arguments_of(sdc)
     if not WORDS["filling"].isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == [
         "OBJECT"
@@ -244,7 +244,7 @@ def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
         company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
         if len(parts) == 2 and company and not _names_load(parts[0], nouns):
             own = (*sdc.relation, *company[0].relation)
-            return replace(sdc, relation=own, landmark1=company[0].landmark1, landmark2=parts[:1])
+            return replace(sdc, relation=own, landmark1=parts[:1], landmark2=company[0].landmark1)
     filled = only_object(sdc)
     if filled is None or not filled.figure or not filled.landmark1:
         return None
