@@ -58,11 +58,7 @@ BESIDE = "Pick up the boxes, go over to the tires and set them down beside them"
 @pytest.mark.parametrize(
     ("text", "mirrored"),
     [
-        pytest.param(
-            RIGHT_NEXT,
-            False,
-            marks=pytest.mark.xfail(reason="'right' is taken for a side", strict=True),
-        ),
+        (RIGHT_NEXT, False),
         (RIGHT_NEXT, True),
         (BESIDE, False),
     ],
