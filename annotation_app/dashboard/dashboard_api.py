@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import msgspec
@@ -95,7 +96,12 @@ _VIEWS = {
     "disagreements": _View(
         "adjudicator", disagreements, list[Disagreement], "What people disagree about most"
     ),
-    "people": _View("adjudicator", workers, list[Worker], "Who has answered, and what is odd"),
+    "people": _View(
+        "adjudicator",
+        partial(workers, weighed=True),
+        list[Worker],
+        "Who has answered, and what is odd",
+    ),
     "queue": _View("adjudicator", disputes, list[Dispute], "What people disagree about"),
 }
 

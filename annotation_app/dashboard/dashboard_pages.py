@@ -166,7 +166,8 @@ def people(study_name: str) -> str:
     """Show everybody who has answered."""
     with seen_by("adjudicator", one_state=True) as (session, person):
         study = find_study(session, study_name)
-        return _page("people.html", person, study=study, workers=workers(session, study.id))
+        everybody = workers(session, study.id, weighed=True)
+        return _page("people.html", person, study=study, workers=everybody)
 
 
 @blueprint.get("/<study_name>/people/<person_id>")

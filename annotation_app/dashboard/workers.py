@@ -83,8 +83,8 @@ class _Work:
     flags: Counter[str] = field(default_factory=Counter)
 
 
-def workers(session: Session, study_id: str) -> list[Worker]:
-    """Return everybody who has answered, those to look at first.
+def workers(session: Session, study_id: str, *, weighed: bool = False) -> list[Worker]:
+    """Return everybody who has answered, those to look at first; with weights only if asked to.
 
     The session must read one state: what is counted first must be there when the rest is read.
     """
@@ -100,7 +100,7 @@ def workers(session: Session, study_id: str) -> list[Worker]:
         work[person_id].bodies.setdefault(task_name, []).extend(bodies)
     for person_id, flags in _flags(session, study_id):
         work[person_id].flags.update(flags)
-    weights = _weights(session, study_id)
+    weights = _weights(session, study_id) if weighed else {}
     others = _by_task(work.values())
     knowledge = platform_knowledge(session, study_id)
     people = session.scalars(select(Person).where(has_answered(study_id)))
