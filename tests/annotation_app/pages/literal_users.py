@@ -55,7 +55,7 @@ PRESS = f"""([selector, number]) => {{
 ITEM = "JSON.parse(document.querySelector('#item').textContent).item"
 COME = f"""item => document.readyState === "complete"
   && !(document.querySelector("#item") && {ITEM} === item)"""
-"""Whether the next page is there."""
+"""Condition that the next page is there."""
 MOST_STEPS = 200
 
 
@@ -67,12 +67,12 @@ class Part:
     says: str
     above: Part | None
     is_alone: bool = False
-    """Whether a thing alone says where, as in "crate truck"."""
+    """True for a thing that says where by itself, as in "crate truck"."""
 
 
 @dataclass
 class Meaning:
-    """What somebody takes a command to mean: a tree, as parts in plain words."""
+    """Meaning of a command to somebody: a tree, as parts in plain words."""
 
     text: str
     sdcs: Sequence[SDC]

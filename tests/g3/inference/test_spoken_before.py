@@ -1,4 +1,4 @@
-"""What earlier words leave to later ones: places, nouns that were taken back, loads ruled out."""
+"""Places, nouns and loads of earlier words that later ones take up."""
 
 import pytest
 
