@@ -336,10 +336,7 @@ def test_which_tyres_is_asked_where_it_was_given(grounder, given):
         # Figure 1: a tire pallet is called "the first crate on the left".
         "pickup_tire_pallet1-03",
         # "one pallet width forward"; "Remove the goods."
-        pytest.param(
-            "put_down_box_pallet-09",
-            marks=pytest.mark.xfail(reason="'one pallet width' is accounted for", strict=True),
-        ),
+        "put_down_box_pallet-09",
         "put_down_box_pallet-08",
     ],
 )
