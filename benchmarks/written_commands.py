@@ -54,7 +54,7 @@ AT_M, HEADING_DEG = 1.5, 20.0
 SETS = (
     *("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"),
     *("tenth", "eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
-    *("seventeenth", "eighteenth", "nineteenth"),
+    *("seventeenth", "eighteenth", "nineteenth", "twentieth"),
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
@@ -78,11 +78,12 @@ class Done:
         return centre(self.after.thing(name).prism)
 
     def under(self, name: str) -> str | None:
-        """Return the id of the thing that a load was put on; None where it wasn't put down."""
-        if self.after.held == name or name not in self.handled:
+        """Return the id of what a load is on; None if it is held, or stays on the ground."""
+        if self.after.held == name:
             return None
         below = carrier(self.after, name)
-        return below.id if below else "ground"
+        ground = "ground" if name in self.handled else None
+        return below.id if below else ground
 
 
 def _on_side(done: Done, load: str, thing: str) -> FloatArray:
