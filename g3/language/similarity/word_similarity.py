@@ -15,12 +15,13 @@ import numpy.typing as npt
 from rapidfuzz.distance import JaroWinkler
 from rapidfuzz.process import cdist
 
+from g3.errors import ModelError
 from g3.groundings import FloatArray
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.tables import FORMS, members, written
 from g3.language.similarity.resources import tag_table, word_vectors, wordnet
-from g3.language.similarity.wordnet import Score, WordNet
+from g3.language.similarity.wordnet import Score, WordNet, share_of_senses
 
 Measure = Callable[[Sequence[str], Sequence[str]], FloatArray]
 
@@ -93,14 +94,37 @@ _LOADS = ("tire", "pallet", "box")
 
 @measure("domain")
 def domain(words: Sequence[str], labels: Sequence[str]) -> FloatArray:
-    """1 where the word is a synonym of the label's kind in a small warehouse lexicon."""
+    """1 where the word is a synonym of the label's kind in a small warehouse lexicon.
+
+    By WordNet all people are persons: "the farmer".
+    """
     kinds = [_kinds().get(label.lower(), "") for label in labels]
     synonyms = {"": frozenset[str](), **_synonyms()}
     known = [frozenset[str]().union(*(synonyms[k] for k in kind.split("+"))) for kind in kinds]
-    stems = [normalise(w) for w in words]
-    return np.array([[float(stem in own) for own in known] for stem in stems]).reshape(
-        len(stems), len(labels)
-    )
+    person = [PERSON in kind.split("+") for kind in kinds]
+    table = [
+        [
+            float(stem in own or (is_person and _is_person(word)))
+            for own, is_person in zip(known, person, strict=True)
+        ]
+        for word, stem in zip(words, map(normalise, words), strict=True)
+    ]
+    return np.array(table).reshape(len(words), len(labels))
+
+
+PERSON, MOSTLY_PEOPLE = "person", 0.85
+"""A kind of thing; share of a noun's senses that must be people."""
+
+
+@lru_cache(maxsize=4096)
+def _is_person(word: str) -> bool:
+    """Check that a noun names people by WordNet, and nothing else in a warehouse."""
+    if len(word) < SHORTEST or normalise(word) in frozenset[str]().union(*_synonyms().values()):
+        return False
+    try:
+        return share_of_senses(wordnet(), word.lower(), (PERSON,)) >= MOSTLY_PEOPLE
+    except ModelError:
+        return False
 
 
 def is_another_kind(noun: str, label: str) -> bool:
