@@ -220,7 +220,7 @@ def repeated(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
 
 def _load(sdc: SDC, nouns: Nouns) -> SDC | None:
     """The load that a clause names, if it says nothing else but that the same is wanted."""
-    if WORDS["again"].isdisjoint(_said(sdc)):
+    if WORDS["again"].isdisjoint(_said(sdc)) and verb_words(sdc) not in (["do"], ["does"]):
         alone = arguments_of(sdc) if _is_telegram(sdc) else ()
         named = [p for p in alone if p.type == "OBJECT" and nouns.name_load(noun_leaf(p).words)]
         return named[0] if len(named) == len(alone) == 1 else None

@@ -8,8 +8,8 @@ from difflib import get_close_matches
 
 from g3.features.sets.order import is_ordinal
 from g3.language.discourse.groups import group, noun_leaf
-from g3.language.lexicon.concepts import concepts
-from g3.language.lexicon.field_words import bare, bare_words, field_words, figure_words, normalise
+from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
+from g3.language.lexicon.field_words import bare_words, field_words, figure_words, normalise
 from g3.language.lexicon.measures import is_amount
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
@@ -86,7 +86,8 @@ def is_there(sdc: SDC) -> bool:
     if sdc.type != "PLACE" or sdc.landmark1:
         return False
     words = field_words(all_words(sdc))
-    return "there" in words or concepts(words) == {"on"}
+    same = "same" in words and not WORDS["areas"].isdisjoint(words)
+    return "there" in words or same or concepts(words) == {"on"}
 
 
 def names_same(sdc: SDC) -> bool:
@@ -96,8 +97,13 @@ def names_same(sdc: SDC) -> bool:
 
 
 def names_other(sdc: SDC) -> bool:
-    """Check that a leaf names something else than what was meant before: "the other truck"."""
-    return any(bare(w.text) in WORDS["others"] for w in sdc.words)
+    """Check that a leaf names something else than what was meant before: "the other truck".
+
+    So do the rest, and "the second one".
+    """
+    words = bare_words(sdc.words)
+    counted = group(sdc).ordinals if words[-1:] and words[-1] in WORDS["ones"] else ()
+    return not WORDS["rest"].isdisjoint(words) or bool(counted and 1 not in counted)
 
 
 def names_origin(sdc: SDC) -> bool:
@@ -108,9 +114,35 @@ def names_origin(sdc: SDC) -> bool:
     )
 
 
+def is_stead(sdc: SDC) -> bool:
+    """Check that a PLACE is where something else was: "in its place", "in the place of them"."""
+    words = bare_words(all_words(sdc))
+    owned = WORDS["owners"].intersection(words) or (
+        "of" in words and WORDS["it"].intersection(words)
+    )
+    places = WORDS["stead"].intersection(words)
+    return sdc.type in ("PLACE", "PATH") and bool(owned and places) and not names_former(sdc)
+
+
+def names_former(sdc: SDC) -> bool:
+    """Check that words speak of where something was at first: "its old position"."""
+    return not WORDS["former"].isdisjoint(bare_words(all_words(sdc)))
+
+
+def names_held(sdc: SDC) -> bool:
+    """Check that an OBJECT names what is on the forks: "what you have", "the one on your fork"."""
+    words = bare_words(all_words(sdc))
+    robot = {word[:3] for word in words} & {"you"} or words[:1] == ["what"]
+    on_forks = WORDS["forks"].intersection(words) and "on" in words
+    beside = concepts(words) & (SIDES | BESIDE)
+    holds = on_forks or WORDS["bearing"].intersection(words)
+    return sdc.type == "OBJECT" and bool(robot and holds and not beside)
+
+
 def names_forks(sdc: SDC) -> bool:
     """Check that an OBJECT is the robot's forks."""
-    return sdc.type == "OBJECT" and bool(WORDS["forks"].intersection(figure_words(sdc)))
+    forks = WORDS["forks"].intersection(figure_words(sdc))
+    return sdc.type == "OBJECT" and bool(forks) and not names_held(sdc)
 
 
 def names_lift(sdc: SDC) -> bool:
@@ -144,6 +176,12 @@ def names_robot(sdc: SDC) -> bool:
     """Check that a leaf is a word for who is spoken to: "you", "me"."""
     words = bare_words(sdc.words)
     return sdc.type == "OBJECT" and len(words) == 1 and words[0] in WORDS["robot"]
+
+
+def tells_standing(sdc: SDC) -> bool:
+    """Check that an OBJECT says what it stands on: "on the truck", "off the floor"."""
+    said = concepts(field_words(sdc.relation))
+    return sdc.type == "OBJECT" and bool(sdc.landmark1) and said in ({"on"}, {"from"})
 
 
 def is_pronoun(sdc: SDC) -> bool:

@@ -7,9 +7,18 @@ clause stays as it is.
 | function | example | read as |
 | --- | --- | --- |
 | `restored` | far tires, truck | far tires (to the truck) |
+| `_in_order` | return after placing the drum | placing the drum; return |
+| `_headings` | the drums: (put) the left one there | the drums (spoken of); … |
+| `_fronted` | goes (the drum) (to the gate), named in this order | (the drum) goes (to the gate) |
 | `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
 | `_one_place` | put it on the ground by the gate | put it by the gate |
 | `_noun_last` | crates x2; crates, the far ones | x2 crates; the far crates |
+| `_each_apart` | (drums and crates by the gate) | (drums by the gate) (crates by the gate) |
+| `_with_company` | the drum on the truck along with the crate | the drum, the crate on the truck |
+| `_from_there` | put (the drum) (off the floor) (there) | put (the drum off the floor) (there) |
+| `_noun_apart` | crate (near gate), all its own words | crate near (gate) |
+| `_side_apart` | on the left truck, …, (on the right) | … on (the right) |
+| `_left_over` | the crates that are left | the remaining crates |
 | `_aside` | the drum on (the far left) | the drum (on the far left) |
 | `_one_deck` | put the drum on the floor on the truck | put (drum on the floor) (on the truck) |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
@@ -23,10 +32,11 @@ clause stays as it is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+from g3.inference.problem.clause_roles import is_source
 from g3.inference.problem.ellipsis import repeated, restored
 from g3.inference.problem.phrases import (
     arguments_of,
@@ -44,14 +54,19 @@ from g3.inference.problem.phrases import (
 )
 from g3.inference.problem.statements import without_statements
 from g3.inference.problem.world_nouns import Nouns
-from g3.language.discourse.groups import noun_leaf
+from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
 from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_chains import verb_of
+from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.sdc.clauses import SDC, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
+
+PAIR = 2
+MOST_LEFT = 4
+"""Words of "that are still left"."""
 
 
 def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
@@ -66,9 +81,55 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
     text
         The command; empty where only its clauses are known.
     """
-    whole = _shared(restored(list(map(_whole, sdcs)), text, nouns))
-    asking = without_statements([_with_plain_phrases(sdc, nouns) for sdc in whole], nouns)
+    each = [part for sdc in map(_whole, sdcs) for part in _in_order(sdc)]
+    whole = _shared([_fronted(sdc) for sdc in _headings(restored(each, text, nouns), nouns)])
+    phrased = [
+        _with_plain_phrases(sdc, nouns, aside=not any(_has_side_goal(b, nouns) for b in whole[:i]))
+        for i, sdc in enumerate(whole)
+    ]
+    asking = without_statements(phrased, nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
+
+
+def _in_order(sdc: SDC) -> tuple[SDC, ...]:
+    """Return what is to be done before a clause, and it: "return after placing the crate"."""
+    first = [part for part in sdc.landmark2 if part.type == "EVENT" and _is_before(part)]
+    if sdc.type != "EVENT" or not first:
+        return (sdc,)
+    rest = tuple(part for part in sdc.landmark2 if part not in first)
+    return (*(inner for part in first for inner in part.landmark1), replace(sdc, landmark2=rest))
+
+
+def _is_before(sdc: SDC) -> bool:
+    """Check that a clause says what is to be done first: "after having placed the crate"."""
+    after = verb_words(sdc) in (["after"], ["once"])
+    inner = sdc.landmark1[0] if len(sdc.landmark1) == 1 else None
+    if not after or inner is None or inner.type != "EVENT" or subject_of(inner):
+        return False
+    return bool(verb_of(tuple(verb_words(inner))).classes & HANDLING_VERBS and arguments_of(inner))
+
+
+def _headings(sdcs: Sequence[SDC], nouns: Nouns) -> list[SDC]:
+    """Clauses after the loads that only head them: "the crates: the left one on the truck"."""
+    found: list[SDC] = []
+    for sdc, following in zip(sdcs, (*sdcs[1:], None), strict=False):
+        parts = arguments_of(sdc)
+        bare_loads = sdc.type == "EVENT" and not sdc.relation and not subject_of(sdc) and parts
+        named = all(p.type == "OBJECT" and nouns.name_load(noun_leaf(p).words) for p in parts)
+        if bare_loads and named and following is not None and _names_no_kind(following):
+            found += parts
+        else:
+            found.append(sdc)
+    return found
+
+
+def _names_no_kind(sdc: SDC) -> bool:
+    """Check that what a clause is about is named by no noun: "the left one", "those two"."""
+    about = [subject_of(sdc), *arguments_of(sdc)] if sdc.type == "EVENT" else []
+    theme = next((part for part in about if part is not None and part.type == "OBJECT"), None)
+    words = noun_words(theme)[-1:] if theme is not None else []
+    kindless = WORDS["ones"] | WORDS["rest"] | WORDS["pronouns"] | WORDS["universal"]
+    return bool(words) and (words[0] in kindless or words[0] in COUNTS["counts"])
 
 
 def _whole(sdc: SDC) -> SDC:
@@ -84,13 +145,148 @@ def _whole(sdc: SDC) -> SDC:
     return replace(sdc, relation=whole_words(sdc.relation))
 
 
-def _with_plain_phrases(sdc: SDC, nouns: Nouns) -> SDC:
-    sdc = _noun_last(with_each(sdc, lambda part: _with_plain_phrases(part, nouns)), nouns)
-    return _one_place(_one_deck(sdc)) if sdc.type == "EVENT" else _aside(sdc)
+def _with_plain_phrases(sdc: SDC, nouns: Nouns, *, aside: bool = True) -> SDC:
+    """Return a clause with plain phrases; `aside` is False where "the right" may be a truck."""
+    is_event = sdc.type == "EVENT"
+    inner = with_each(
+        sdc, lambda part: _with_plain_phrases(part, nouns, aside=aside or not is_event)
+    )
+    sdc = _noun_last(inner, nouns)
+    if is_event:
+        return _one_place(_one_deck(_from_there(_with_company(_each_apart(sdc), nouns))))
+    if _is_same_place(sdc):
+        return SDC("PLACE", relation=tuple(sorted(all_words(sdc))))
+    return _aside(_noun_apart(sdc, nouns)) if aside else _side_apart(_noun_apart(sdc, nouns))
+
+
+def _noun_apart(sdc: SDC, nouns: Nouns) -> SDC:
+    """A way whose landmark is among its own words: "near sign", "left trailer"."""
+    if sdc.type not in ("PLACE", "PATH") or sdc.landmark1 or not sdc.relation:
+        return sdc
+    last = sdc.relation[-1:]
+    if concepts(field_words(last)) or not nouns.name_other(last):
+        return sdc
+    return _split(sdc, lambda word: word in WORDS["place_prepositions"])
+
+
+def _side_apart(sdc: SDC) -> SDC:
+    """A way whose landmark is told by its side alone: "[on the left truck, …] on the right"."""
+    said = bare_words(sdc.relation)
+    if (
+        sdc.type != "PLACE"
+        or sdc.landmark1
+        or len(said) < PAIR
+        or said[-1] not in ("left", "right")
+    ):
+        return sdc
+    return _split(sdc, lambda word: word in WORDS["place_prepositions"])
+
+
+def _split(sdc: SDC, belongs: Callable[[str], bool]) -> SDC:
+    """A way with the words behind the last one that belongs to its relation as its landmark."""
+    start = max((i for i, w in enumerate(sdc.relation) if belongs(bare(w.text))), default=-1) + 1
+    if start == len(sdc.relation):
+        return sdc
+    mark = SDC("OBJECT", words=sdc.relation[start:])
+    return replace(sdc, relation=sdc.relation[:start], landmark1=(mark,))
+
+
+def _with_company(event: SDC, nouns: Nouns) -> SDC:
+    """A clause about what else goes along: "put the crate on the truck along with the tires"."""
+    parts = arguments_of(event)
+    goals = [part for part in parts if part.type in ("PLACE", "PATH")]
+    company = [p for p in goals if _goes_along(p) and _all_name_load(p.landmark1, nouns)]
+    themes = [part for part in event.landmark1 if part.type == "OBJECT"]
+    if not company or not themes or len(company) == len(goals):
+        return event
+    along = tuple(mark for part in company for mark in part.landmark1)
+    first, second = (
+        tuple(part for part in own if part not in company)
+        for own in (event.landmark1, event.landmark2)
+    )
+    return replace(event, landmark1=(*first, *along), landmark2=second)
+
+
+def _goes_along(sdc: SDC) -> bool:
+    """Check that words join one thing to another: "along with", "plus", "together with"."""
+    said = set(verb_words(sdc))
+    return said <= WORDS["company"] and said not in (set(), {"with"}, {"right"})
+
+
+def _all_name_load(marks: Sequence[SDC], nouns: Nouns) -> bool:
+    return bool(marks) and all(nouns.name_load(noun_leaf(mark).words) for mark in marks)
+
+
+def _from_there(event: SDC) -> SDC:
+    """A clause whose load is told by where it is: "put the crate off the floor there"."""
+    parts = arguments_of(event)
+    sources = [p for p in parts if p.type in ("PLACE", "PATH") and p.landmark1 and is_source(p)]
+    goals = [p for p in parts if p.type in ("PLACE", "PATH") and p not in sources]
+    themes = [part for part in parts if part.type == "OBJECT"]
+    if len(sources) != 1 or not goals or len(themes) != 1 or themes[0].landmark1:
+        return event
+    if is_pronoun(themes[0]):
+        return event
+    (source,), (theme,) = sources, themes
+    load = SDC("OBJECT", (), source.relation, (theme,), source.landmark1)
+    first, second = (
+        tuple(load if part is theme else part for part in own if part is not source)
+        for own in (event.landmark1, event.landmark2)
+    )
+    return replace(event, landmark1=first, landmark2=second)
+
+
+def _has_side_goal(sdc: SDC, nouns: Nouns) -> bool:
+    """Check that a clause leads to one of several things: "to the left truck", "on each truck"."""
+    goals = [part for part in arguments_of(sdc) if part.type in ("PLACE", "PATH")]
+    leaves = [noun_leaf(mark).words for part in goals for mark in part.landmark1]
+    one_of = WORDS["distributive"]
+    return sdc.type == "EVENT" and any(
+        nouns.name_other(words)
+        and (
+            concepts(field_words(words)) & {"left", "right", "between"}
+            or one_of & {*bare_words(words)}
+        )
+        for words in leaves
+        if words
+    )
+
+
+def _is_same_place(sdc: SDC) -> bool:
+    """Check that a goal is the one before: "in the same spot"."""
+    return sdc.type in ("OBJECT", "PLACE", "PATH") and _says_same_place(all_words(sdc))
+
+
+def _says_same_place(said: Sequence[Span]) -> bool:
+    words = bare_words(said)
+    is_place = not WORDS["areas"].isdisjoint(field_words(said))
+    return is_place and "same" in words and len(words) <= MOST_LEFT
+
+
+def _each_apart(event: SDC) -> SDC:
+    """A clause with things that share what is said of them each on its own: "A and B on it"."""
+
+    def apart(part: SDC) -> tuple[SDC, ...]:
+        if part.type != "OBJECT" or not part.figure:
+            return (part,)
+        if _goes_along(part):
+            return (*part.figure, *part.landmark1)
+        if not part.landmark1 and _says_same_place(part.relation):
+            return (*part.figure, SDC("PLACE", relation=part.relation))
+        if len(part.figure) < PAIR or not part.landmark1:
+            return (part,)
+        return tuple(replace(part, figure=(own,)) for own in part.figure)
+
+    figure, first = (
+        tuple(own for part in parts for own in apart(part))
+        for parts in (event.figure, event.landmark1)
+    )
+    return replace(event, figure=figure, landmark1=first)
 
 
 def _noun_last(sdc: SDC, nouns: Nouns) -> SDC:
     """A leaf with its noun at the end: "crates x2", "crates, the far ones"."""
+    sdc = _left_over(sdc)
     said = bare_words(sdc.words)
     last = said[-1] if len(said) > 1 else ""
     if last in WORDS["ones"] and not WORDS["articles"].isdisjoint(said[1:]):
@@ -102,6 +298,18 @@ def _noun_last(sdc: SDC, nouns: Nouns) -> SDC:
     if counts and nouns.name_load(sdc.words[-2:-1]):
         return replace(sdc, words=(sdc.words[-1], *sdc.words[:-1]))
     return sdc
+
+
+def _left_over(sdc: SDC) -> SDC:
+    """A leaf whose "left" tells what remains: "the crates that are left", "whatever's left"."""
+    is_apart = len(sdc.figure) == 1 and sdc.figure[0].is_leaf and not sdc.landmark1
+    words = (*sdc.figure[0].words, *sdc.relation) if is_apart else sdc.words
+    said = bare_words(words)
+    relative = [i for i, word in enumerate(said) if word in WORDS["class/relative"]]
+    if said[-1:] != ["left"] or not relative or len(said) - relative[0] > MOST_LEFT:
+        return sdc
+    remaining = replace(words[-1], text="remaining")
+    return SDC(sdc.type, (remaining, *words[: relative[0]]))
 
 
 def _aside(sdc: SDC) -> SDC:
@@ -126,6 +334,21 @@ def _plain(sdc: SDC, nouns: Nouns) -> SDC:
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
     )
     return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _fronted(sdc: SDC) -> SDC:
+    """A clause with what stands before a verb of going as its subject."""
+    first = sdc.landmark1[0] if sdc.type == "EVENT" and sdc.landmark1 else None
+    if first is None or first.type != "OBJECT" or not sdc.relation or subject_of(sdc):
+        return sdc
+    goes = verb_of(tuple(verb_words(sdc))).classes == {"going"}
+    words = all_words(first)
+    leads = goes and words and words[-1].start < sdc.relation[-1].start
+    if not leads or names_robot(first) or is_measure(first):
+        return sdc
+    fronted = [part for part in sdc.landmark1 if part.type == "OBJECT"]
+    rest = tuple(part for part in sdc.landmark1 if part not in fronted)
+    return replace(sdc, figure=tuple(fronted), landmark1=rest)
 
 
 def _shared(sdcs: Sequence[SDC]) -> list[SDC]:
@@ -196,7 +419,9 @@ def _is_on_it(place: SDC) -> bool:
 
 
 def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
-    theme = only_object(sdc)
+    parts = arguments_of(sdc)
+    objects_alone = parts == sdc.landmark1 and all(part.type == "OBJECT" for part in parts)
+    theme = parts[-1] if parts and objects_alone else only_object(sdc)
     if theme is None or len(theme.figure) != 1 or len(theme.landmark1) != 1:
         return None
     if not WORDS["class/relative"].isdisjoint(verb_words(theme)):
@@ -208,7 +433,7 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
         noun_leaf(theme.landmark1[0]).words
     )
     wants = not own or not WORDS["asking"].isdisjoint(map(normalise, own)) or gets
-    puts = classes == {"placing"}
+    puts = classes in ({"placing"}, {"carrying"})
     where = puts and "down" not in own if said & BESIDE else "on" in said
     if not where or "from" in said or not (wants or classes in ({"placing"}, {"carrying"})):
         return None
@@ -218,7 +443,8 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
     if nouns.stands_on(one, other) or not nouns.loads.intersection(one):
         return None
     place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
-    return replace(sdc, landmark1=theme.figure, landmark2=(place,))
+    before = parts[:-1] if objects_alone else ()
+    return replace(sdc, landmark1=(*before, *theme.figure), landmark2=(place,))
 
 
 def _light(sdc: SDC) -> SDC:

@@ -15,6 +15,7 @@ from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare_words, normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
+from g3.language.similarity.presence import may_be_absent
 from g3.sdc.clauses import SDC
 
 
@@ -40,19 +41,24 @@ def without_statements(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
 
 def _states(sdc: SDC, nouns: Nouns) -> bool:
     """Check that a clause only states or calls something; what it forbids counts."""
-    if negated(sdc):
-        return False
     words = bare_words(sdc.relation)
     parts = (*sdc.landmark1, *sdc.landmark2)
-    if sdc.type != "EVENT" or not words:
+    if negated(sdc) or sdc.type != "EVENT":
         return False
+    if not words:
+        return bool(parts) and all(
+            part.type == "OBJECT" and _names_none(part, nouns) for part in parts
+        )
     named = [p for p in parts if not (p.is_implicit or names_robot(p))]
     subjects = [p for p in sdc.figure if not (p.is_implicit or names_robot(p))]
     verb = verb_of(tuple(words))
     head = words[verb.start] if verb.start < len(words) else ""
-    tells = verb.is_open or (normalise(head) in WORDS["asking"] and not verb.classes)
-    if tells and subjects and all(map(is_pronoun, subjects)):
-        return not any(nouns.name_load(noun_leaf(p).words) for p in named)
+    asks = normalise(head) in WORDS["asking"]
+    tells = verb.is_open or (asks and not verb.classes)
+    wanted = asks and head.endswith("s") and not subjects  # "(he) wants it soon"
+    loads = any(nouns.name_load(noun_leaf(p).words) for p in named)
+    if (tells and subjects and all(map(is_pronoun, subjects))) or (wanted and not loads):
+        return not loads
     if any(part.type == "EVENT" and not _asks(part) for part in parts):
         return False
     calls = verb.is_open and nouns.call_robot(sdc.relation)
@@ -63,6 +69,15 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
         or (bool(subjects) and head in WORDS["stating"])
         or not (named or subjects or verb.classes)
     )
+
+
+def _names_none(sdc: SDC, nouns: Nouns) -> bool:
+    """Check that an OBJECT names nothing that there is: "a bit quick"."""
+    words = noun_leaf(sdc).words[-1:]
+    said = bare_words(words)
+    if not said or sdc.figure or not may_be_absent(said[0]):
+        return bool(said) and said[0] in WORDS["manners"]
+    return not (nouns.name_load(words) or nouns.name_other(words))
 
 
 def _asks(sdc: SDC) -> bool:
