@@ -92,8 +92,8 @@ def _named(case: CandidateCase) -> SDC:
     while is_pronoun(case.tree.nodes[node]) and node in known:
         node = known[node]
     sdc = case.tree.nodes[node]
-    noun = case.tree.left_out(sdc) if sdc.is_leaf else None
-    return sdc if noun is None else replace(sdc, words=(*sdc.words[:-1], noun))
+    noun = case.tree.left_out(sdc) if sdc.is_leaf else ()
+    return replace(sdc, words=(*sdc.words[:-1], *noun)) if noun else sdc
 
 
 def _antecedents(tree: Tree) -> dict[int, int]:
@@ -193,7 +193,7 @@ def _told_besides(case: CandidateCase) -> set[Span]:
     """
     tree, named = case.tree, _named(case)
     marks = list(named.landmark1) if _has_landmark(named) else []
-    meant = is_pronoun(case.sdc) or tree.left_out(case.sdc) is not None
+    meant = is_pronoun(case.sdc) or bool(tree.left_out(case.sdc))
     before = [n for n in asked(tree) if n < case.within]
     ways = [tree.nodes[p] for n in before for p in frame(tree, n).ways]
     marks += [mark for way in ways if not meant or _leads_past(way) for mark in way.landmark1]

@@ -5,14 +5,16 @@ from __future__ import annotations
 from math import log
 
 from g3.actions.robot_state import is_load
-from g3.inference.potentials.cases import CandidateCase, CommandCase
+from g3.geometry.plane import BoolArray
+from g3.inference.potentials.cases import CandidateCase, CommandCase, FactorCase
+from g3.inference.potentials.meant import UNLIKELY
 from g3.inference.potentials.potential_registry import HARD, Measured, potential
 from g3.inference.problem.asked_kinds import asked_kinds
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, spares
 from g3.inference.problem.grounding_problem import things_of
-from g3.inference.problem.phrases import is_uncounted
+from g3.inference.problem.phrases import is_uncounted, names_held
 from g3.language.lexicon.field_words import field_words, figure_words
 from g3.language.similarity.word_similarity import labels_in
 
@@ -42,6 +44,17 @@ def load_in_the_way(case: CommandCase) -> str:
         if own.places_load:
             return ""
     return ""
+
+
+@potential("held-said", kind="factor", types=("OBJECT",), weight=2 * UNLIKELY)
+def held_said(case: FactorCase) -> Measured:
+    """What the robot is said to have is on its forks: "put down what you have"."""
+    held = case.problem.state.held
+    if held is None or not names_held(case.sdc):
+        return False
+    ids = [o.id for o in case.problem.state.context.objects]
+    other: BoolArray = case.batch.figure != ids.index(held)
+    return other
 
 
 @potential("known-verb", kind="command", types=("EVENT",), roles=(), weight=HARD)

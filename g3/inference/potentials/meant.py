@@ -28,7 +28,7 @@ from g3.language.discourse.groups import group as group_of
 from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
-from g3.language.lexicon.field_words import bare, field_words, normalise
+from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.similarity.presence import best_naming, is_called
 from g3.language.similarity.word_similarity import labels_in
@@ -116,11 +116,13 @@ def own_label(case: CandidateCase) -> Measured:
     What loads hold is a name of others, too: a crate is a box. Beside a truck, a flatbed truck
     isn't "the truck", unless more is said of it: "the truck on the right".
     """
-    noun, state = noun_words(case.sdc)[-1:], case.problem.state
+    left_out, state = case.tree.left_out(case.sdc), case.problem.state
+    noun = bare_words(left_out)[-1:] or noun_words(case.sdc)[-1:]
     if not noun or _says_no_kind(noun):
         return False
     objects = [o for o in state.context.objects if o.id != state.context.agent_id]
-    is_content = not WORDS["heaped"].isdisjoint(field_words(noun_leaf(case.sdc).words)[-1:])
+    leaf = left_out or noun_leaf(case.sdc).words
+    is_content = not WORDS["heaped"].isdisjoint(field_words(leaf)[-1:])
     named = {o.labels for o in objects if labels_in(noun, o.labels)} or {
         o.labels
         for o in objects
@@ -210,9 +212,9 @@ def apart(case: FactorCase) -> Measured:
 
 @potential("stands-on", kind="factor", types=("OBJECT",), weight=UNLIKELY)
 def stands_on(case: FactorCase) -> Measured:
-    """A thing "on the truck" or on the ground stands there, and one "not on the truck" doesn't."""
+    """A thing "on the truck" or off the ground stands there, and one "not on the truck" doesn't."""
     said = concepts(field_words(case.sdc.relation))
-    if "on" not in said or said & (SIDES | {"between"}):
+    if not said & {"on", "from"} or said & (SIDES | {"between"}):
         return False
     batch, problem = case.batch, case.problem
     on_floor = any(map(is_floor, case.sdc.landmark1))

@@ -9,7 +9,7 @@ import numpy as np
 
 from g3.actions.arrangements import facing, turned
 from g3.actions.grounding_candidates import are_free, carrier
-from g3.actions.robot_state import centres
+from g3.actions.robot_state import centres, is_load
 from g3.features.bodies import IntArray
 from g3.features.factor_batch import FactorBatch
 from g3.features.sets.named import named, says
@@ -77,10 +77,22 @@ def floor(case: FactorCase) -> Measured:
     "on-top", kind="factor", types=("PLACE",), roles=("figure", "landmark"), weight=log(0.05)
 )
 def on_top(case: FactorCase) -> Measured:
-    """A place "on the truck" is on top of it."""
-    if on_ground(case.sdc, case.sdc) or not is_on_top(case.sdc):
+    """A place "on the truck" is on top of it; so is "truck" alone, which is one."""
+    if on_ground(case.sdc, case.sdc):
         return False
-    return _about_thing(case.batch) & ~_is_high(case)
+    if not case.sdc.relation and case.sdc.landmark1:
+        return _about_deck(case) & ~_is_high(case)
+    return is_on_top(case.sdc) and _about_thing(case.batch) & ~_is_high(case)
+
+
+def _about_deck(case: FactorCase) -> BoolArray:
+    """Check that each row's landmark is what loads stand on, but no load itself; shape (n,)."""
+    state, surfaces = case.problem.state, case.problem.surfaces
+    deck = np.zeros(len(case.batch.bodies.z_min) + 1, dtype=bool)
+    for i, thing in enumerate(state.context.objects):
+        deck[i] = thing.id in surfaces and not is_load(state, thing.id)
+    result: BoolArray = deck[case.batch.landmark]
+    return result
 
 
 def _is_high(case: FactorCase) -> BoolArray:

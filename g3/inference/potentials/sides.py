@@ -162,9 +162,7 @@ def _wrong(case: FactorCase, which: str) -> FloatArray:
 def _names_any_load(case: FactorCase) -> bool:
     """Check that a clause is what is handled, and its noun names no kind: "the one on the left"."""
     noun = {normalise(word) for word in noun_words(case.sdc)[-1:]}
-    unnamed = noun & WORDS["generic"] or (
-        noun & WORDS["ones"] and case.tree.left_out(case.sdc) is None
-    )
+    unnamed = noun & WORDS["generic"] or (noun & WORDS["ones"] and not case.tree.left_out(case.sdc))
     return bool(unnamed) and case.node in case.tree.once(handled_nodes)
 
 

@@ -108,17 +108,14 @@ class Tree:
     def _with_noun(self, sdc: SDC, words: dict) -> dict:  # type: ignore[type-arg]
         """Words of a clause with the noun that "the other" leaves out."""
         noun = self.left_out(sdc)
-        if noun is None:
-            return words
-        own = field_words([noun])
         return {
             **words,
-            "figure": (*words["figure"], *own),
-            "name": (*words["name"], bare(noun.text)),
+            "figure": (*words["figure"], *field_words(noun)),
+            "name": (*words["name"], *bare_words(noun)),
         }
 
-    def left_out(self, sdc: SDC) -> Span | None:
-        """The noun of the OBJECT before that "the other" or "the empty one" stands for.
+    def left_out(self, sdc: SDC) -> tuple[Span, ...]:
+        """The noun of the OBJECT before that "the other" or "the empty one" stands for, if any.
 
         That is the last one that has the same part in its clause, what is handled or where to, or
         the last that is told apart by the same: "load the far crate on the truck and lift the near
@@ -126,13 +123,15 @@ class Tree:
         """
         leaf = noun_leaf(sdc)
         if sdc.type != "OBJECT" or not leaf.words or not _is_nounless(leaf, sdc):
-            return None
+            return ()
         before = [noun for noun in self.nouns if noun[-1].start < leaf.words[0].start]
         alike = [noun for noun in before if not _scales(noun).isdisjoint(_scales(leaf.words))]
         handled = leaf.words[0] in self._handled
+        if handled:
+            before = [noun for noun in before if noun[-1] not in self._led_to]
         same = [noun for noun in before if (noun[-1] in self._handled) == handled]
         last = max(alike or same or before, key=lambda noun: noun[-1].start, default=None)
-        return last[-1] if last else None
+        return _kind(last) if last else ()
 
     @cached_property
     def left_alone(self) -> tuple[frozenset[int], tuple[SDC, ...]]:
@@ -155,13 +154,37 @@ class Tree:
                 nodes.add(min(inside, key=lambda n: (begins[n], n)))
             else:
                 others.append(SDC("OBJECT", words=noun))
+        nodes -= {n for n in nodes if self._is_asked_for(n, excepting)}
         return frozenset(nodes) - self.put_elsewhere, tuple(others)
+
+    def _is_asked_for(self, node: int, excepting: Sequence[int]) -> bool:
+        """Check that what one clause excepts another one is about: "all but the crate here, …"."""
+        if not any(node in self.all_below(n) for n in excepting):
+            return False
+        said = _bare_words(self.nodes[node])
+        own = next(n for n in range(len(self.sdcs)) if node in self.all_below(n))
+        return any(
+            _bare_words(self.nodes[n]) == said
+            for root in range(len(self.sdcs))
+            if root != own and not negated(self.nodes[root])
+            for n in self.below(root, ("f", "l"), "OBJECT")
+        )
 
     @cached_property
     def put_elsewhere(self) -> frozenset[int]:
-        """OBJECTs that are to be put elsewhere: "don't put the crate on the truck, put it here"."""
-        puts = [n for n in range(len(self.sdcs)) if "placing" in self.verbs[n].classes]
-        forbidden = {c for n in puts if negated(self.nodes[n]) for c in self.all_below(n)}
+        """OBJECTs that are to be put elsewhere: "don't put the crate on the truck, put it here".
+
+        What must not be loaded, or left somewhere, may be put elsewhere, too.
+        """
+        tops = range(len(self.sdcs))
+        moved = {
+            n
+            for n in tops
+            if self.verbs[n].classes & {"placing", "carrying"}
+            or self.below(n, ("l", "l2"), "PLACE", "PATH")
+        }
+        forbidden = {c for n in moved if negated(self.nodes[n]) for c in self.all_below(n)}
+        puts = [n for n in tops if "placing" in self.verbs[n].classes]
         wanted = [c for n in puts if not negated(self.nodes[n]) for c in self.all_below(n)]
         first = (self.antecedents[n][0].index for n in wanted if self.antecedents.get(n))
         return frozenset(forbidden.intersection(first))
@@ -185,9 +208,20 @@ class Tree:
         """Words of the OBJECTs that EVENTs are about, without those of their landmarks."""
         found = [n for n, sdc in enumerate(self.nodes) if sdc.type == "EVENT"]
         below = [c for n in found for c in self.below(n, ("f", "l", "l2"), "OBJECT")]
+        below += [n for n in range(len(self.sdcs)) if self.nodes[n].type == "OBJECT"]
         for n in below:
-            fields: tuple[Field, ...] = ("f", "l") if is_complement(self.nodes[n]) else ("f",)
+            alike = is_complement(self.nodes[n]) or self.excepts(n)
+            fields: tuple[Field, ...] = ("f", "l") if alike else ("f",)
             below += self.below(n, fields, "OBJECT")
+        return frozenset(word for n in below for word in self.nodes[n].words)
+
+    @cached_property
+    def _led_to(self) -> frozenset[Span]:
+        """Words of the places that something is brought to: they name no load."""
+        events = [n for n, sdc in enumerate(self.nodes) if sdc.type == "EVENT"]
+        moving = [n for n in events if self.below(n, ("f", "l"), "OBJECT")]
+        goals = [c for n in moving for c in self.below(n, ("l", "l2"), "PLACE", "PATH")]
+        below = {c for goal in goals for c in self.all_below(goal)}
         return frozenset(word for n in below for word in self.nodes[n].words)
 
     @cached_property
@@ -246,12 +280,27 @@ def _is_nounless(leaf: SDC, sdc: SDC) -> bool:
     ):
         return True
     return all(
-        word.isdecimal() or word in COUNTS["counts"] or word in WORDS["articles"] for word in words
+        word.isdecimal() or word in COUNTS["counts"] or word in WORDS["articles"]
+        for word in words
+        if word not in ("left", "right", "middle")
     )
 
 
 def _bare_words(sdc: SDC) -> list[str]:
     return bare_words(all_words(sdc))
+
+
+def _kind(noun: tuple[Span, ...]) -> tuple[Span, ...]:
+    """The words of a noun that say its kind: "box pallet" of "the left box pallet"."""
+    start = len(noun) - 1
+    while start and not _tells_apart(noun[start - 1]):
+        start -= 1
+    return noun[start:]
+
+
+def _tells_apart(word: Span) -> bool:
+    said = bare(word.text)
+    return said in _NO_KINDS | WORDS["determiners"] or bool(concepts(field_words((word,))))
 
 
 def _scales(noun: Sequence[Span]) -> set[tuple[Concept, Concept]]:

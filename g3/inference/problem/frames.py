@@ -33,7 +33,7 @@ from g3.inference.problem.phrases import (
     names_robot,
     side_by_side,
 )
-from g3.language.discourse.groups import group
+from g3.language.discourse.groups import group, noun_words
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare_words, field_words, figure_words, normalise
 from g3.language.lexicon.tables import WORDS
@@ -300,7 +300,10 @@ def _frame(tree: Tree, node: int) -> Frame:
         tuple(_relation(tree, node)[verb.start :]),
         classes,
         bool(guessed),
-        remains or spared or any(negated(tree.nodes[n]) for n in (*outer, node)),
+        remains
+        or spared
+        or any(negated(tree.nodes[n]) for n in (*outer, node))
+        or any(_names_none(tree.nodes[n]) for n in (*named, *places)),
         tuple(subjects(tree, node)),
         named,
         places,
@@ -314,6 +317,13 @@ def _frame(tree: Tree, node: int) -> Frame:
         names_own_forks(tree, node),
         classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),
     )
+
+
+def _names_none(sdc: SDC) -> bool:
+    """Check that what a clause is about is nothing: "no crate is to be moved"."""
+    none = WORDS["nothing"] | WORDS["negating_nouns"]
+    nowhere = sdc.type == "PLACE" and "nowhere" in bare_words(sdc.relation)
+    return nowhere or not none.isdisjoint(noun_words(sdc)[:1])
 
 
 def _clears(tree: Tree, node: int, classes: frozenset[str]) -> bool:

@@ -40,7 +40,7 @@ from g3.inference.problem.grounding_problem import (
 )
 from g3.inference.problem.later_sides import is_seen_later
 from g3.inference.problem.packed_scene import Group
-from g3.inference.problem.phrases import is_pronoun, is_there, names_other, names_same
+from g3.inference.problem.phrases import is_pronoun, is_stead, is_there, names_other, names_same
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_against, told_besides, weightiest
 from g3.inference.search.arguments import arguments, combine, focus_of
@@ -388,9 +388,11 @@ def _each(
         (carried if further else undone).append(load[request.theme])
     if not carried:
         return []
-    row = _in_row(beam[0], done[0], first_actions, [load[request.theme] for load in request.loads])
+    loads = [load[request.theme] for load in request.loads]
+    together = beam[0].state.held is None and all(len(load) == 1 for load in request.loads)
+    row = _in_row(beam[0], done[0], first_actions, loads) if together else None
     if row is not None:
-        done, carried, undone = [row], [load[request.theme] for load in request.loads], []
+        done, carried, undone = [row], loads, []
     return [_with_all(hypothesis, request.theme, carried, undone) for hypothesis in done]
 
 
@@ -406,7 +408,9 @@ def _in_row(
         return None
     under = [carrier(done.state, load) for load in loads]
     places = deck_row(before.state.thing(deck.id), before.state)
-    if all(thing is not None for thing in under) or len(places) < len(loads):
+    if all(thing is not None and thing.id == deck.id for thing in under) or len(places) < len(
+        loads
+    ):
         return None
     steps = tuple(
         replace(
@@ -478,10 +482,11 @@ def _step(
         names_other(tree.nodes[n]) or names_same(tree.nodes[n]) or names_again(tree, n)
         for n in below
     )
+    stead = any(is_stead(tree.nodes[n]) for n in below)
     grounded: dict[tuple[object, ...], Arguments] = {}
     grown: list[Hypothesis] = []
     for before in beam:
-        spoken = before.referents if pronouns or own.takes_unnamed else ()
+        spoken = before.referents if pronouns or own.takes_unnamed or stead else ()
         goals = before.goals if there else ()
         meant_before = _meant(before) if named else frozenset()
         meant = {
@@ -492,7 +497,8 @@ def _step(
             )
             for n in pronouns
         }
-        later = before.state if turned or goals else None
+        moved = pronouns or any(tree.nodes[n].type == "PLACE" for n in below)
+        later = before.state if turned or goals or moved else None
         key = (spoken, goals, meant_before, before.state.held, id(later), *meant.values())
         if key not in grounded:
             around = replace(

@@ -20,7 +20,7 @@ from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject
 from g3.inference.potentials.plan_things import ALIKE
 from g3.inference.problem.asked_spots import scene_asked
-from g3.inference.problem.clause_roles import is_source
+from g3.inference.problem.clause_roles import is_source, stands_for_other
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, asked, frame, spares
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, Group, things_of
@@ -30,6 +30,7 @@ from g3.inference.problem.phrases import (
     is_pronoun,
     is_singled_out,
     names_robot,
+    tells_standing,
 )
 from g3.inference.problem.world_nouns import LIKELY, Nouns
 from g3.inference.search.thing_search import ground_thing, leaf_scores
@@ -90,7 +91,7 @@ def next_request(
         Groundings of the clauses before, by node.
     """
     one = Request((left[0],))
-    if tree.nodes[left[0]].type != "EVENT" or state.held is not None:
+    if tree.nodes[left[0]].type != "EVENT":
         return one
     own = frame(tree, left[0])
     if own.negated or own.forks or not own.handles:
@@ -100,9 +101,10 @@ def next_request(
     if not several and not _speaks_of_several(tree, own):
         return one
     clauses, theme = _run(tree, left, own), own.objects[0]
-    if not clauses:
+    named = several or _members(tree, own, problem, meant, _moved(problem.state, state))
+    members = _held_first(named, state, alone=_is_held_alone(tree, theme))
+    if not clauses or members is None:
         return one
-    members = several or _members(tree, own, problem, meant, _moved(problem.state, state))
     targets = _targets(tree, own, problem)
     if targets is None:
         return Request(clauses, theme, tuple({theme: load} for load in members)) if members else one
@@ -114,6 +116,26 @@ def next_request(
             (load.id for load, _ in loads_named(tree, theme, problem)), things, strict=False
         )
     return Request(clauses, theme, tuple({theme: load, mark: thing} for load, thing in pairs))
+
+
+def _held_first(members: tuple[str, ...], state: State, *, alone: bool) -> tuple[str, ...] | None:
+    """Return the loads of a request, what is on the forks first; None if it is in the way."""
+    if state.held is None:
+        return members
+    if len(members) > 1 and state.held in members and not alone:
+        return tuple(sorted(members, key=lambda load: load != state.held))
+    return None
+
+
+def _is_held_alone(tree: Tree, node: int) -> bool:
+    """Check that a plural means the load on the forks alone: "put the tires down"."""
+    sdc = tree.nodes[node]
+    said = group(sdc)
+    several = (said.count or 0) > 1 or said.quantifier
+    counts = several or not WORDS["universal"].isdisjoint(noun_words(sdc))
+    vague = WORDS["heaped"] | WORDS["generic"] | WORDS["everything"]
+    alone = vague.intersection(field_words(noun_leaf(sdc).words)[-1:])
+    return bool(alone or stands_for_other(sdc)) and not counts
 
 
 def _speaks_of_several(tree: Tree, own: Frame) -> bool:
@@ -134,12 +156,17 @@ def _speaks_of_several(tree: Tree, own: Frame) -> bool:
 def _run(tree: Tree, left: Sequence[int], own: Frame) -> tuple[int, ...]:
     """Return a clause with those after it that put its loads down; none if nothing does."""
     last = 0
+    if own.guessed and not (own.places or own.paths or len(own.objects) > 1):
+        return ()
     if not _puts(own):
         last = 1 + len(list(takewhile(lambda n: not _puts(frame(tree, n)), left[1:])))
         if last == len(left) or not all(_follows(tree, n) for n in left[1 : last + 1]):
             return ()  # the forks hold one load
-    elif not own.places_load and len(left) > 1 and _follows(tree, left[1]):
-        last = int(frame(tree, left[1]).places_load)  # "take both there and put them down"
+    elif len(left) > 1 and _follows(tree, left[1]):
+        after = frame(tree, left[1])
+        unloads = own.places_load and not (own.places or own.paths or own.end is not None)
+        led = unloads and bool(after.places or after.paths)  # "empty it, all of it onto the truck"
+        last = int(led or (not own.places_load and after.places_load))
     return tuple(left[: last + 1])
 
 
@@ -160,7 +187,8 @@ def _follows(tree: Tree, root: int) -> bool:
 
 def _names_again(sdc: SDC) -> bool:
     """Check that an OBJECT stands for loads spoken of before: "them", "both", "all of them"."""
-    again = WORDS["universal"] | {"of", "them", "those", "these"}
+    again = WORDS["universal"] | WORDS["it"] | {"of", "those", "these"}
+    again |= {word for word, count in COUNTS["counts"].items() if count > 1}
     return is_pronoun(sdc) or again.issuperset(noun_words(sdc))
 
 
@@ -252,17 +280,17 @@ def _named(
     others = not WORDS["rest"].isdisjoint(words)
     count = 2 if "both" in words else said.count
     on = _standing(tree, node, problem)
-    loads = _within(_within(loads_named(tree, node, problem), there), on)
+    nounless = WORDS["rest"] | WORDS["ones"] | WORDS["articles"] | set(COUNTS["counts"])
+    any_kind = others and nounless.issuperset(noun_words(sdc))
+    named = loads_named(tree, node, problem, any_kind=any_kind)
+    loads = _within(_within(named, there), on)
     loads = [load for load in loads if load[0].id not in moved] or loads
     if not (every or others or but or (count or 0) > 1):
         if said.number != "plural" or count == 1 or said.ordinals or said.collective:
             return []
-        if not _are_counted(loads, sdc):
+        if not _are_counted(loads, sdc, standing=bool(on)):
             return []
-    outside = set[str]()
-    if others:
-        outside |= {t.id for own, _ in meant.values() for t in things_of(own)}
-    found = [(thing.id, score) for thing, score in loads if thing.id not in outside]
+    found = [(thing.id, score) for thing, score in (_rest(loads, meant) if others else loads)]
     if others and said.number == "singular":
         found = found if len(found) == 1 else []
     elif count and count > 1:
@@ -270,6 +298,16 @@ def _named(
     elif found and _tells_more(tree, node) and not (on and not is_singled_out(sdc.figure[0])):
         found = [c for c in found if c[1] >= found[0][1] - BEHIND]
     return [name for name, _ in found]
+
+
+def _rest(
+    loads: Sequence[tuple[PhysicalObject, float]], meant: Mapping[int, tuple[Group, float]]
+) -> list[tuple[PhysicalObject, float]]:
+    """Leave out what earlier clauses mean; keep its kinds, if there are more of them."""
+    before = {thing.id: thing.labels for group, _ in meant.values() for thing in things_of(group)}
+    left = [load for load in loads if load[0].id not in before]
+    kinds = set(before.values())
+    return [load for load in left if load[0].labels in kinds] or left
 
 
 def _without_exceptions(tree: Tree, node: int, root: int) -> tuple[int, bool]:
@@ -290,7 +328,7 @@ def _kind(tree: Tree, node: int) -> SDC:
                 return inner
         sdc = sdc.figure[0]
     left_out = tree.left_out(sdc)
-    return sdc if left_out is None else SDC("OBJECT", (*sdc.words[:-1], left_out))
+    return SDC("OBJECT", (*sdc.words[:-1], *left_out)) if left_out else sdc
 
 
 def _called(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
@@ -308,6 +346,7 @@ def _called(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[Phy
 def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[PhysicalObject]:
     """Keep the things that an OBJECT's noun names: by labels, or those like the best one."""
     counting = WORDS["universal"] | WORDS["articles"] | set(COUNTS["counts"]) | {"any"}
+    counting |= WORDS["rest"] | WORDS["ones"]
     kind = [word for word in noun_words(_kind(tree, node)) if word not in counting]
     words = [word for word in map(normalise, kind) if word]
     while words and words[-1] in WORDS["everything"] | WORDS["generic"]:  # "fridge lots"
@@ -320,14 +359,21 @@ def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[
     return [thing for thing, fit in zip(things, fits, strict=True) if fit == max(fits)]
 
 
-def _are_counted(loads: Sequence[tuple[PhysicalObject, float]], sdc: SDC) -> bool:
-    """Check that a plural counts loads: "crates" does, and "tires" may be one pallet of them."""
+def _are_counted(
+    loads: Sequence[tuple[PhysicalObject, float]], sdc: SDC, *, standing: bool
+) -> bool:
+    """Check that a plural counts loads: "crates" does.
+
+    "The tires on the left" may be one pallet of them; "the tires" are all there are, and "the tires
+    on the ground" all that are there.
+    """
     noun = field_words(noun_leaf(sdc).words)[-1:]
-    return len(loads) > 1 and WORDS["heaped"].isdisjoint(noun)
+    alone = WORDS["heaped"].intersection(noun) and is_singled_out(sdc) and not standing
+    return len(loads) > 1 and not alone
 
 
 def loads_named(
-    tree: Tree, node: int, problem: GroundingProblem
+    tree: Tree, node: int, problem: GroundingProblem, *, any_kind: bool = False
 ) -> list[tuple[PhysicalObject, float]]:
     """Return the loads that an OBJECT may name with their scores, but for those ruled out.
 
@@ -335,10 +381,12 @@ def loads_named(
     """
     wide = replace(problem, width=len(problem.scene.groups))
     singles = _singles(ground_thing(tree, node, wide), problem.state)
-    things = _of_a_kind([thing for thing, _ in singles], tree, node)
-    if not _called(things, tree, node):  # only like what is meant, so not what is ruled out
-        allowed = [thing for thing, _ in singles if thing.id not in problem.ruled_out]
-        things = _of_a_kind(allowed, tree, node)
+    things = [thing for thing, _ in singles]
+    if not any_kind:
+        things = _of_a_kind(things, tree, node)
+        if not _called(things, tree, node):  # only like what is meant, so not what is ruled out
+            allowed = [thing for thing, _ in singles if thing.id not in problem.ruled_out]
+            things = _of_a_kind(allowed, tree, node)
     kept = {thing.id for thing in things} - problem.ruled_out
     singles = [c for c in singles if c[0].id in kept]
     if _tells_more(tree, node):
@@ -371,7 +419,7 @@ def _at_source(tree: Tree, own: Frame, problem: GroundingProblem) -> frozenset[s
 def _standing(tree: Tree, node: int, problem: GroundingProblem) -> frozenset[str]:
     """Return the ids of the loads on what an OBJECT says they stand on: "all on the ground"."""
     sdc = tree.nodes[node]
-    if not sdc.figure or concepts(field_words(sdc.relation)) != {"on"}:
+    if not sdc.figure or not tells_standing(sdc):
         return frozenset()
     return _loads_on(tree, _marks(tree, node)[:1], problem)
 
@@ -448,7 +496,9 @@ def ruled_out(tree: Tree, problem: GroundingProblem) -> frozenset[str]:
         if tree.nodes[root].type != "EVENT":
             continue
         own = frame(tree, root)
-        if own.negated or (spares(tree, root, None) and problem.state.held is None):
+        verb = {"left", *WORDS["leaving"]}.intersection(bare_words(tree.nodes[root].relation))
+        forbids = own.negated and not (verb and own.places)  # "no crate is to be left there"
+        if forbids or (spares(tree, root, None) and problem.state.held is None):
             for node in {*own.objects} - nodes - tree.put_elsewhere:
                 found |= _forbidden(tree, node, problem)
     for sdc in others:

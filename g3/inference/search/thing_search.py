@@ -47,6 +47,7 @@ from g3.inference.problem.grounding_problem import (
     GroundingProblem,
     Group,
     group_key,
+    things_of,
 )
 from g3.inference.problem.later_sides import says_later, seen_from
 from g3.inference.problem.packed_scene import Scene
@@ -56,6 +57,7 @@ from g3.inference.problem.phrases import (
     is_floor,
     is_measure,
     is_pronoun,
+    is_stead,
     is_there,
     names_origin,
 )
@@ -267,6 +269,9 @@ def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
     """Return the beam of a PLACE, or of the place that a PATH or an OBJECT names."""
     problem = seen_from(tree, node, problem)
     landmarks = landmarks_of(tree, node, problem)
+    if is_stead(tree.nodes[node]):
+        return _stead(node, problem)
+    landmarks = [_now(landmark, problem) for landmark in landmarks]
     if WORDS["nearer"].intersection(field_words(tree.nodes[node].relation)):
         nearer = [c for mark in landmarks if mark for c in _nearer(node, mark, problem)]
         if nearer:
@@ -279,6 +284,29 @@ def ground_place(tree: Tree, node: int, problem: GroundingProblem) -> list[Candi
             spots = [*spots, *_common_spots(problem, asked)]
         pairs += [(Candidate((s,), 0.0, {}), landmark) for s in _room(problem, spots)]
     return _scored(tree, node, problem, pairs)
+
+
+def _now(landmark: Candidate | None, problem: GroundingProblem) -> Candidate | None:
+    """Return a landmark where it is when the clause begins: an earlier one may have moved it."""
+    state = problem.later
+    if landmark is None or state is None:
+        return landmark
+    group = tuple(state.thing(g.id) if isinstance(g, PhysicalObject) else g for g in landmark.group)
+    return replace(landmark, group=group)
+
+
+def _stead(node: int, problem: GroundingProblem) -> list[Candidate]:
+    """Return the places where what was handled last was at first: "in its stead"."""
+    last = next((g for g in reversed(problem.referents) if _ids(g) - {problem.load}), ())
+    spots = [
+        square(centre(thing.prism), float(thing.trajectory.yaw[0]), thing.prism.z_min)
+        for thing in map(problem.state.thing, sorted(_ids(last)))
+    ]
+    return [Candidate((spot,), 0.0, {node: ((spot,), 0.0)}) for spot in spots]
+
+
+def _ids(group: Group) -> set[str]:
+    return {thing.id for thing in things_of(group)}
 
 
 def _is_thing(landmark: Candidate | None, state: State) -> bool:
@@ -354,8 +382,9 @@ def _common_spots(problem: GroundingProblem, asked: SpotsAsked = ANY_SPOTS) -> l
 
 def ground_places(tree: Tree, nodes: Sequence[int], problem: GroundingProblem) -> list[Candidate]:
     """Return the beam of PLACEs that name one place together: "on the ground, behind you"."""
-    if len(nodes) == 1:
-        return ground_thing(tree, nodes[0], problem)
+    stead = [node for node in nodes if is_stead(tree.nodes[node])]
+    if len(nodes) == 1 or stead:
+        return ground_thing(tree, (stead or nodes)[0], problem)
     problem = seen_from(tree, nodes[0], problem)
     marks = {n: landmarks_of(tree, n, problem)[:JOINT_LANDMARKS] for n in nodes}
     groups = {

@@ -99,7 +99,8 @@ def _after(said: Sequence[str], start: int) -> list[int]:
     for i in range(start, len(said)):
         word = said[i]
         verb = found and _is_verb(word) and not concepts((word,)) & SIDES
-        if _ends(word) or word in WORDS["place_prepositions"] or verb:
+        begins = found and word in WORDS["articles"]
+        if _ends(word) or word in WORDS["place_prepositions"] or verb or begins:
             break
         found.append(i)
     return found

@@ -142,7 +142,8 @@ def _is_plural(words: Sequence[str]) -> bool:
         return True
     if head in WORDS["singular"] or words[0] in WORDS["single"]:
         return False
-    if head in WORDS["plural"] or (len(words) == 1 and COUNTS["counts"].get(head, 0) > 1):
+    alone = len(words) == 1 or words[-2] in WORDS["rest"]
+    if head in WORDS["plural"] or (alone and (_number(head) or 0) > 1):
         return True
     return len(head) > 2 and head.endswith("s") and not head.endswith(_NOT_PLURAL)
 
@@ -158,7 +159,10 @@ def _number(word: str) -> int | None:
 def _count(words: Sequence[str], number: Number, ordinals: Sequence[int]) -> int | None:
     for place, word in enumerate(words, start=1):
         counted = _number(word)
-        if counted is not None and (place < len(words) or place == 1 or not word.isdecimal()):
+        rest = place > 1 and words[place - 2] in WORDS["rest"]
+        if counted is not None and (
+            not word.isdecimal() or place < len(words) or place == 1 or rest
+        ):
             return counted  # not of "truck 3"
     if number == "singular":
         return 1

@@ -1,0 +1,214 @@
+"""What people say of several loads on a working day: with what is held, the rest, and the same."""
+
+import pytest
+
+from g3.language.parsing.trees import Parse, Tree
+from g3.sdc.sdc_notation import parse_brackets
+from tests.g3.inference.following_commands import TIRES, followed, under, world
+
+YARD = {
+    "tires_1": (TIRES, (9, 5)),
+    "tires_2": (TIRES, (12, 1)),
+    "crate_1": ("crate", (9, -3)),
+    "crate_2": ("crate", (12, -7)),
+    "truck_1": ("truck", (20, 9)),
+    "truck_2": ("truck", (20, -11)),
+    "cone_1": ("cone", (16, -1)),
+}
+LEFT = "l2 = PLACE(r = on, l = OBJ(f = the left truck))"
+BY_CONE = "l2 = PLACE(r = by, l = OBJ(f = the cone))"
+
+
+def where(grounder, text, *trees, carries=None, **things):
+    """Return what each handled load stands on in the end, by a tree of the text."""
+    yard = YARD | things
+    if carries:
+        yard[carries.replace("-", "_")] = yard[carries.replace("-", "_")][:1]
+    parse = Parse(text, (Tree(parse_brackets("; ".join(trees), command=text), 1.0),))
+    result = grounder.follow(parse, world(carries, **yard), least=0.0, insist=True)
+    handled = {a.object_id for a in followed(result).actions} - {""}
+    return {name: under(result, name) for name in sorted(handled)}
+
+
+@pytest.mark.parametrize(
+    ("text", "trees", "expected"),
+    [
+        pytest.param(
+            "tires on the left truck",
+            [f"EVENT(l = OBJ(f = tires), {LEFT})"],
+            {"tires-1": "truck-1", "tires-2": "truck-1"},
+            id="all tires, where no more is said of them",
+        ),
+        pytest.param(
+            "near tires on the left truck",
+            [f"EVENT(l = OBJ(f = near tires), {LEFT})"],
+            {"tires-1": "truck-1"},
+            id="one pallet of them, where more is said",
+        ),
+        pytest.param(
+            "near tires and near crate on the left truck, the rest by the cone",
+            [
+                f"EVENT(l = [OBJ(f = near tires), OBJ(f = near crate)], {LEFT})",
+                f"EVENT(l = OBJ(f = the rest), {BY_CONE})",
+            ],
+            {"tires-1": "truck-1", "crate-1": "truck-1", "tires-2": None, "crate-2": None},
+            id="the rest of all kinds that were spoken of",
+        ),
+        pytest.param(
+            "near crate on the left truck, whatever crates that are left by the cone",
+            [
+                f"EVENT(l = OBJ(f = near crate), {LEFT})",
+                f"EVENT(l = OBJ(f = crates that are left), {BY_CONE})",
+            ],
+            {"crate-1": "truck-1", "crate-2": None},
+            id="what is left is no side",
+        ),
+        pytest.param(
+            "near crate on the left truck, the last one by the cone",
+            [
+                f"EVENT(l = OBJ(f = near crate), {LEFT})",
+                f"EVENT(l = OBJ(f = the last one), {BY_CONE})",
+            ],
+            {"crate-1": "truck-1", "crate-2": None},
+            id="the last one is none that was moved",
+        ),
+        pytest.param(
+            "the crates: the near one on the left truck, the far one by the cone",
+            [
+                "EVENT(l = OBJ(f = the crates))",
+                f"EVENT(l = OBJ(f = the near one), {LEFT})",
+                f"EVENT(l = OBJ(f = the far one), {BY_CONE})",
+            ],
+            {"crate-1": "truck-1", "crate-2": None},
+            id="a heading names the kind",
+        ),
+        pytest.param(
+            "near crate on the left truck, far crate on the right",
+            [
+                f"EVENT(l = OBJ(f = near crate), {LEFT})",
+                "EVENT(l = OBJ(f = far crate), l2 = PLACE(r = on the right))",
+            ],
+            {"crate-1": "truck-1", "crate-2": "truck-2"},
+            id="the right is a truck, after the left one",
+        ),
+        pytest.param(
+            "near tires by the cone, near crate same place",
+            [
+                f"EVENT(l = OBJ(f = near tires), {BY_CONE})",
+                "EVENT(l = OBJ(f = near crate), l2 = OBJ(f = same place))",
+            ],
+            {"tires-1": None, "crate-1": None},
+            id="the same place",
+        ),
+        pytest.param(
+            "near crate on the left truck, near tires with it",
+            [
+                f"EVENT(l = OBJ(f = near crate), {LEFT})",
+                "EVENT(l = OBJ(f = near tires), l2 = PLACE(r = with, l = OBJ(f = it)))",
+            ],
+            {"crate-1": "truck-1", "tires-1": "truck-1"},
+            id="with it, where it is by then",
+        ),
+        pytest.param(
+            "put the near crate on the left truck along with the near tires",
+            [
+                f"EVENT(r = put, l = OBJ(f = the near crate), l2 = [{LEFT[5:]},"
+                " PLACE(r = along with, l = OBJ(f = the near tires))])"
+            ],
+            {"crate-1": "truck-1", "tires-1": "truck-1"},
+            id="what goes along",
+        ),
+        pytest.param(
+            "go to the cone after putting the near crate on the left truck",
+            [
+                "EVENT(r = go, l = PATH(r = to, l = OBJ(f = the cone)), l2 = EVENT(r = after,"
+                f" l = EVENT(r = putting, l = OBJ(f = the near crate), {LEFT})))"
+            ],
+            {"crate-1": "truck-1"},
+            id="what is to be done before",
+        ),
+        pytest.param(
+            "no crate is to be left by the cone, far crate on the left truck",
+            [
+                f"EVENT(r = is to be left, l = OBJ(f = no crate), {BY_CONE})",
+                f"EVENT(l = OBJ(f = far crate), {LEFT})",
+            ],
+            {"crate-2": "truck-1"},
+            id="what must not be left may be moved",
+        ),
+        pytest.param(
+            "near crate on the left truck, nothing else goes by the cone",
+            [
+                f"EVENT(l = OBJ(f = near crate), {LEFT})",
+                f"EVENT(f = OBJ(f = nothing else), r = goes, {BY_CONE})",
+            ],
+            {"crate-1": "truck-1"},
+            id="nothing is to be moved",
+        ),
+        pytest.param(
+            "all crates but the near crate on the left truck, the near crate by the cone",
+            [
+                "EVENT(l = OBJ(f = OBJ(f = all crates), r = but, l = OBJ(f = the near crate)),"
+                f" {LEFT})",
+                f"EVENT(l = OBJ(f = the near crate), {BY_CONE})",
+            ],
+            {"crate-1": None, "crate-2": "truck-1"},
+            id="what is excepted from one clause",
+        ),
+        pytest.param(
+            "the crates left truck",
+            ["EVENT(l = OBJ(f = the crates), l2 = PLACE(r = left truck))"],
+            {"crate-1": "truck-1", "crate-2": "truck-1"},
+            id="a truck among the words of a way, and on it",
+        ),
+    ],
+)
+def test_each_load_ends_where_it_is_said(text, trees, expected, grounder):
+    assert where(grounder, text, *trees) == expected
+
+
+def test_what_is_on_the_forks_goes_first(grounder):
+    tree = f"EVENT(l = OBJ(f = both crates), {LEFT})"
+    text = "both crates on the left truck"
+    ends = {"crate-1": "truck-1", "crate-2": "truck-1"}
+    assert where(grounder, text, tree, carries="crate-2") == ends
+
+
+@pytest.mark.parametrize("held", ["what you have", "what you are carrying", "the one on your fork"])
+def test_what_the_robot_has_is_on_its_forks(held, grounder):
+    tree = f"EVENT(r = put, l = OBJ(f = {held}), {LEFT})"
+    found = where(grounder, f"put {held} on the left truck", tree, carries="tires-2")
+    assert found == {"tires-2": "truck-1"}
+
+
+def test_in_its_place_is_where_it_was(grounder):
+    found = where(
+        grounder,
+        "take the tires on the left truck to the cone and put the near crate in their place",
+        "EVENT(r = take, l = OBJ(f = OBJ(f = the tires), r = on, l = OBJ(f = the left truck)),"
+        " l2 = PATH(r = to, l = OBJ(f = the cone)))",
+        "EVENT(r = put, l = OBJ(f = the near crate), l2 = PLACE(r = in, l = OBJ(f = their place)))",
+        tires_1=(TIRES, (20, 9), 0, "truck-1"),
+    )
+    assert found == {"tires-1": None, "crate-1": "truck-1"}
+
+
+def test_loads_are_told_by_where_they_are_taken_from(grounder):
+    found = where(
+        grounder,
+        "put the tires from the ground on the left truck",
+        "EVENT(r = put, l = OBJ(f = the tires), l2 = [PATH(r = from, l = OBJ(f = the ground)),"
+        f" {LEFT[5:]}])",
+        tires_1=(TIRES, (20, 9), 0, "truck-1"),
+    )
+    assert found == {"tires-2": "truck-1"}
+
+
+@pytest.mark.parametrize("noun", ["farmer", "customer", "nurse"])
+def test_people_are_persons_by_whatever_they_do(noun, grounder):
+    tree = f"EVENT(r = go, l = PATH(r = to, l = OBJ(f = the {noun})))"
+    text = f"go to the {noun}"
+    parse = Parse(text, (Tree(parse_brackets(tree, command=text), 1.0),))
+    there = world(**YARD, person_1=("person", (-6, 8)))
+    (action,) = followed(grounder.follow(parse, there, least=0.0)).actions
+    assert [thing.id for thing in action.target] == ["person-1"]
