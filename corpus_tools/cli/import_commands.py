@@ -173,19 +173,11 @@ def _write_tables(
     make: Callable[[Path, OnProgress], StudyInput], out: Path, *, force: bool, form: str
 ) -> None:
     """Write the tables that are made, with a folder for films, and say what comes next."""
-    from tempfile import TemporaryDirectory
-
-    from corpus_tools.episodes.study_tables import EPISODES
-    from corpus_tools.runtime.atomic_folder import check_target, write_folder
+    from corpus_tools.episodes.study_tables import EPISODES, write_tables
     from corpus_tools.runtime.terminal import note_all
 
-    check_target(out, force=force, marker=EPISODES)
-    with (
-        TemporaryDirectory(dir=out.parent, prefix=".episodes-") as scratch,
-        progress_bar("reading episodes") as on_progress,
-    ):
-        made = make(Path(scratch), on_progress)
-        write_folder(out, made.files, force=force, marker=EPISODES)
+    with progress_bar("reading episodes") as on_progress:
+        made = write_tables(lambda scratch: make(scratch, on_progress), out, force=force)
     note_all(made.notes)
     lines = [f"{count:6} rows in {out / name}" for name, count in made.rows.items()]
     following = f"next: ct annotate init study.yaml --videos {out / EPISODES}"

@@ -21,11 +21,13 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, replace
 from itertools import islice, repeat
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Protocol
 
 from corpus_tools.episodes.curves import CURVES, EpisodeCurves
 from corpus_tools.episodes.depth import DepthScale
 from corpus_tools.episodes.films import Picture, write_film
+from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from corpus_tools.runtime.progress import OnProgress, no_progress
 from corpus_tools.tables.curve_file import SUFFIX, write_curves
 from g3.errors import CorpusError, FormatError, ManyError
@@ -239,6 +241,21 @@ def written(
     kept = {name: table for name, table in tables.items() if table[1] or name == EPISODES}
     files |= {name: _csv(header, rows) for name, (header, rows) in kept.items()}
     return StudyInput(files, {name: len(rows) for name, (_, rows) in kept.items()}, tuple(notes))
+
+
+def write_tables(make: Callable[[Path], StudyInput], folder: Path, *, force: bool) -> StudyInput:
+    """Write the tables that `make` returns to a folder; `make` gets a folder for films.
+
+    Parameters
+    ----------
+    force
+        True to replace the tables that are there.
+    """
+    check_target(folder, force=force, marker=EPISODES)
+    with TemporaryDirectory(dir=folder.parent, prefix=".episodes-") as scratch:
+        made = make(Path(scratch))
+        write_folder(folder, made.files, force=force, marker=EPISODES)
+    return made
 
 
 def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
