@@ -30,16 +30,22 @@ VIDEOS = click.option(
 @click.option(
     "--videos",
     type=ExistingPath(),
-    help="Your own videos: a folder of mp4 and webm files, or a CSV or JSONL table of them.",
+    help="Your own videos: a folder of mp4 and webm files, a CSV or JSONL table of them, or a "
+    "LeRobot dataset.",
 )
 @FORMAT
 def init(*, study_file: Path, videos: Path | None, form: str) -> None:
     """Write a study's file to start from.
 
+    For a LeRobot dataset, or the tables of ct import, the study's tasks are those for robot
+    episodes. A dataset's tables are written beside the file; docs/how-to/robot-episodes.md shows
+    the whole way.
+
     \b
     Examples:
       ct annotate init my-study.yaml
       ct annotate init my-robot.yaml --videos clips
+      ct annotate init my-arm.yaml --videos pick-and-place
     """
     from annotation_app.studies.study_template import TEMPLATE, slug
     from g3.errors import FormatError
@@ -52,6 +58,8 @@ def init(*, study_file: Path, videos: Path | None, form: str) -> None:
     if videos is None:
         text = TEMPLATE.format(name=name)
     else:
+        if (videos / "meta/info.json").is_file():
+            videos = _tables_of(videos, study_file, notes)
         text, count = _own_study(name, videos, study_file.parent, notes)
     write_bytes(study_file, text.encode())
     shown = "" if count is None else f" for {count} video{'' if count == 1 else 's'}"
@@ -137,22 +145,73 @@ def show_notes(notes: Iterable[str]) -> None:
         note(f"note: {line}")
 
 
+def _tables_of(dataset: Path, study_file: Path, notes: list[str]) -> Path:
+    """Write the tables of a LeRobot dataset beside a study's file, and return that of videos."""
+    from corpus_tools.episodes.study_tables import EPISODES, write_tables
+    from corpus_tools.lerobot.episode_reading import open_dataset
+    from corpus_tools.lerobot.study_input import study_input
+    from corpus_tools.runtime.progress import progress_bar
+
+    folder = study_file.with_name(f"{study_file.stem}-tables")
+    opened = open_dataset(dataset)
+    with progress_bar("reading episodes") as on_progress:
+        made = write_tables(
+            lambda scratch: study_input(opened, folder, scratch=scratch, on_progress=on_progress),
+            folder,
+            force=False,
+        )
+    notes += made.notes
+    return folder / EPISODES
+
+
 def _own_study(name: str, videos: Path, folder: Path, notes: list[str]) -> tuple[str, int]:
     """Return the file of a study of the user's videos, and the number of videos."""
-    import json
-    import os
-
     from annotation_app.studies.study_template import OWN_TEMPLATE
     from annotation_app.study_setup.own_videos import has_commands, own_videos
     from annotation_app.study_setup.prepared_videos import check_readable
+    from corpus_tools.episodes.study_tables import is_of_episodes
     from corpus_tools.runtime.progress import progress_bar
     from corpus_tools.tables.table_reading import TABLES
 
     found = own_videos(videos, notes.append)
     with progress_bar("looking at the videos") as on_progress:
         check_readable(found, on_progress)
-    # From the study's file, and quoted as YAML wants it.
-    path = json.dumps(os.path.relpath(videos, folder))
+    if is_of_episodes(videos):
+        return _episodes_study(name, videos, folder), len(found)
     has = videos.suffix.lower() in TABLES and has_commands(videos)
+    path = _path(videos, folder)
     commands = f"commands: {path}" if has else "# commands: commands.csv"
     return OWN_TEMPLATE.format(name=name, videos=path, commands=commands), len(found)
+
+
+def _episodes_study(name: str, videos: Path, folder: Path) -> str:
+    """Return the file of a study of the tables that `ct import` has written beside that of videos.
+
+    Without tasks in the dataset there are none to correct.
+    """
+    from annotation_app.studies.study_template import EPISODES_TEMPLATE
+    from corpus_tools.episodes.study_tables import SUBTASKS, TASKS
+
+    named = {"videos": videos.name, "commands": TASKS, "subtasks": SUBTASKS}
+    tables = {key: table for key, table in named.items() if videos.with_name(table).is_file()}
+    tasks = {
+        "describe": "{answers: 3}",
+        "subtasks": "{answers: 3}",
+        "correct": "{answers: 3, adoption: majority}",
+        "mark": "{answers: 3, adoption: majority}",
+    }
+    if "commands" not in tables:
+        del tasks["correct"]
+    return EPISODES_TEMPLATE.format(
+        name=name,
+        tables="\n".join(f"{k}: {_path(videos.with_name(t), folder)}" for k, t in tables.items()),
+        tasks="\n".join(f"  {task}: {options}" for task, options in tasks.items()),
+    )
+
+
+def _path(path: Path, folder: Path) -> str:
+    """Return a path as a study's file in a folder has it: quoted as YAML wants it."""
+    import json
+    import os
+
+    return json.dumps(os.path.relpath(path, folder))

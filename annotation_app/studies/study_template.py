@@ -87,6 +87,31 @@ consent: |
   You may stop at any time by closing the page.
 """
 
+EPISODES_TEMPLATE = """\
+# A study of robot episodes. docs/how-to/robot-episodes.md shows the whole way.
+# Check it with: ct annotate check {name}.yaml. Start it with: ct annotate {name}.yaml
+name: {name}
+title: What a robot does
+
+# Tables of the dataset: its episodes, its tasks, and its subtasks. Paths begin at this file.
+{tables}
+
+# What your robot is called. It takes the place of {{robot}} in consent.
+robot: arm
+
+# answers: how many people answer each item. practice: false leaves out the practice example.
+# docs/annotation.md lists all fields.
+tasks:
+{tasks}
+
+access: open
+
+consent: |
+  You will watch short videos of a robot {{robot}}, and write or judge what it does.
+  What you type and choose is kept without your name and may be published for research.
+  You may stop at any time by closing the page.
+"""
+
 
 def slug(text: str) -> str:
     """Return a name for addresses, made of a title, or of the name of a file or a corpus."""

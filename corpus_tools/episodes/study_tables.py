@@ -258,6 +258,14 @@ def write_tables(make: Callable[[Path], StudyInput], folder: Path, *, force: boo
     return made
 
 
+def is_of_episodes(table: Path) -> bool:
+    """Check that a table of videos is one of episodes, as importers write it."""
+    if table.name != EPISODES or not table.is_file():
+        return False
+    with table.open(encoding="utf-8", errors="replace", newline="") as file:
+        return {*VIDEO_COLUMNS, "episode", "dataset"} <= set(next(csv.reader(file), []))
+
+
 def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
     text = io.StringIO()
     writer = csv.writer(text)
