@@ -4,11 +4,11 @@ LeRobot needs torch and other versions of NumPy and PyAV than this program. Thes
 ``CT_LEROBOT_PYTHON`` names a Python that has it (0.6 or later), such as that of::
 
     python3.12 -m venv /tmp/lerobot-env
-    /tmp/lerobot-env/bin/pip install 'lerobot[dataset]>=0.6' pytest
+    /tmp/lerobot-env/bin/pip install 'lerobot[training,multi-task-dit]>=0.6' pytest
     CT_LEROBOT_PYTHON=/tmp/lerobot-env/bin/python pytest tests/corpus_tools/lerobot
 
-The builds of torch for CPUs are enough. `test_language_rows.py` has LeRobot's rules as tests of
-this program's own, which always run.
+The builds of torch for CPUs are enough, and the extra `dataset` for all but `test_training.py`.
+`test_language_rows.py` has LeRobot's rules as tests of this program's own, which always run.
 """
 
 from __future__ import annotations
