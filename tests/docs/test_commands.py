@@ -60,6 +60,10 @@ ELSEWHERE = {
         "tests/corpus_tools/lerobot/test_study_input.py",
         "needs a dataset",
     ),
+    r"ct eval subtasks": (
+        "tests/annotation_app/study_setup/test_corrected_steps.py",
+        "needs a study with answers",
+    ),
     r"ct annotate (export|import)": (
         "tests/annotation_app/cli/test_annotate_commands.py",
         "needs a study with answers",
