@@ -14,6 +14,7 @@ import numpy as np
 from sqlalchemy import ColumnElement, String, case, cast, exists, func, or_, select
 from sqlalchemy.orm import Session
 
+from annotation_app.items.new_items import GIVEN
 from annotation_app.people.participants import platform_knowledge, subject_of
 from annotation_app.people.person_names import anonymous_name, shown_name
 from annotation_app.store.models import Answer, Item, Person, Record, TaskName
@@ -114,8 +115,15 @@ def workers(session: Session, study_id: str, *, weighed: bool = False) -> list[W
 
 
 def has_answered(study_id: str) -> ColumnElement[bool]:
-    """Return the condition of people with answers in a study; it reads one of each person's."""
-    return exists().where(Answer.study_id == study_id, Answer.person_id == Person.id)
+    """Return the condition of people with answers in a study; it reads one of each person's.
+
+    A command that a table gives is no answer: nobody typed it here.
+    """
+    return exists().where(
+        Answer.study_id == study_id,
+        Answer.person_id == Person.id,
+        ~Answer.subject.startswith(GIVEN),
+    )
 
 
 def flagged_people(session: Session, study_id: str) -> Iterator[str]:

@@ -11,9 +11,13 @@ import pytest
 pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
 pytest.importorskip("av", reason="the extra `render` is not installed")
 
+from annotation_app.dashboard.study_statistics import collected
+from annotation_app.dashboard.workers import workers
+from annotation_app.store.database import reading
 from annotation_app.study_setup.study_reading import read_study
+from annotation_app.work.handing_out import find_study
 from corpus_tools.cli.console import run
-from tests.annotation_app.browser import Browser
+from tests.annotation_app.browser import Browser, engine_of
 from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.lerobot_datasets import new_dataset
 
@@ -60,6 +64,23 @@ def test_a_dataset_without_tasks_and_subtasks(tmp_path: Path) -> None:
     assert sorted(study.tasks) == ["describe", "mark", "subtasks"]
     assert study.commands is None
     assert study.subtasks is None
+
+
+def test_people_are_those_who_took_part(tmp_path: Path) -> None:
+    """The dataset's tasks, which are in the study too, are nobody's work."""
+    file = tmp_path / "arm.yaml"
+    assert init(file, new_dataset(tmp_path / "set")) == 0
+    with set_up(file) as app:
+        person = Browser(app, study="arm")
+        person.practise("mark")
+        page = person.lease("mark", "arm").json
+        body = {"success": "success", "quality": 4, **person.watched(page)}
+        assert person.answer(page["item"], body).status_code == 200
+        with reading(engine_of(app), one_state=True) as session:
+            study = find_study(session, "arm")
+            counts, people = collected(session, study.id), workers(session, study.id)
+    assert (counts["commands"], counts["annotators"]) == (2, 1)
+    assert [one.answers for one in people] == [1]
 
 
 def test_other_tables_of_that_name_are_videos(tmp_path: Path) -> None:
