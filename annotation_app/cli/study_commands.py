@@ -53,19 +53,20 @@ def init(*, study_file: Path, videos: Path | None, form: str) -> None:
 
     if study_file.exists():
         raise FormatError("the file is there already", where=str(study_file), fix="name another")
-    name, count = slug(study_file.stem), None
+    name, count, files = slug(study_file.stem), None, [study_file]
     notes: list[str] = []
     if videos is None:
         text = TEMPLATE.format(name=name)
     else:
         if (videos / "meta/info.json").is_file():
             videos = _tables_of(videos, study_file, notes)
+            files.append(videos.parent)
         text, count = _own_study(name, videos, study_file.parent, notes)
     write_bytes(study_file, text.encode())
     shown = "" if count is None else f" for {count} video{'' if count == 1 else 's'}"
     show_notes(notes)
-    record = {"files": [study_file], "videos": count, "notes": notes}
-    tell(form, record, f"wrote {study_file}{shown}")
+    record = {"files": files, "videos": count, "notes": notes}
+    tell(form, record, f"wrote {' and '.join(map(str, files))}{shown}")
 
 
 @click.command()
@@ -151,8 +152,12 @@ def _tables_of(dataset: Path, study_file: Path, notes: list[str]) -> Path:
     from corpus_tools.lerobot.episode_reading import open_dataset
     from corpus_tools.lerobot.study_input import study_input
     from corpus_tools.runtime.progress import progress_bar
+    from g3.errors import FormatError
 
     folder = study_file.with_name(f"{study_file.stem}-tables")
+    if folder.exists():
+        fix = f"make a study of them: --videos {folder / EPISODES}; or delete them"
+        raise FormatError("tables are there already", where=str(folder), fix=fix)
     opened = open_dataset(dataset)
     with progress_bar("reading episodes") as on_progress:
         made = write_tables(

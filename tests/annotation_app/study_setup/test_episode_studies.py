@@ -41,16 +41,20 @@ def test_a_dataset_becomes_a_study_whose_tasks_can_be_done(tmp_path: Path) -> No
     assert pages["subtasks"]["suggestion"]
 
 
-def test_tables_of_episodes_become_the_same_study(tmp_path: Path) -> None:
+def test_tables_of_episodes_become_the_same_study(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     dataset, tables = new_dataset(tmp_path / "set"), tmp_path / "arm-tables"
     (tmp_path / "by-tables").mkdir()
     assert run(["import", "lerobot", str(dataset), "--out", str(tables)]) == 0
     assert init(tmp_path / "by-tables/arm.yaml", tables / "episodes.csv") == 0
     made = (tmp_path / "by-tables/arm.yaml").read_text().replace("../arm-tables", "arm-tables")
     assert init(tmp_path / "arm.yaml", dataset) == 2  # the tables that are there stay
+    assert f"--videos {tables / 'episodes.csv'}" in capsys.readouterr().err
     assert not (tmp_path / "arm.yaml").exists()
     shutil.rmtree(tables)
     assert init(tmp_path / "arm.yaml", dataset) == 0
+    assert f"arm.yaml and {tables} for 3 videos" in capsys.readouterr().out
     assert (tmp_path / "arm.yaml").read_text() == made
 
 
