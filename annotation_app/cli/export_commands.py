@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from annotation_app.export.lerobot_export import PeoplesLanguage
     from annotation_app.store.models import Study
     from annotation_app.tasks.episode_parts import KeepFrom
-    from corpus_tools.corpus.corpus_model import Corpus
     from corpus_tools.lerobot.hub import Pushed
 
 REPORT = "meta/people_report.json"
@@ -52,10 +51,10 @@ STUDY_NAME = click.option(
     metavar="FORMAT",
     default="corpus",
     show_default=True,
-    help="corpus to train on; slu-core: the same in the layout of the AAAI-11 corpus; conllu: "
-    "words with their clauses; csv, jsonl, parquet: all answers as they are; lerobot, rlds, "
-    "robomimic, rosbag: a copy of the episodes' dataset with what people said; language: the same "
-    "as JSON lines, for episodes of any format.",
+    help="corpus to train on; treebank: its commands and trees alone; slu-core: the same in the "
+    "layout of the AAAI-11 corpus; conllu: words with their clauses; csv, jsonl, parquet: all "
+    "answers as they are; lerobot, rlds, robomimic, rosbag: a copy of the episodes' dataset with "
+    "what people said; language: the same as JSON lines, for episodes of any format.",
 )
 @click.option(
     "--episodes",
@@ -169,7 +168,12 @@ def export(
         lines.append(what.format(push_to, pushed.url))
     tell(told, record, *lines)
     if form not in OF_EPISODES and not (corpus.annotations or corpus.judgments):
-        note(*_without_annotations(corpus))
+        note(
+            "note: there are no annotations yet, so no model can learn from this corpus.",
+            "People make them: Describe (type a command), then Segment (mark its clauses), then "
+            "Ground (say what they mean)",
+            "All answers as they are: --format csv",
+        )
 
 
 def _folders() -> set[str]:
@@ -214,22 +218,6 @@ def _pushing(name: str | None) -> Callable[[Path, str], Pushed] | None:
 
     check_can_push(name)
     return push
-
-
-def _without_annotations(corpus: Corpus) -> tuple[str, ...]:
-    """Return the message about a corpus with neither annotations nor judgments."""
-    if not corpus.contexts:  # videos of which it isn't known what is where
-        return (
-            "note: a corpus of these videos has no annotations, as its things have places in a "
-            "world.",
-            "For what people have marked and chosen: --format csv, or Groundings (CSV) on the "
-            "dashboard",
-        )
-    return (
-        "note: there are no annotations yet, so no model can learn from this corpus.",
-        "People make them: Describe (type a command), then Segment (mark its clauses), then "
-        "Ground (say what they mean)",
-    )
 
 
 def _write_language(

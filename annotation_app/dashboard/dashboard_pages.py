@@ -53,9 +53,10 @@ from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.corpus.estimate import REASONS
 from corpus_tools.exporters.slu_core import slu_core_files
+from corpus_tools.exporters.treebank_files import treebank_files
 from g3.errors import CorpusError
 
-FOLDERS = {"corpus": Corpus.files, "slu-core": slu_core_files}
+FOLDERS = {"corpus": Corpus.files, "treebank": treebank_files, "slu-core": slu_core_files}
 
 blueprint = Blueprint(
     "dashboard",

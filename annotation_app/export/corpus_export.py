@@ -31,8 +31,9 @@ def export_corpus(session: Session, study: Study, *, licence: str = "") -> Corpu
 
     Every command is there, also those that came late. An annotation is positive if its
     grounding was adopted. Its random one has the labels that most people gave who checked
-    it, and none where they disagree, didn't know, or nobody has checked. What a corpus
-    held that was imported is there as it was, where nobody has changed it.
+    it, and none where they disagree, didn't know, or nobody has checked. Without a world it
+    has the adopted clauses alone. What a corpus held that was imported is there as it was,
+    where nobody has changed it.
     """
     parts = gather(session, study)
     parts.judgments += parts.original.judgments if parts.original else ()
@@ -41,6 +42,7 @@ def export_corpus(session: Session, study: Study, *, licence: str = "") -> Corpu
     contexts = [world.context for world in parts.worlds.values()]
     if parts.original and not contexts:  # its texts alone
         contexts = list(parts.original.contexts.values())
+    contexts += (annotation.context for annotation in parts.annotations)
     return Corpus.build(
         study.name,
         contexts=contexts,

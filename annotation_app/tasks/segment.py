@@ -48,6 +48,8 @@ from annotation_app.tasks.task_record import (
     TaskWords,
 )
 from annotation_app.tasks.tree_differences import MarkedClause, disputed_parts, marked
+from corpus_tools.corpus.corpus_entries import Entry
+from corpus_tools.importers.treebank import robot_alone
 from g3.annotation import Annotation, Command
 from g3.errors import SDCError
 from g3.groundings import Context
@@ -158,25 +160,25 @@ def _check(
 
 
 def _export(parts: CorpusParts) -> None:
-    """Add the trees of a study of a corpus's texts; uncorrected ones are as they were."""
-    corpus = parts.original
-    if corpus is None or parts.worlds:
-        return
+    """Add the trees of commands without a world; those of a corpus that stay are as they were."""
+    corpus = () if parts.original is None or parts.worlds else parts.original
     entries = {entry.id: entry for entry in corpus}
-    corrected = {
+    adopted = {
         item.payload["command"]: from_json(answer.body["sdcs"])
         for answer, item in answers_of(parts.session, parts.study, "segment", adopted=True)
+        if item.payload["video"] not in parts.worlds
     }
+    alone = robot_alone(parts.study.name)
     for answer, command in parts.commands.items():
-        entry = entries[command.id]
+        entry = entries.get(command.id, Entry(command))
         given = tuple(replace(one, command=command) for one in entry.annotations)
-        sdcs = corrected.get(answer)
+        sdcs = adopted.get(answer)
         if sdcs is None or (given and _same_letters(sdcs, entry.sdcs, command.text)):
             parts.annotations += given
-        elif entry.context is not None:
+        else:
             whole = tuple(_whole_words(sdc, command.text) for sdc in sdcs)
             kept = entry.annotation.taken_back if entry.annotation else ()
-            parts.annotations.append(_ungrounded(command, entry.context, whole, kept))
+            parts.annotations.append(_ungrounded(command, entry.context or alone, whole, kept))
 
 
 def _ungrounded(

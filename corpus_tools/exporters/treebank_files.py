@@ -16,8 +16,6 @@ from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.treebank import PEOPLE, TREES, DatasetFile, PersonRow, TreeRow, trees_of
 from corpus_tools.runtime.shipped import DATASET
 from g3.annotation import Annotation
-from g3.language.parsing.conllu import to_conllu
-from g3.language.parsing.spacy_pipeline import analyse
 from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import format_brackets
 from g3.storage.text_lines import split_lines
@@ -81,6 +79,9 @@ def conllu_files(corpus: Corpus) -> dict[str, bytes]:
     The syntax is spaCy's, converted (:mod:`g3.language.parsing.universal_dependencies`). Commands
     without a word are left out. Raises ModelError if the parser of English isn't installed.
     """
+    from g3.language.parsing.conllu import to_conllu  # noqa: PLC0415 - slow to import
+    from g3.language.parsing.spacy_pipeline import analyse  # noqa: PLC0415 - as above
+
     clauses: dict[str, tuple[SDC, ...]] = {}
     for annotation in corpus.annotations:
         clauses.setdefault(annotation.command.id, annotation.sdcs)

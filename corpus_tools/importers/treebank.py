@@ -137,7 +137,8 @@ def import_treebank(
     dataset = _dataset(path)
     found = _read(path, journal)
     journal.check()
-    contexts = {domain: _context(domain) for domain in dict.fromkeys(one.domain for one in found)}
+    domains = dict.fromkeys(one.domain for one in found)
+    contexts = {domain: robot_alone(domain) for domain in domains}
     commands = {
         one.id: Command(one.id, one.text, one.split_group, subject=one.person) for one in found
     }
@@ -226,8 +227,8 @@ def _dataset(folder: Path) -> DatasetFile:
         ) from error
 
 
-def _context(domain: str) -> Context:
-    """Return a context of a robot alone, of which all is assumed."""
+def robot_alone(domain: str) -> Context:
+    """Return the context of a domain: a robot alone, of which all is assumed."""
     square = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
     still = Trajectory(np.zeros(1), np.zeros((1, 3)), np.zeros(1))
     robot = PhysicalObject("robot", ("robot",), Prism(square, 0.0, 1.0), still)

@@ -175,11 +175,11 @@ def known_validity(corpora: Iterable[Corpus], *, seed: int, draws: int) -> Valid
 
 
 def contexts_of_videos(corpus: Corpus) -> dict[str, Context]:
-    """Return the world and log of each video; a context's id is also a video's."""
-    contexts = dict(corpus.contexts)
-    for annotation in corpus.annotations:
-        contexts.setdefault(annotation.command.video, annotation.context)
-    return contexts
+    """Return the world and log of each video that has some; a context's id is also a video's."""
+    contexts = {a.command.video: a.context for a in reversed(corpus.annotations)}
+    contexts |= corpus.contexts
+    # A robot alone, as in a treebank, is no world.
+    return {video: context for video, context in contexts.items() if len(context.objects) > 1}
 
 
 def _annotated(corpus: Corpus) -> dict[tuple[str, str], Annotation]:

@@ -68,6 +68,10 @@ ELSEWHERE = {
         "tests/annotation_app/cli/test_annotate_commands.py",
         "needs a study with answers",
     ),
+    r"ct (corpus stats|train parser --corpus) drone": (
+        "tests/annotation_app/export/test_trees_of_videos.py",
+        "needs a study with answers",
+    ),
     r"ct annotate (backup|verify|restore)": (
         "tests/annotation_app/copies/test_damaged_backups.py",
         "needs a study with answers",

@@ -15,7 +15,9 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from annotation_app.core.config import Config
+from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_model import Corpus
+from g3.sdc.sdc_notation import format_brackets
 from tests.annotation_app.in_browser import errors_of, look
 from tests.annotation_app.making.test_lab_in_browser import (
     COMMAND,
@@ -174,13 +176,21 @@ def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
         do_the_others(people[0], address)
         judge.get_by_role("link", name="Exports").click()
         table = downloaded(judge, "Groundings (CSV)").decode()
-        zipfile.ZipFile(io.BytesIO(downloaded(judge, "Corpus (zip)"))).extractall(tmp_path)
+        for name in ("Corpus", "Treebank"):
+            content = downloaded(judge, f"{name} (zip)")
+            zipfile.ZipFile(io.BytesIO(content)).extractall(tmp_path / name)
         for person in (*people, judge):
             person.context.close()
     rows = [row for row in csv.DictReader(io.StringIO(table)) if row["things"]]
     assert [(row["command"], row["labels"]) for row in rows] == [(COMMAND, "cup 1")]
-    corpus = Corpus.load(tmp_path / "drone")
+    corpus = Corpus.load(tmp_path / "Corpus/drone")
     assert {command.text for command in corpus.commands.values()} == {COMMAND, "Fly on."}
     assert [judgment.rating for judgment in corpus.judgments] == ["SA"]
+    again = tmp_path / "again"
+    assert run(["import", "treebank", str(tmp_path / "Treebank/drone"), "--out", str(again)]) == 0
+    for one in (corpus, Corpus.load(again)):
+        (annotation,) = one.annotations
+        assert annotation.command.text == COMMAND
+        assert format_brackets(annotation.sdcs) == "EVENT_1(r = Push, l = OBJ_2(f = the cup))"
     assert found == []
     assert errors == []

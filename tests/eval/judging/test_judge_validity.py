@@ -10,6 +10,7 @@ from sklearn.metrics import cohen_kappa_score, roc_auc_score
 
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
+from corpus_tools.importers.treebank import robot_alone
 from eval.cli.eval_commands import evaluate
 from eval.judging.execution import counterparts, logged, replayed
 from eval.judging.judge import Verdict, judge
@@ -25,8 +26,9 @@ from eval.judging.judge_validity import (
     judge_validity,
     known_validity,
 )
-from g3.annotation import Judgment
+from g3.annotation import Annotation, Command, Judgment
 from g3.errors import FormatError
+from g3.sdc.sdc_notation import parse_brackets
 
 TESTED_ON = {
     "go_to_receiving_loaded",
@@ -51,6 +53,17 @@ def of_layout(whole):
     contexts = contexts_of_videos(whole)
     names = sorted(name for name in contexts if name.startswith("hall_"))[:3]
     return {name: contexts[name] for name in names}
+
+
+def test_a_robot_alone_is_no_world_of_its_command_and_video():
+    command = Command("c", "Land.", "fly", video="fly")
+    sdcs = parse_brackets("EVENT(r = Land)", command=command.text)
+    nothing = {"groundings": ((), ()), "correct": (None, None), "source": "positive"}
+    trees = [Annotation("a", command, robot_alone("fly"), sdcs, **nothing)]
+    corpus = Corpus.build(
+        "drone", contexts=[robot_alone("fly")], commands=[command], annotations=trees
+    )
+    assert contexts_of_videos(corpus) == {}
 
 
 def still_held(plan):
