@@ -8,7 +8,7 @@ import { here, send } from "./server.js";
 const LOOK_MS = 400;
 const MARGIN_M = 2;
 const PHASES = {
-  waiting: "Waiting for those who came before",
+  waiting: "Waiting until the model is ready, or for those who came before",
   learning: "Getting the model ready; the very first time it is trained, which takes some minutes",
   reading: "Looking for what the words mean",
   moving: "Carrying the plan out in the simulated world",
