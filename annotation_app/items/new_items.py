@@ -82,10 +82,16 @@ def add_item(session: Session, study: Study, config: StudyConfig, new: NewItem) 
         author_id=new.author_id,
         attention=new.attention,
     )
-    slots = 0 if new.attention else config.tasks[new.task].answers
-    item.slots = new_slots(item, slots)
+    item.slots = new_slots(item, 0 if new.attention else wanted_answers(config, item))
     session.add(item)
     return item
+
+
+def wanted_answers(config: StudyConfig, item: Item) -> int:
+    """Return how many people answer an item: one, if it isn't drawn to be answered by several."""
+    task = config.tasks[item.task]
+    is_shared = draws(config, f"overlap of {item.subject}").random() < task.overlap
+    return task.answers if is_shared else 1
 
 
 def new_slots(item: Item, count: int) -> list[Slot]:

@@ -79,6 +79,7 @@ def _tasks(value: Value, form: Form) -> None:
             continue
         of_task = value["tasks"][task.name] = known.get(task.name, {})
         _put(of_task, "answers", number_of(form, f"answers-{task.name}"), None)
+        _put(of_task, "overlap", number_of(form, f"overlap-{task.name}"), usual["overlap"])
         if task.adjudication is not None:
             rule = number_of(form, f"adoption-{task.name}")
             _put(of_task, "adoption", rule, usual["adoption"])

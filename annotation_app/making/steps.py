@@ -51,6 +51,7 @@ STEPS = (
         ),
         (
             "answers",
+            "overlap",
             "adoption",
             "lease_minutes",
             "practice",
@@ -200,6 +201,7 @@ LABELS = {
     "commands": "Commands",
     "tasks": "Tasks",
     "answers": "Answers",
+    "overlap": "Overlap",
     "lease_minutes": "Minutes",
     "adoption": "Adopted if",
     "suggestions_from": "Suggest from",

@@ -108,6 +108,9 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     ----------
     answers
         How many people answer each item.
+    overlap
+        Share of the items that so many people answer, for agreement, drawn from the study's seed.
+        One person answers each of the others.
     adoption
         When an answer is adopted, if people decide between them: once all wanted ones are there and
         all agree, more than half do, or a share of them does; or only by an adjudicator.
@@ -137,6 +140,7 @@ class TaskConfig(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_onl
     """
 
     answers: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 1
+    overlap: Annotated[float, msgspec.Meta(ge=0, le=1)] = 1.0
     adoption: Adoption = "all"
     lease_minutes: Annotated[float, msgspec.Meta(gt=0, le=10_080)] = 30.0
     role: Literal["worker", "annotator"] = "worker"

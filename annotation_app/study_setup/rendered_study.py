@@ -22,6 +22,7 @@ from annotation_app.items.new_items import (
     add_item,
     new_slots,
     videos_of,
+    wanted_answers,
 )
 from annotation_app.items.scenes import CURVES, VIEWS, read_film
 from annotation_app.store.database import lock_set_up
@@ -281,7 +282,7 @@ def _without_scenes(
 
 
 def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:
-    for task, task_config in config.tasks.items():
+    for task in config.tasks:
         counts = session.execute(
             select(Item, func.count(Slot.id))
             .outerjoin(Slot)
@@ -294,5 +295,5 @@ def _add_slots(session: Session, study: Study, config: StudyConfig) -> None:
             .group_by(Item.id)
         ).all()
         for item, count in counts:
-            session.add_all(new_slots(item, task_config.answers - count))
+            session.add_all(new_slots(item, wanted_answers(config, item) - count))
     session.flush()

@@ -17,7 +17,7 @@ from annotation_app.core.sent_text import clean_text
 from annotation_app.items.new_items import REPLACED
 from annotation_app.store.audit import note
 from annotation_app.store.models import Answer, Assignment, Item, Person, Slot, Study, TaskName
-from annotation_app.studies.study_file import LONGEST_GROUP, TaskConfig, restored
+from annotation_app.studies.study_file import LONGEST_GROUP, restored
 
 Way: TypeAlias = Literal["share", "each", "anybody"]
 WAYS: tuple[Way, ...] = get_args(Way)
@@ -48,7 +48,6 @@ def assign(
     config = restored(study.config)
     if way == "anybody" and config.groups:
         raise Refusal(422, "The study gives its items to groups. Change these in its set-up.")
-    wanted = config.tasks.get(task, TaskConfig()).answers
     known = groups(session)
     for group in in_groups:
         if group not in known:
@@ -57,25 +56,32 @@ def assign(
             )
     among = {*people, *(member.id for group in in_groups for member in known[group])}
     chosen = [person.id for person in assignable(session, study.id) if person.id in among]
-    if way != "anybody" and len(chosen) < wanted:
-        raise Refusal(422, f"Choose {wanted} people or more: each item wants so many answers.")
-    open_ = exists().where(Slot.item_id == Item.id, Slot.answered.is_(False))
-    found = select(Item.id).where(
-        Item.study_id == study.id,
-        Item.task == task,
-        Item.attention.is_(False),
-        ~Item.subject.startswith(REPLACED),
-        open_,
-        *((Item.video == video,) if video else ()),
+    found = (
+        select(Item.id, func.count(Slot.id))
+        .join(Slot, Slot.item_id == Item.id)
+        .where(
+            Item.study_id == study.id,
+            Item.task == task,
+            Item.attention.is_(False),
+            ~Item.subject.startswith(REPLACED),
+            *((Item.video == video,) if video else ()),
+        )
+        .group_by(Item.id)
+        .having(func.count(Slot.id).filter(Slot.answered.is_(False)) > 0)
+        .order_by(Item.rank, Item.id)
     )
-    items = session.scalars(found.order_by(Item.rank, Item.id)).all()
-    for number, item_id in enumerate(items):
+    items = session.execute(found).all()
+    most = max((wanted for _, wanted in items), default=1)
+    if way != "anybody" and len(chosen) < most:
+        raise Refusal(422, f"Choose {most} people or more: an item wants so many answers.")
+    first = 0
+    for item_id, wanted in items:
         session.execute(delete(Assignment).where(Assignment.item_id == item_id))
         if way == "each":
             whose = chosen
         elif way == "share":
-            first = number * wanted
             whose = [chosen[(first + i) % len(chosen)] for i in range(wanted)]
+            first += wanted
         else:
             whose = []
         session.add_all(Assignment(item_id=item_id, person_id=one) for one in whose)

@@ -276,11 +276,14 @@ def test_a_task_says_when_an_answer_is_adopted(admin: Member, root: Path, rule: 
     begun(admin)
     send(admin, "videos", videos="clips")
     segment = {"do-segment": "on", "answers-segment": "3", "adoption-segment": rule}
-    send(admin, "tasks", **TASKS, **segment)
+    refused = send(admin, "tasks", **TASKS, **segment, **{"overlap-segment": "2"})
+    assert "Segment, overlap: " in refused.text
+    send(admin, "tasks", **TASKS, **segment, **{"overlap-segment": "0,2"})
     page = admin.client.get("/admin/studies/arm/tasks").text
     assert f'<option value="{rule}" selected>' in page
     assert send(admin, "review").status_code == 303
-    assert str(read_study(root / "arm.yaml").tasks["segment"].adoption) == rule
+    made = read_study(root / "arm.yaml").tasks["segment"]
+    assert (str(made.adoption), made.overlap) == (rule, 0.2)
 
 
 def test_a_study_names_groups_and_what_share_they_get(

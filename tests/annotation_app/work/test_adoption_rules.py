@@ -74,6 +74,45 @@ def test_the_studys_rule_adopts(app: Flask, trees: tuple[int, ...], chosen: list
         assert judge.client.get(f"/dashboard/tests/queue/{listed[0]['item']}").status_code == 200
 
 
+def test_a_share_of_the_items_is_kept_for_several_people(tmp_path: Path) -> None:
+    clip(tmp_path / "clips/push.mp4", 40)
+    texts = [f"Push cup {number}." for number in range(30)]
+    (tmp_path / "given.csv").write_text("\n".join(["video,command", *(f"push,{t}" for t in texts)]))
+    segment = {"practice": False, "answers": 2, "overlap": 0.3}
+    study = {"name": "arm", "title": "An arm", "videos": "clips", "commands": "given.csv"}
+    file = tmp_path / "arm.yaml"
+
+    def taken(app: Flask) -> set[str]:
+        """The commands that somebody gets."""
+        person, found = Browser(app, study="arm"), set()
+        while (leased := person.lease("segment", "arm")).status_code == 200:
+            text = leased.json["payload"]["command"]
+            tree = to_json(parse_brackets("EVENT(r = Push, l = OBJ(f = cup))", command=text))
+            assert person.answer(leased.json["item"], {"sdcs": tree}).status_code == 200
+            found.add(text)
+        return found
+
+    file.write_text(json.dumps({**study, "tasks": {"segment": segment}}))
+    for _ in range(2):  # the second start adds nothing
+        with set_up(file):
+            pass
+    with set_up(file) as app:
+        assert taken(app) == set(texts)
+        several = taken(app)
+        assert 3 <= len(several) <= 15
+        assert taken(app) == set()
+        assert len(adopted_texts(app)) == len(texts)
+    file.write_text(json.dumps({**study, "tasks": {"segment": {**segment, "overlap": 1}}}))
+    with set_up(file) as app:
+        assert taken(app) == set(texts) - several
+
+
+def adopted_texts(app: Flask) -> set[str]:
+    answered = select(Item.payload).join(Answer, Answer.item_id == Item.id)
+    found = rows_in(app, answered.where(Answer.task == "segment", Answer.adopted))
+    return {payload["text"] for payload in found}
+
+
 def test_a_new_rule_decides_about_what_is_there(tmp_path: Path) -> None:
     clip(tmp_path / "clips/push.mp4", 40)
     segment = {"practice": False, "answers": 3}
