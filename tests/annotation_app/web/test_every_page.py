@@ -19,6 +19,8 @@ from tests.annotation_app.pages.films import film
 pytestmark = pytest.mark.slow
 
 WIDTHS = ((1280, 800), (360, 740))
+ONE_SCREEN = ("/dashboard/<study_name>",)
+"""Pages that fit a computer's screen."""
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +60,9 @@ def test_every_page_is_accessible_and_stays_on_its_host(filled: Example, chromiu
                     if width_of(page) > width:
                         found.append(f"{path} is {width_of(page)} pixels wide, not {width}")
                     found += violations(page, ANY)
+                    if path in ONE_SCREEN and width > height:
+                        long = page.evaluate("document.documentElement.scrollHeight")
+                        found += [f"{path} is {long} pixels high"] if long > height else []
                 page.emulate_media(color_scheme="dark")
                 found += violations(page, ANY, runOnly=["color-contrast"])
             context.close()
