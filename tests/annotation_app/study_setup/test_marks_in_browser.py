@@ -34,7 +34,7 @@ from tests.annotation_app.study_setup.test_own_videos import set_up
 from tests.annotation_app.study_setup.test_robot_episodes import export
 from tests.annotation_app.study_setup.test_subtasks_in_browser import watch
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.firefox]
 
 MARK = ("video", ".player-bar", "#success", "#quality", "#reasons", "#moment", "#submit")
 CORRECT = ("#command", "video", ".player-bar", "#verdict", "#submit")

@@ -29,6 +29,7 @@ from tests.annotation_app.study_setup.test_subtasks_in_browser import watch
 NEEDED = ("video", ".player-bar", "#kinds li:last-child button", "#undo", "#skip", "#submit")
 
 
+@pytest.mark.firefox
 @pytest.mark.slow
 def test_somebody_writes_at_moments(context: BrowserContext, tmp_path: Path) -> None:
     tasks = {"moments": {"answers": 1, "styles": EVERY}}
