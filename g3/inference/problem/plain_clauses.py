@@ -44,6 +44,7 @@ from g3.inference.problem.phrases import (
     is_measure,
     is_pronoun,
     names_forks,
+    names_held,
     names_robot,
     only_object,
     side_by_side,
@@ -142,7 +143,7 @@ def _whole(sdc: SDC) -> SDC:
     if sdc.type == "PATH" and inner is not None and inner.type == "PATH" and inner.landmark1:
         relation = (*sdc.relation, *inner.relation)
         return replace(inner, relation=whole_words(tuple(sorted(relation))))
-    return replace(sdc, relation=whole_words(sdc.relation))
+    return replace(sdc, words=whole_words(sdc.words), relation=whole_words(sdc.relation))
 
 
 def _with_plain_phrases(sdc: SDC, nouns: Nouns, *, aside: bool = True) -> SDC:
@@ -440,7 +441,8 @@ def _result(sdc: SDC, nouns: Nouns) -> SDC | None:
     one, other = (
         field_words(noun_leaf(part).words) for part in (theme.figure[0], theme.landmark1[0])
     )
-    if nouns.stands_on(one, other) or not nouns.loads.intersection(one):
+    loads = nouns.name_load(noun_leaf(theme.figure[0]).words) or names_held(theme.figure[0])
+    if nouns.stands_on(one, other) or not loads:
         return None
     place = SDC("PLACE", relation=theme.relation, landmark1=theme.landmark1)
     before = parts[:-1] if objects_alone else ()
@@ -504,7 +506,7 @@ def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
 
 
 def _names_load(sdc: SDC, nouns: Nouns) -> bool:
-    return not nouns.loads.isdisjoint(field_words(noun_leaf(sdc).words))
+    return nouns.name_load(noun_leaf(sdc).words)
 
 
 _Apart = tuple[SDC | None, tuple[Span, ...]]

@@ -156,13 +156,14 @@ def _speaks_of_several(tree: Tree, own: Frame) -> bool:
 def _run(tree: Tree, left: Sequence[int], own: Frame) -> tuple[int, ...]:
     """Return a clause with those after it that put its loads down; none if nothing does."""
     last = 0
-    if own.guessed and not (own.places or own.paths or len(own.objects) > 1):
+    leads = own.places or own.paths or len(own.objects) > 1
+    if own.verb and own.guessed and not leads:  # "blick the crates"
         return ()
     if not _puts(own):
         last = 1 + len(list(takewhile(lambda n: not _puts(frame(tree, n)), left[1:])))
         if last == len(left) or not all(_follows(tree, n) for n in left[1 : last + 1]):
             return ()  # the forks hold one load
-    elif len(left) > 1 and _follows(tree, left[1]):
+    elif len(left) > 1 and _follows(tree, left[1]) and _agree(tree, own, frame(tree, left[1])):
         after = frame(tree, left[1])
         unloads = own.places_load and not (own.places or own.paths or own.end is not None)
         led = unloads and bool(after.places or after.paths)  # "empty it, all of it onto the truck"
@@ -183,6 +184,14 @@ def _follows(tree: Tree, root: int) -> bool:
     if own.negated or (not own.handles and own.objects):
         return False
     return all(_names_again(tree.nodes[n]) for n in own.objects[:1])
+
+
+def _agree(tree: Tree, own: Frame, after: Frame) -> bool:
+    """Check that a clause with "it" doesn't follow one about all of some things."""
+    again = [tree.nodes[n] for n in after.objects[:1] if is_pronoun(tree.nodes[n])]
+    said = group(tree.nodes[own.objects[0]])
+    several = said.quantifier in WORDS["universal"] or (said.count or 0) > 1
+    return not several or all(group(sdc).number == "plural" for sdc in again)
 
 
 def _names_again(sdc: SDC) -> bool:
