@@ -12,7 +12,7 @@ from g3.inference.potentials.potential_registry import HARD, Measured, potential
 from g3.inference.problem.asked_kinds import asked_kinds
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
-from g3.inference.problem.frames import asked, frame, spares
+from g3.inference.problem.frames import asked, frame, in_order, spares
 from g3.inference.problem.grounding_problem import things_of
 from g3.inference.problem.phrases import is_uncounted, names_held
 from g3.language.lexicon.field_words import field_words, figure_words
@@ -30,10 +30,13 @@ def load_in_the_way(case: CommandCase) -> str:
     if state.held is None:
         return ""
     held = state.thing(state.held)
-    for own in (frame(tree, n) for n in asked(tree) if tree.nodes[n].type == "EVENT"):
+    order = in_order(tree, holds=True)
+    for own in (frame(tree, n) for n in order if tree.nodes[n].type == "EVENT"):
         if not own.handles or own.negated or spares(tree, own.node, state.held):
             continue
         if own.theme is not None:
+            if names_held(tree.nodes[own.theme]):
+                return ""
             words = figure_words(tree.nodes[own.theme])
             others = (o for o in state.context.objects if o is not held and is_load(state, o.id))
             most = max((labels_in(words, o.labels) for o in others), default=0)

@@ -30,6 +30,7 @@ from g3.inference.problem.phrases import (
     is_pronoun,
     is_there,
     names_forks,
+    names_held,
     names_robot,
     side_by_side,
 )
@@ -161,6 +162,21 @@ def asked(tree: Tree) -> tuple[int, ...]:
     for a purpose comes after what leads to it: "drive to the crate to lift it".
     """
     return tuple(tree.once(_leads))
+
+
+def in_order(tree: Tree, *, holds: bool) -> tuple[int, ...]:
+    """The clauses of :func:`asked` in the order of doing.
+
+    Where the robot holds something, it first does what is asked of that: "the drum on the truck,
+    and what you have by the gate".
+    """
+    order = asked(tree)
+    if not holds:
+        return order
+    events = [frame(tree, n) for n in order if tree.nodes[n].type == "EVENT"]
+    handling = [own for own in events if own.handles and not own.negated]
+    held = [own.node for own in handling if any(names_held(tree.nodes[n]) for n in own.objects)]
+    return tuple(sorted(order, key=lambda n: n not in held[:1])) if held else order
 
 
 def _leads(tree: Tree) -> dict[int, tuple[int, ...]]:

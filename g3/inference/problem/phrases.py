@@ -99,11 +99,12 @@ def names_same(sdc: SDC) -> bool:
 def names_other(sdc: SDC) -> bool:
     """Check that a leaf names something else than what was meant before: "the other truck".
 
-    So do the rest, and "the second one".
+    So do the rest, "the second one", and "one crate" after another one.
     """
     words = bare_words(sdc.words)
     counted = group(sdc).ordinals if words[-1:] and words[-1] in WORDS["ones"] else ()
-    return not WORDS["rest"].isdisjoint(words) or bool(counted and 1 not in counted)
+    again = words[:1] in (["one"], ["a"], ["an"])
+    return not WORDS["rest"].isdisjoint(words) or bool(counted and 1 not in counted) or again
 
 
 def names_origin(sdc: SDC) -> bool:

@@ -31,7 +31,7 @@ from g3.inference.potentials.potential_registry import added, added_by
 from g3.inference.problem.clause_roles import names_again
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
-from g3.inference.problem.frames import asked, frame, told_side
+from g3.inference.problem.frames import asked, frame, in_order, told_side
 from g3.inference.problem.grounding_problem import (
     Arguments,
     Candidate,
@@ -40,7 +40,13 @@ from g3.inference.problem.grounding_problem import (
 )
 from g3.inference.problem.later_sides import is_seen_later
 from g3.inference.problem.packed_scene import Group
-from g3.inference.problem.phrases import is_pronoun, is_stead, is_there, names_other, names_same
+from g3.inference.problem.phrases import (
+    is_pronoun,
+    is_stead,
+    is_there,
+    names_other,
+    names_same,
+)
 from g3.inference.problem.scoring import Reason
 from g3.inference.reasons.explanation import reasons_against, told_besides, weightiest
 from g3.inference.search.arguments import arguments, combine, focus_of
@@ -196,9 +202,23 @@ def _allowed(
     """
     possible = possible_actions(state, focus_of(state, found))
     possible = [action for action in possible if action.object_id not in problem.ruled_out]
+    if state.held is not None and tree.once(_is_kept):
+        possible = [action for action in possible if not action.kind.leaves]
     if problem.only and frame(tree, root).handles:
         return [action for action in possible if action.object_id == problem.only]
     return possible
+
+
+def _is_kept(tree: Tree) -> bool:
+    """Check that a command says to put nothing down, and never to put it somewhere else."""
+    frames = [frame(tree, n) for n in asked(tree) if tree.nodes[n].type == "EVENT"]
+    puts = [own for own in frames if own.classes == {"placing"}]
+    named = (tree.nodes[n] for own in puts for n in own.objects)
+    return (
+        bool(puts)
+        and all(own.negated and not (own.places or own.paths) for own in puts)
+        and all(is_pronoun(sdc) for sdc in named)
+    )
 
 
 def _is_untaught(actions: Sequence[Action]) -> BoolArray:
@@ -317,7 +337,7 @@ def search(
 ) -> list[Hypothesis]:
     """Return the best plans for a :func:`prepared` problem, the best first."""
     beam = [Hypothesis(0.0, start)]
-    left = list(asked(tree))
+    left = list(in_order(tree, holds=start.held is not None))
     while left and beam:
         best = beam[0]  # all hypotheses carry the same loads, those that the best one means
         swapped = exchange(tree, left[0], best.state, problem)

@@ -5,6 +5,7 @@ The forks hold one load, so that one of the two waits on the ground until its ne
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import log
 
 from g3.actions.action_kinds import Action, move, result
@@ -17,7 +18,7 @@ from g3.groundings import PhysicalObject, Place
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import frame
 from g3.inference.problem.grounding_problem import GroundingProblem, Group
-from g3.inference.search.requests import loads_named
+from g3.inference.search.requests import loads_there
 from g3.language.lexicon.field_words import bare_words, normalise
 from g3.language.lexicon.tables import WORDS
 
@@ -44,7 +45,7 @@ def exchange(
     nodes = _exchanged(tree, root) if state.held is None else []
     if not nodes:
         return None
-    named = [loads_named(tree, node, problem) for node in nodes]
+    named = [loads_there(tree, node, problem) for node in nodes]
     pairs = ((one, other) for one in named[0][:1] for other in named[1] if one[0].id != other[0].id)
     (one, score), (other, other_score) = next(pairs, ((None, 0.0), (None, 0.0)))
     if one is None or other is None:
@@ -69,10 +70,16 @@ def after_actions(state: State, actions: tuple[Action, ...]) -> State:
     return state
 
 
+def _swaps(verb: Sequence[str]) -> bool:
+    """Check that words say that two things change places: "swap", "change places"."""
+    verbal = not WORDS["swapping"].isdisjoint(map(normalise, verb[:1]))
+    return verbal or (verb[:1] == ("change",) and not {"place", "places"}.isdisjoint(verb))
+
+
 def _exchanged(tree: Tree, root: int) -> list[int]:
     """Return the two OBJECTs that change places, "A and B", "A with B", "A for B"; or none."""
     own = frame(tree, root) if tree.nodes[root].type == "EVENT" else None
-    if own is None or own.negated or WORDS["swapping"].isdisjoint(map(normalise, own.verb[:1])):
+    if own is None or own.negated or not _swaps(own.verb):
         return []
     found = list(own.objects)
     for node in (*own.paths, *own.places, *own.ways):

@@ -303,10 +303,18 @@ def _named(
     if others and said.number == "singular":
         found = found if len(found) == 1 else []
     elif count and count > 1:
-        found = found[:count]
+        together = _together(tree, node, problem, count) if _tells_more(tree, node) else []
+        chosen = [c for c in found if c[0] in together]
+        found = chosen if len(chosen) == count else found[:count]
     elif found and _tells_more(tree, node) and not (on and not is_singled_out(sdc.figure[0])):
         found = [c for c in found if c[1] >= found[0][1] - BEHIND]
     return [name for name, _ in found]
+
+
+def _together(tree: Tree, node: int, problem: GroundingProblem, count: int) -> list[str]:
+    """Return the ids of the group that an OBJECT means: "the two crates on the left"."""
+    groups = (things_of(c.group) for c in ground_thing(tree, node, problem))
+    return next(([thing.id for thing in g] for g in groups if len(g) == count), [])
 
 
 def _rest(
@@ -404,6 +412,13 @@ def loads_named(
     return sorted(singles, key=lambda c: float(np.linalg.norm(centre(c[0].prism) - at)))
 
 
+def loads_there(
+    tree: Tree, node: int, problem: GroundingProblem
+) -> list[tuple[PhysicalObject, float]]:
+    """Return :func:`loads_named`, those alone that stand where the OBJECT says, if any does."""
+    return _within(loads_named(tree, node, problem), _standing(tree, node, problem))
+
+
 def _tells_more(tree: Tree, node: int) -> bool:
     """Check that an OBJECT says more of its things than how many, and of what kind."""
     sdc = tree.nodes[node]
@@ -465,7 +480,7 @@ def _but_there(tree: Tree, own: Frame, problem: GroundingProblem, loads: list[st
 def _leads_onto(sdc: SDC) -> bool:
     """Check that a PLACE or a PATH leads onto its landmark, or to it: not beside it."""
     said = concepts(field_words(sdc.relation))
-    return bool(said & {"on", "to"}) and not said & BESIDE
+    return not sdc.relation or (bool(said & {"on", "to"}) and not said & BESIDE)
 
 
 def _marks(tree: Tree, node: int) -> list[int]:

@@ -212,3 +212,68 @@ def test_people_are_persons_by_whatever_they_do(noun, grounder):
     there = world(**YARD, person_1=("person", (-6, 8)))
     (action,) = followed(grounder.follow(parse, there, least=0.0)).actions
     assert [thing.id for thing in action.target] == ["person-1"]
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        "EVENT(r = change places, l = [OBJ(f = near tires), OBJ(f = near crate)])",
+        "EVENT(f = [OBJ(f = near tires), OBJ(f = near crate)], r = change places)",
+    ],
+)
+def test_two_loads_change_places(tree, grounder):
+    found = where(
+        grounder,
+        "near tires and near crate change places",
+        tree,
+        tires_1=(TIRES, (20, 9), 0, "truck-1"),
+        tires_2=("crate", (12, 7)),
+    )
+    assert found == {"tires-1": None, "crate-1": "truck-1"}
+
+
+def test_what_is_held_goes_before_what_is_named_first(grounder):
+    found = where(
+        grounder,
+        "the near tires on the left truck, and what you have by the cone",
+        f"EVENT(l = OBJ(f = the near tires), {LEFT})",
+        f"EVENT(l = OBJ(f = what you have), {BY_CONE})",
+        carries="crate-2",
+    )
+    assert found == {"crate-2": None, "tires-1": "truck-1"}
+
+
+def test_two_on_the_left_are_the_two_leftmost(grounder):
+    found = where(
+        grounder,
+        "the two crates on the left on the left truck",
+        f"EVENT(l = OBJ(f = OBJ(f = the two crates), r = on the left), {LEFT})",
+        tires_1=("crate", (9, 5)),
+        tires_2=("crate", (9, 1)),
+    )
+    assert found == {"tires-1": "truck-1", "tires-2": "truck-1"}
+
+
+def test_one_and_one_are_two(grounder):
+    found = where(
+        grounder,
+        "one crate on the left truck, one crate by the cone",
+        f"EVENT(l = OBJ(f = one crate), {LEFT})",
+        f"EVENT(l = OBJ(f = one crate), {BY_CONE})",
+    )
+    assert sorted(found) == ["crate-1", "crate-2"]
+    assert set(found.values()) == {"truck-1", None}
+
+
+@pytest.mark.parametrize("last", ["don't put it down", "do not put down"])
+def test_what_must_not_be_put_down_stays_on_the_forks(last, grounder):
+    text = f"carry the crate to the cone, {last}"
+    obj = ", l = OBJ(f = it)" if " it " in last else ""
+    verb = last.replace("it ", "")
+    trees = (
+        "EVENT(r = carry, l = OBJ(f = the crate), l2 = PATH(r = to, l = OBJ(f = the cone)))",
+        f"EVENT(r = {verb}{obj})",
+    )
+    parse = Parse(text, (Tree(parse_brackets("; ".join(trees), command=text), 1.0),))
+    there = world("crate-1", **YARD | {"crate_1": ("crate",)})
+    assert followed(grounder.follow(parse, there, least=0.0)).state.held == "crate-1"
