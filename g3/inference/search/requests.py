@@ -297,7 +297,7 @@ def _named(
     if not (every or others or but or (count or 0) > 1):
         if said.number != "plural" or count == 1 or said.ordinals or said.collective:
             return []
-        if not _are_counted(loads, sdc, standing=bool(on)):
+        if len(loads) < 2 or not _are_counted(tree, node, root, standing=bool(on)):
             return []
     found = [(thing.id, score) for thing, score in (_rest(loads, meant) if others else loads)]
     if others and said.number == "singular":
@@ -376,17 +376,28 @@ def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[
     return [thing for thing, fit in zip(things, fits, strict=True) if fit == max(fits)]
 
 
-def _are_counted(
-    loads: Sequence[tuple[PhysicalObject, float]], sdc: SDC, *, standing: bool
-) -> bool:
+def _are_counted(tree: Tree, node: int, root: int, *, standing: bool) -> bool:
     """Check that a plural counts loads: "crates" does.
 
     "The tires on the left" may be one pallet of them; "the tires" are all there are, and "the tires
     on the ground" all that are there.
     """
-    noun = field_words(noun_leaf(sdc).words)[-1:]
-    alone = WORDS["heaped"].intersection(noun) and is_singled_out(sdc) and not standing
-    return len(loads) > 1 and not alone
+    noun = field_words(noun_leaf(tree.nodes[node]).words)[-1:]
+    return standing or WORDS["heaped"].isdisjoint(noun) or not _says_which(tree, node, root)
+
+
+def _says_which(tree: Tree, node: int, root: int) -> bool:
+    """Check that a clause says more of its loads than their kind, and where they go."""
+    sdc = tree.nodes[node]
+    owned = any(word.text.endswith(("'s", "’s")) for word in noun_leaf(sdc).words)
+    if is_singled_out(sdc) or owned or tree.nodes[root].type != "EVENT":
+        return True
+    own = frame(tree, root)
+    ways = {*own.places, *own.paths, *own.ways}
+    marks = (tree.nodes[n] for way in ways for n in tree.all_below(way))
+    noun = noun_words(sdc)[-1:]
+    others = any(noun_words(mark)[-1:] == noun for mark in marks if mark.type == "OBJECT")
+    return len(ways) > 1 or others
 
 
 def loads_named(

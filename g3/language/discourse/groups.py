@@ -121,7 +121,7 @@ def quantity_words(sdc: SDC) -> list[str]:
 def is_partitive(sdc: SDC) -> bool:
     """Check that an OBJECT says how many of some things it means: "three of the four crates"."""
     of = [word.text.lower() for word in sdc.relation] == ["of"]
-    if not (of and sdc.landmark1 and sdc.figure[0].is_leaf):
+    if not (of and sdc.figure and sdc.landmark1 and sdc.figure[0].is_leaf):
         return False
     said = bare_words(sdc.figure[0].words)
     return bool(said) and all(word in _QUANTITIES or word.isdecimal() for word in said)
