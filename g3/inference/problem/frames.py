@@ -405,14 +405,15 @@ def leads_aboard(tree: Tree, own: Frame, labels: Collection[str]) -> bool:
 def spares(tree: Tree, node: int, held: str | None) -> bool:
     """Check that a clause tells what to leave alone: "leave the crate", with nothing on the forks.
 
-    But not "leave it on the truck". "Leave it here" and "leave it where it is" do.
+    But not "leave it on the truck". "Leave it here", "leave it where it is" and "leave the one
+    closest to you" do.
     """
     words = set(_relation(tree, node))
     if not words & WORDS["leaving"]:
         return False
-    where = (tree.nodes[n] for n in frame(tree, node).places)
+    where = [tree.nodes[n] for n in frame(tree, node).places]
     stays = any(
-        "where" in field_words(sdc.relation)
+        not {"where", *WORDS["nearest"]}.isdisjoint(field_words(sdc.relation))
         or WORDS["start"].issuperset(bare_words(all_words(sdc)))
         for sdc in where
     )
