@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -84,15 +85,34 @@ SURFACE_M = 0.05
 """Distance from a thing within which nothing hides it, in metres."""
 LIFT_M = 1e-4
 """Least change of a thing's height, from one moment to the next, that is a lift, in metres."""
-BEFORE_S, AFTER_S = 1.0, 3.0
-"""Part of the robot's way in the picture of :func:`track`: before and after, in seconds."""
 LOOK_AGAIN_S = 0.5
-TRACK_AROUND_M = 1.2
-"""Least distance around that way that its picture shows, in metres."""
-BESIDE_M, NAMED_NEAR_M = 1.6, 3.0
-"""Distances from the robot's middle to the box of things, and of those that move or that steps
-name, within which they are in its picture."""
-SMOOTH_S = 3.0
+
+
+class _Scope(NamedTuple):
+    """A part of the world around the robot at a moment."""
+
+    before_s: float
+    """Time for which the robot's way so far is in the picture, in seconds."""
+    after_s: float
+    """Time for which its way ahead is."""
+    around_m: float
+    """Least distance around that way, in metres."""
+    beside_m: float
+    """Distance from the robot's middle to the box of things that are in it, whole."""
+    named_m: float
+    """The same for things that move or that steps name."""
+
+
+SCOPES = (
+    _Scope(1.0, 3.0, 1.2, 1.6, 3.0),
+    _Scope(0.5, 1.5, 0.8, 1.6, 3.0),
+    _Scope(0.5, 1.5, 0.4, 1.6, 2.0),
+    _Scope(0.3, 0.8, 0.1, 1.6, 1.6),
+)
+"""What :func:`track` shows: the first in which the robot is large enough, or else the last."""
+ROBOT_SHARE = 0.21
+"""Part of the picture's width from which on the robot is large enough."""
+SMOOTH_S = 2.0
 """Time over which its movement is smoothed, in seconds."""
 OPENING_S = 2.0
 """Time for which everything is seen first, in seconds; for as long it draws near."""
@@ -107,14 +127,14 @@ def overview(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     ahead = _looking(recording)
     points = _extent(recording)
     others = [_corners(recording, i) for i in range(len(recording.start.objects))]
-    camera = _framing(points, ahead, size, AROUND_M)
+    camera = _framing(_padded(points, AROUND_M), ahead, size)
     # What the picture's edge would cut off is shown whole.
     for _ in range(MOST_ROUNDS):
         cut = [corners for corners in others if _is_cut(camera, corners, size)]
         if not cut:
             break
         points = np.concatenate((points, *cut))
-        camera = _framing(points, ahead, size, AROUND_M)
+        camera = _framing(_padded(points, AROUND_M), ahead, size)
     return [camera]
 
 
@@ -133,15 +153,21 @@ def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     centres = np.arange(0.0, t[-1] + LOOK_AGAIN_S, LOOK_AGAIN_S)
     near = []
     for centre in centres:
-        first, last = np.searchsorted(t, (centre - BEFORE_S, centre + AFTER_S))
-        window = slice(int(first), max(int(last), int(first) + 1))
-        way = recording.position[window, robot]
-        points = [_placed(recording, robot, window)]
-        for i in range(len(moved)):
-            corners = _placed(recording, i, window)
-            if i != robot and _gap(way, corners) < (NAMED_NEAR_M if i in wide else BESIDE_M):
-                points.append(corners)
-        near.append(_framing(np.concatenate(points), ahead, size, TRACK_AROUND_M).position)
+        now = _window(t, centre, centre)
+        for scope in SCOPES:
+            window = _window(t, centre - scope.before_s, centre + scope.after_s)
+            way = recording.position[window, robot]
+            points = [_padded(_placed(recording, robot, window), scope.around_m)]
+            for i in range(len(moved)):
+                corners = _placed(recording, i, window)
+                reach = scope.named_m if i in wide else scope.beside_m
+                if i != robot and _gap(way, corners) < reach:
+                    points.append(corners)
+            camera = _framing(np.concatenate(points), ahead, size)
+            pixels, _ = camera.project(_placed(recording, robot, now), size)
+            if np.ptp(pixels[:, 0]) >= ROBOT_SHARE * size[0]:
+                break
+        near.append(camera.position)
     path = np.stack([np.interp(t, centres, column) for column in np.array(near).T], axis=1)
     path = _smooth(t, path, seconds=SMOOTH_S)
     start = np.clip((t - OPENING_S) / OPENING_S, 0.0, 1.0)
@@ -250,13 +276,23 @@ def _lifts(recording: Recording) -> npt.NDArray[np.intp]:
     return moments if len(moments) else np.arange(len(height))
 
 
-def _framing(
-    points: FloatArray, ahead: FloatArray, size: tuple[int, int], around_m: float
-) -> Camera:
-    """Return the nearest camera ahead of all points (n, 3) that sees so far around them."""
-    unit = Camera(np.zeros(3), ahead, OVERVIEW_FOVY)
+def _window(t: FloatArray, first_s: float, last_s: float) -> slice:
+    """Return the indices of the moments between two times, or of the next one."""
+    first, last = np.searchsorted(t, (first_s, last_s))
+    return slice(int(first), max(int(last), int(first) + 1))
+
+
+def _padded(points: FloatArray, around_m: float) -> FloatArray:
+    """Return the corners of level squares around points (n, 3), shape (4 n, 3)."""
     around = np.array([[x, y, 0.0] for x in (-around_m, around_m) for y in (-around_m, around_m)])
-    local = (points[:, None] + around).reshape(-1, 3) @ unit.axes.T
+    padded: FloatArray = (points[:, None] + around).reshape(-1, 3)
+    return padded
+
+
+def _framing(points: FloatArray, ahead: FloatArray, size: tuple[int, int]) -> Camera:
+    """Return the nearest camera ahead of all points (n, 3)."""
+    unit = Camera(np.zeros(3), ahead, OVERVIEW_FOVY)
+    local = points @ unit.axes.T
     slope_y = math.tan(OVERVIEW_FOVY / 2) * (1 - 2 * MARGIN)
     slope_x = slope_y * size[0] / size[1]
     z = min(_apex(local[:, 0], local[:, 2], slope_x), _apex(local[:, 1], local[:, 2], slope_y))

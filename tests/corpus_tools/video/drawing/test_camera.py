@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from corpus_tools.logs.log_reading import read_log
-from corpus_tools.video.drawing.camera import CAMERAS, Camera, overview, track
+from corpus_tools.video.drawing.camera import CAMERAS, OPENING_S, Camera, overview, track
 from corpus_tools.video.drawing.drawn_moments import sampled
 from corpus_tools.world.state.recording import heading, upright
 from corpus_tools.world.state.shapes import shape_of
@@ -164,6 +164,26 @@ def test_the_robot_takes_a_fifth_of_the_width():
     box = np.stack(np.meshgrid(*zip(shape.low, shape.high, strict=True)), axis=-1).reshape(8, 3)
     pixels, _ = camera.project(box + robot, SIZE)
     assert np.ptp(pixels[:, 0]) > 0.2 * SIZE[0]
+
+
+@pytest.mark.parametrize("log", sorted(LOGS.glob("*.mcap")), ids=lambda log: log.stem)
+def test_the_robot_takes_a_fifth_of_the_width_in_every_scenario(log):
+    recording = sampled(read_log(log).recording, 2, skip_idle=True)
+    robot = [item.id for item in recording.start.objects].index(recording.start.agent_id)
+    shape = shape_of(recording.start.objects[robot])
+    box = np.stack(np.meshgrid(*zip(shape.low, shape.high, strict=True)), axis=-1).reshape(8, 3)
+    shares = []
+    for k, camera in enumerate(track(recording, (640, 360))):
+        if recording.t_s[k] > 2 * OPENING_S:
+            yaw = heading(recording.orientation[k, robot])
+            xy = rotate(box[:, :2], np.repeat(yaw, 8))
+            corners = np.concatenate((xy, box[:, 2:]), axis=1) + recording.position[k, robot]
+            pixels, _ = camera.project(corners, (640, 360))
+            shares.append(np.ptp(pixels[:, 0]) / 640)
+    # It draws back where a thing beside the robot, such as a truck, would be cut off.
+    assert np.mean(shares) > 0.2
+    assert np.median(shares) > 0.2
+    assert np.min(shares) > 0.15
 
 
 def test_what_the_robot_is_at_is_whole():
