@@ -14,6 +14,8 @@ LEAST_ALIKE = 60.0
 """Smallest similarity of near names, of 100."""
 LESS_ALIKE = 15.0
 """Largest difference in similarity between the nearest name and others that are suggested."""
+LEAST_PART = 4
+"""Least letters of a given name for which others may contain it."""
 PART_SHARE = 0.9
 """Similarity, of 1, of a name that contains the given one."""
 
@@ -133,7 +135,7 @@ def nearest(name: str, known: Iterable[str]) -> list[str]:
 
     def alike(other: str) -> float:
         whole = fuzz.ratio(name.lower(), other.lower())
-        if len(name) < MOST_NEAR or len(other) < len(name):
+        if len(name) < LEAST_PART or len(other) < len(name):
             return whole
         return max(whole, PART_SHARE * fuzz.partial_ratio(name.lower(), other.lower()))
 

@@ -15,6 +15,7 @@ import logging
 import os
 import re
 import sys
+import textwrap
 import traceback
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -37,6 +38,8 @@ EXIT_INTERRUPTED = 130
 
 LONGEST_MESSAGE = 2000
 """Length beyond which an error loses its middle."""
+COLUMNS = 100
+"""Longest line of a help text, or of a list of what there is."""
 MOST_LINES = 50
 """Largest number of errors that are shown together."""
 
@@ -100,7 +103,7 @@ def _broken_command(
 
 @click.group(
     cls=_EntryPointGroup,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": COLUMNS},
     epilog="\b\nExamples:\n"
     "  ct import slu-core slu_core/data --out aaai11\n"
     "  ct eval table1 --corpus aaai11 --cv scenario\n"
@@ -264,10 +267,10 @@ def _remedy(error: click.ClickException) -> list[str]:
         return [f"Write: {name}" for name in elsewhere] or [_commands_of(ctx.command, ctx)]
     if isinstance(error, click.NoSuchOption):
         if isinstance(ctx.command, click.Group) and not ctx.command.invoke_without_command:
-            has = f"{_commands_of(ctx.command, ctx)} Options come after these."
+            has = _commands_of(ctx.command, ctx, " Options come after these.")
         else:
             every = [p.opts[0] for p in ctx.command.params if isinstance(p, click.Option)]
-            has = f"{ctx.command_path} has {', '.join(every)}."
+            has = _wrapped(f"{ctx.command_path} has {', '.join(every)}.")
         return [] if error.possibilities else [has]
     is_missing = isinstance(error, (click.MissingParameter, click.BadOptionUsage))
     if type(error) is not click.UsageError and not is_missing:
@@ -279,8 +282,12 @@ def _remedy(error: click.ClickException) -> list[str]:
     return [f"Example: {one}" for one in (fitting if has_fitting else examples)[:1]]
 
 
-def _commands_of(group: click.Group, ctx: click.Context) -> str:
-    return f"{ctx.command_path} has {', '.join(group.list_commands(ctx))}."
+def _commands_of(group: click.Group, ctx: click.Context, more: str = "") -> str:
+    return _wrapped(f"{ctx.command_path} has {', '.join(group.list_commands(ctx))}.{more}")
+
+
+def _wrapped(sentence: str) -> str:
+    return textwrap.fill(sentence, COLUMNS, break_on_hyphens=False)
 
 
 def _examples(command: click.Command) -> list[str]:

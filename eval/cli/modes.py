@@ -15,6 +15,7 @@ from click.core import ParameterSource
 
 from corpus_tools.options import TARGET_FILE, ExistingPath, corpus_option
 from corpus_tools.runtime.terminal import say
+from g3.errors import nearest
 
 if TYPE_CHECKING:
     from eval.judging.judge_registry import PlanJudge
@@ -52,7 +53,15 @@ class Modes(click.Group):
                 words[place : place + 1] = [value] if equals else []
                 words.insert(0, option[2:])
                 break
-        return super().parse_args(ctx, words)
+        try:
+            return super().parse_args(ctx, words)
+        except click.NoSuchOption as error:
+            option, names = error.option_name, [n for n in self.commands if n[:5] != "table"]
+            if having := self._having(option):
+                what = f"Name a command before {option}, which is for {all_of(having)}."
+                raise click.UsageError(what, ctx) from None
+            near = nearest(option, ["--table", *(f"--{name}" for name in names)])
+            raise click.NoSuchOption(option, possibilities=near, ctx=ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; the error for an option that only others have names these."""
@@ -60,15 +69,16 @@ class Modes(click.Group):
             return super().invoke(ctx)
         except click.NoSuchOption as error:
             own, option = ctx.invoked_subcommand or "", error.option_name
-            having = [
-                n for n, c in self.commands.items() if any(option in p.opts for p in c.params)
-            ]
+            having = self._having(option)
             if option[2:] in self.commands:
                 raise click.UsageError(f"Give one of {own} and {option[2:]}.", ctx) from error
             if having:
                 what = f"{option} doesn't go with {own}; it is for {all_of(having)}."
                 raise click.UsageError(what, error.ctx) from error
             raise
+
+    def _having(self, option: str) -> list[str]:
+        return [n for n, c in self.commands.items() if any(option in p.opts for p in c.params)]
 
 
 def any_of(names: Iterable[str]) -> str:

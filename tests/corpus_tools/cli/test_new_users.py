@@ -22,6 +22,8 @@ MISTAKES = [
     ("--verison", "'--version'"),
     ("eval table 1 --corpus warehouse", "'table1'"),
     ("eval --table 4", "'table1', 'table2', 'table3'"),
+    ("eval --tabel 1 --corpus warehouse", "Did you mean '--table'?"),
+    ("eval --corpus warehouse", "Name a command before --corpus, which is for table1"),
     ("eval table1 --sdc", "Give one of table1 and sdc"),
     ("scenarios list --verbose", "ct --verbose"),
     ("train --corpus warehouse --out x.npz", "ct train has g3, parser"),
@@ -84,6 +86,17 @@ def test_a_mistake_is_answered_with_what_to_write(line, remedy, tmp_path, monkey
     assert list(tmp_path.iterdir()) == []
     for command in re.findall(r"\bct ((?:[a-z][a-z0-9-]*\b ?)+)", said.err):
         assert _is_command(command.split()), command
+
+
+def test_a_name_like_no_other_gets_no_suggestions(capsys):
+    assert run(["render-videos", "foo", "--out", "videos"]) == 2
+    assert "did you mean" not in capsys.readouterr().err
+
+
+def test_lists_of_commands_and_options_fit_100_columns(capsys):
+    for line in ("nothing", "scenarios list --layout dock", "help nothing"):
+        assert run(line.split()) == 2
+        assert max(map(len, capsys.readouterr().err.splitlines())) <= 100
 
 
 def _is_command(words: list[str]) -> bool:
