@@ -29,7 +29,7 @@ FRAMES = {
     ("yard_unload_tires_from_trailer", "track"): 0.45,
     ("court_put_boxes_on_loaded_truck", "track"): 0.8,
     ("aisles_drive_past_person", "follow"): 0.35,
-    ("hall_take_tires_to_truck", "track"): 0.9,
+    ("hall_take_tires_to_truck", "track"): 0.75,
     ("depot_put_down_tires_by_barrel", "track"): 0.7,
     ("dock_pick_up_tires", "operator"): 0.4,
     ("aisles_put_tires_in_storage_e", "track"): 0.8,
