@@ -109,7 +109,7 @@ SCOPES = (
     _Scope(0.5, 1.5, 0.4, 1.6, 2.0),
     _Scope(0.3, 0.8, 0.1, 1.6, 1.6),
 )
-"""What :func:`track` shows: the first in which the robot is large enough, or else the last."""
+"""Choices of :func:`track`: it takes the first in which the robot is large enough, or the last."""
 ROBOT_SHARE = 0.21
 """Part of the picture's width from which on the robot is large enough."""
 SMOOTH_S = 2.0
