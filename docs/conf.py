@@ -18,17 +18,20 @@ from g3.sdc.sdc_notation import parse_brackets
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import notebook_pages
+import reference_pages
 
 project = "corpus-tools-g3"
 author = "The corpus-tools authors"
 release = version = __version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
-source_suffix = {".md": "markdown"}
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["conf.py"]
 
 html_theme = "furo"
 html_title = f"corpus-tools-g3 {release}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 smartquotes = False
 html_show_copyright = False
 html_show_sphinx = False
@@ -61,7 +64,6 @@ PARTS = {
 }
 """Files that a page shows after its own."""
 
-_MODULES = re.compile(r"^```\{modules\}\n(.*?)\n```$", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"(\]\()([^)#\s:]+)(?=[)#])")
 
 FIGURES = {
@@ -118,19 +120,9 @@ def _led(text: str, folder: Path, here: Path) -> str:
     return _LINK.sub(led, text)
 
 
-def document_modules(_app: Sphinx, _page: str, source: list[str]) -> None:
-    """Document each module that a block of ``modules`` lists."""
-    source[0] = _MODULES.sub(
-        lambda block: "\n".join(
-            _documented(*line.split(" without ")) for line in block[1].split("\n")
-        ),
-        source[0],
-    )
-
-
-def _documented(module: str, *excluded: str) -> str:
-    options = ":members:" + "".join(f"\n   :exclude-members: {name}" for name in excluded)
-    return f"### {module}\n\n```{{eval-rst}}\n.. automodule:: {module}\n   {options}\n```\n"
+def list_modules(_app: Sphinx, _page: str, source: list[str]) -> None:
+    """Have each block of ``modules`` lead to their pages."""
+    source[0] = reference_pages.with_contents(source[0])
 
 
 def run_notebook(_app: Sphinx, page: str, source: list[str]) -> None:
@@ -161,8 +153,9 @@ def show_examples(_app: Sphinx, _command: click.Context, lines: list[str]) -> No
 def setup(app: Sphinx) -> None:
     """Connect what is done while the site is built."""
     draw_figures()
+    reference_pages.write(DOCS / "reference")
     app.connect("source-read", read_copy)
-    app.connect("source-read", document_modules)
+    app.connect("source-read", list_modules)
     app.connect("source-read", run_notebook)
     for part in ("description", "epilog"):
         app.connect(f"sphinx-click-process-{part}", show_examples)

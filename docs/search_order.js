@@ -10,7 +10,7 @@ var Scorer = {
   term: 5,
   partialTerm: 2,
   score: ([page, title, anchor, description, score, file, kind]) => {
-    if (kind === "object" || page === "reference/python") return score - 1000;
+    if (kind === "object" || page.startsWith("reference/modules/")) return score - 1000;
     return /^(changelog|architecture|examples|contributing)/.test(page) ? score - 500 : score;
   },
 };
