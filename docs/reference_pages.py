@@ -16,7 +16,7 @@ def with_contents(text: str) -> str:
 
     def contents(block: re.Match[str]) -> str:
         pages = (f"modules/{module}" for module, _ in _listed(block[1]))
-        return "\n".join(["```{toctree}", *pages, "```"])
+        return "\n".join(["```{toctree}", ":maxdepth: 1", "", *pages, "```"])
 
     return _MODULES.sub(contents, text)
 
