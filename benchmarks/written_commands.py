@@ -3,7 +3,7 @@
 Each line of ``benchmarks/written/*.jsonl`` has a yard, a command and the ends that are right. A
 language model wrote them for this project, which had seen neither code nor rules. The robot stands
 at the origin and looks along x; positions are in metres, headings in degrees. The commands of the
-seventeenth and eighteenth sets have trees, too, which other sessions of that model made by hand.
+seventeenth, eighteenth and twentieth sets have trees, too, which that model made by hand.
 """
 
 from __future__ import annotations
