@@ -157,7 +157,7 @@ def test_the_command_writes_the_form_and_reads_it(folders, tmp_path):
     assert done.output == f"wrote {file}: 6 tasks\n"
     put(filled([json.loads(line) for line in file.read_text().splitlines()]), file)
     out = tmp_path / "table.json"
-    asked += ["--draws", "20", "--plans", str(file), "--json", "--out", str(out), "--jobs", "2"]
+    asked += ["--draws", "20", "--plans", str(file), "--json", "--out", str(out)]
     done = CliRunner().invoke(evaluate, asked)
     assert done.exit_code == 0, done.output
     found = json.loads(out.read_text())

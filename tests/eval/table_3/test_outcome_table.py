@@ -66,7 +66,7 @@ def test_there_are_rows_without_a_log_for_all_parts(folders, tmp_path):
     out = tmp_path / "table-3.json"
     asked = ["--table", "3", "--judge", "automatic", "--train", folders[0], "--test", folders[1]]
     asked += ["--draws", "50"]
-    done = CliRunner().invoke(evaluate, [*asked, "--json", "--out", str(out), "--jobs", "2"])
+    done = CliRunner().invoke(evaluate, [*asked, "--json", "--out", str(out)])
     assert done.exit_code == 0, done.output
     assert list(tmp_path.iterdir()) == [out]
     found = json.loads(out.read_text())
