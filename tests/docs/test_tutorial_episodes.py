@@ -20,6 +20,7 @@ from annotation_app.store.database import open_database
 from corpus_tools.cli.console import run
 from corpus_tools.lerobot.episode_reading import open_dataset
 from corpus_tools.lerobot.language_rows import persistent_rows
+from eval.cli import demo_commands
 from eval.cli.forklift_episodes import EPISODES
 from tests.annotation_app.browser import Browser, described
 from tests.annotation_app.real_server import started
@@ -38,6 +39,7 @@ def send(person: Browser, page: Any, body: dict[str, Any]) -> None:
 @pytest.mark.slow
 def test_it_works_as_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(demo_commands, "SIZE", "96x64")  # as many pictures, drawn in less time
     demo, export, steps, errors = (
         call for step in shown() if step.page == PAGE for call in step.calls
     )
