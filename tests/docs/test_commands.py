@@ -18,6 +18,7 @@ from g3.errors import FormatError
 from tests.corpus_tools.importers.path_phrases import put_phrases
 from tests.corpus_tools.importers.random_tasks import put_world
 from tests.docs.blocks import ROOT, Shown, alike, shown
+from tests.docs.small_warehouse import SOURCE, small_warehouse
 
 SHOWN = shown()
 
@@ -193,14 +194,9 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     data = folder / "slu_core" / "data"
     put_world(data / "corpusCommandsForVideoSmallFilesOnly" / "forklift.automatic.v1")
     put_phrases(data / "spatial_relations")
-    source, small = ROOT / "datasets/warehouse", folder / "datasets/warehouse"
-    shutil.copytree(source / "layouts", small / "layouts")
-    for part in ("dataset.yaml", *(f"scenarios/{s}.yaml" for s in SCENARIOS)):
-        (small / part).parent.mkdir(exist_ok=True)
-        shutil.copy(source / part, small / part)
-    (small / "logs").symlink_to(source / "logs")
+    small = small_warehouse(folder / "datasets/warehouse", SCENARIOS)
     (folder / "warehouse").symlink_to(small)
-    shutil.copy(source / f"scenarios/{SCENARIOS[0]}.yaml", folder / "my-scenario.yaml")
+    shutil.copy(SOURCE / f"scenarios/{SCENARIOS[0]}.yaml", folder / "my-scenario.yaml")
     tags = (ROOT / "g3/language/similarity/warehouse_tags.txt").read_bytes()
     (folder / "tags.txt.bz2").write_bytes(bz2.compress(tags))
     before = Path.cwd()
@@ -209,6 +205,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     os.chdir(before)
 
 
+@pytest.mark.usefixtures("short_training")
 @pytest.mark.parametrize("command", named(HERE))
 def test_every_command_does_what_is_shown(
     command: Shown, workshop: Path, capfd: pytest.CaptureFixture[str], monkeypatch

@@ -10,6 +10,7 @@ import pytest
 
 from docs.notebook_pages import Cell, cells, page, run, to_ipynb
 from tests.docs.blocks import ROOT
+from tests.docs.small_warehouse import small_warehouse
 
 NOTEBOOKS = ROOT / "docs/notebooks"
 SMALL = """---
@@ -44,6 +45,8 @@ def run_in(folder: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> str:
 
 @pytest.mark.slow
 def test_from_a_bundled_corpus_to_table_1(tmp_path, monkeypatch):
+    """On some of its scenarios; the site's pages are made with all of them."""
+    small_warehouse(tmp_path / "warehouse")
     told = run_in(tmp_path, "table-1.md", monkeypatch)
     assert "Corpus warehouse" in told
     assert "Put the left crate on the trailer." in told

@@ -19,6 +19,7 @@ from g3.features import feature_registry as registry
 from g3.inference.potentials.potential_registry import KINDS, potentials
 from g3.learning.grounding_model import GroundingModel
 from tests.docs.blocks import ROOT, pages
+from tests.docs.small_warehouse import small_warehouse
 
 DOCS = ROOT / "docs"
 MOST_WORDS = 38_000
@@ -94,13 +95,16 @@ def _imports(code: str) -> set[tuple[str | None, str]]:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("short_training")
 def test_the_models_python_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code = "\n".join(PYTHON.findall((DOCS / "model.md").read_text()))
+    small_warehouse(tmp_path / "warehouse")
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "model.md", "exec"), {})
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["g3.json", "g3.npz"]
+    made = {path.name for path in tmp_path.iterdir()} - {"warehouse"}
+    assert sorted(made) == ["g3.json", "g3.npz"]
     assert len(capsys.readouterr().out.split()) == 3
 
 
@@ -108,8 +112,9 @@ def test_the_models_python_runs(
 def quick_model(
     trained: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[None]:
-    """In an empty cache, a model of one bundled scenario where that of all of them is kept."""
+    """In an empty cache, a model of one bundled scenario where that of several of them is kept."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    small_warehouse(tmp_path / "warehouse")
     monkeypatch.chdir(tmp_path)
     corpus = open_corpus("warehouse")
     model = GroundingModel.load(trained("one-scenario"))
