@@ -34,6 +34,14 @@ def trees():
     return [(text, parse_brackets(tree, command=text)) for text, tree in TAUGHT.items()]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def few_steps():
+    """Enough to learn three commands by, which all parsers here are taught."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(parser_training, "LEAST_STEPS", 60)
+        yield
+
+
 @pytest.fixture(scope="module")
 def parser():
     return SDCParser(layers=0, card={"scenarios": ["a"]}).fit(trees())
@@ -75,7 +83,7 @@ def test_a_file_and_back(parser, content, load, tmp_path):
 def tuned():
     """A parser whose encoder has learned, too."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(parser_training, "LEAST_STEPS", 12)
+        patch.setattr(parser_training, "LEAST_STEPS_OF_LAYERS", 12)
         return SDCParser(layers=1).fit(trees())
 
 
