@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 from playwright.sync_api import BrowserContext, expect
 
 from annotation_app.tasks.task_registry import task_names
-from tests.annotation_app.in_browser import out_of_sight
+from tests.annotation_app.in_browser import becomes, drawn_anew, out_of_sight
 from tests.annotation_app.pages.conftest import TASKS, Site
 
 pytestmark = pytest.mark.slow
@@ -24,6 +26,8 @@ NEEDED = {
     "ground": ("#command", ".ask h2", "video", ".map", ".clause-bar", "#submit"),
 }
 """What people need of each page."""
+THERE = """[...document.querySelectorAll("video:not([preload=none])")].every(one => one.readyState)
+    && [...document.images].every(one => one.complete)"""
 
 
 def test_nothing_that_is_needed_is_below_the_fold(site: Site, context: BrowserContext) -> None:
@@ -35,7 +39,8 @@ def test_nothing_that_is_needed_is_below_the_fold(site: Site, context: BrowserCo
     for address, task in (*addresses, *((f"/s/sea/{task}", task) for task in TASKS)):
         page.goto(site.url + address)
         expect(page.locator("#submit")).to_be_enabled()
-        page.wait_for_load_state("networkidle")
+        becomes(page, partial(page.evaluate, THERE), expected=True)
+        drawn_anew(page)
         assert out_of_sight(page, *NEEDED[task]) == [], address
         picture = page.locator("video").first.bounding_box()
         assert task == "segment" or (picture is not None and picture["height"] >= SMALLEST_PICTURE)
