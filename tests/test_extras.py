@@ -6,6 +6,7 @@ installed. `try_extras.py` does the same in real environments.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import subprocess
@@ -37,11 +38,14 @@ main()
 """
 PATIENCE_S = 120.0
 
+modules = functools.cache(packages_distributions)
+
 
 def normal(name: str) -> str:
     return name.lower().replace("_", "-").replace(".", "-")
 
 
+@functools.cache
 def needed(extra: str) -> set[str]:
     """The distributions that the program has with an extra, and theirs in turn."""
     found: set[tuple[str, str]] = set()
@@ -65,10 +69,9 @@ def needed(extra: str) -> set[str]:
 def blocked(extra: str) -> list[str]:
     """The modules of all that other extras bring."""
     there, every = needed(extra), needed("all") | needed("cluster")
-    modules = packages_distributions().items()
     return sorted(
         module
-        for module, names in modules
+        for module, names in modules().items()
         if any(normal(n) in every for n in names) and not any(normal(n) in there for n in names)
     )
 
