@@ -194,23 +194,15 @@ def _episodes_study(name: str, videos: Path, folder: Path) -> str:
 
     Without tasks in the dataset there are none to correct.
     """
-    from annotation_app.studies.study_template import EPISODES_TEMPLATE
+    from annotation_app.studies.study_template import EPISODES_TEMPLATE, GIVEN_TASKS
     from corpus_tools.episodes.study_tables import SUBTASKS, TASKS
 
     named = {"videos": videos.name, "commands": TASKS, "subtasks": SUBTASKS}
     tables = {key: table for key, table in named.items() if videos.with_name(table).is_file()}
-    tasks = {
-        "describe": "{answers: 3}",
-        "subtasks": "{answers: 3}",
-        "correct": "{answers: 3, adoption: majority}",
-        "mark": "{answers: 3, adoption: majority}",
-    }
-    if "commands" not in tables:
-        del tasks["correct"]
     return EPISODES_TEMPLATE.format(
         name=name,
         tables="\n".join(f"{k}: {_path(videos.with_name(t), folder)}" for k, t in tables.items()),
-        tasks="\n".join(f"  {task}: {options}" for task, options in tasks.items()),
+        given_tasks=GIVEN_TASKS if "commands" in tables else "",
     )
 
 

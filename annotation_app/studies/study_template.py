@@ -102,7 +102,9 @@ robot: arm
 # answers: how many people answer each item. practice: false leaves out the practice example.
 # docs/annotation.md lists all fields.
 tasks:
-{tasks}
+  describe: {{answers: 3}}
+  subtasks: {{answers: 3}}
+{given_tasks}  mark: {{answers: 3, adoption: majority}}
 
 access: open
 
@@ -111,6 +113,12 @@ consent: |
   What you type and choose is kept without your name and may be published for research.
   You may stop at any time by closing the page.
 """
+
+
+GIVEN_TASKS = """\
+  correct: {answers: 3, adoption: majority}
+"""
+"""Tasks of studies whose dataset has task strings."""
 
 
 def slug(text: str) -> str:

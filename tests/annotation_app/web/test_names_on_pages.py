@@ -100,25 +100,25 @@ def body_of(task: str, payload: dict[str, Any], number: int, thing: str) -> dict
     }[task]
 
 
-def work(app: Flask, page: Page, site: str, tasks: Iterable[str]) -> list[str]:
+def work(app: Flask, page: Page, site: str, study: str, tasks: Iterable[str]) -> list[str]:
     """Two people answer all there is, ground differently, and report a problem.
 
     One of them looks at each task's page before: returns what axe finds there, and what is needed
     and not in sight.
     """
-    people = [Browser(app, study="arm") for _ in range(2)]
+    people = [Browser(app, study=study) for _ in range(2)]
     things, wrong = cycle(("cup", "lid")), []
     for task in tasks:
         for person in people:
             sign_in(page.context, person, site)
-            page.goto(f"{site}/s/arm/{task}")
+            page.goto(f"{site}/s/{study}/{task}")
             if page.locator("#submit").count():  # nobody rates their own commands
                 break
         expect(page.locator("#submit")).to_be_enabled()
         wrong += violations(page, ANY)
         wrong += out_of_sight(page, *(one for one in NEEDED[task] if one != ".map"))
         for number, person in enumerate(people):
-            while (leased := person.lease(task, "arm")).status_code == 200:
+            while (leased := person.lease(task, study)).status_code == 200:
                 given = leased.json
                 body = body_of(task, given["payload"], number, next(things))
                 reply = person.answer(given["item"], body)
@@ -179,7 +179,7 @@ def test_no_page_has_an_error_or_a_raw_id(kind: str, tmp_path: Path, chromium: C
         page = chromium.new_context(viewport=size, reduced_motion="reduce").new_page()
         page.add_init_script(Axe().axe_script)
         errors = errors_of(page)
-        wrong = work(app, page, site, tasks)
+        wrong = work(app, page, site, study, tasks)
         sign_in(page.context, signed_in(app, "walker", "admin"), site)
         hidden = {*rows_in(app, select(Item.id)), *rows_in(app, select(Person.id))}
         hidden |= {one[:12] for one in rows_in(app, select(Person.external_hash))}
