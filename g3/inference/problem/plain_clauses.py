@@ -1,8 +1,8 @@
 """Clauses of a command as plain ones: what is done, to what, and where to.
 
 The parser learns plain trees, so little is left to do (``python -m benchmarks.written_commands
---ablations`` follows commands without it). Words are moved or left out, never made up, and a plain
-clause stays as it is.
+--ablations`` follows commands without it). Words are moved or left out, never made up, but for
+"left" in the sense of "remaining"; and a plain clause stays as it is.
 
 | function | example | read as |
 | --- | --- | --- |

@@ -503,6 +503,7 @@ def _step(
         for n in below
     )
     stead = any(is_stead(tree.nodes[n]) for n in below)
+    leads = bool(pronouns) or any(tree.nodes[n].type == "PLACE" for n in below)
     grounded: dict[tuple[object, ...], Arguments] = {}
     grown: list[Hypothesis] = []
     for before in beam:
@@ -517,7 +518,7 @@ def _step(
             )
             for n in pronouns
         }
-        moved = pronouns or any(tree.nodes[n].type == "PLACE" for n in below)
+        moved = leads and any(action.object_id for action in before.actions)
         later = before.state if turned or goals or moved else None
         key = (spoken, goals, meant_before, before.state.held, id(later), *meant.values())
         if key not in grounded:
