@@ -6,6 +6,7 @@ The parser learns plain trees, so little is left to do (``python -m benchmarks.w
 
 | function | example | read as |
 | --- | --- | --- |
+| `_unbroken` | turn clockwise (counter-) | turn counter-clockwise |
 | `restored` | far tires, truck | far tires (to the truck) |
 | `_in_order` | return after placing the drum | placing the drum; return |
 | `_headings` | the drums: (put) the left one there | the drums (spoken of); … |
@@ -32,6 +33,7 @@ The parser learns plain trees, so little is left to do (``python -m benchmarks.w
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -65,6 +67,7 @@ from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.sdc.clauses import SDC, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
+_HYPHENATED = re.compile(r"[^\W_]+(?:-[^\W_]+)+")
 PAIR = 2
 MOST_LEFT = 4
 """Words of "that are still left"."""
@@ -82,7 +85,7 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
     text
         The command; empty where only its clauses are known.
     """
-    each = [part for sdc in map(_whole, sdcs) for part in _in_order(sdc)]
+    each = [part for sdc in map(_whole, _unbroken(sdcs, text)) for part in _in_order(sdc)]
     whole = _shared([_fronted(sdc) for sdc in _headings(restored(each, text, nouns), nouns)])
     phrased = [
         _with_plain_phrases(sdc, nouns, aside=not any(_has_side_goal(b, nouns) for b in whole[:i]))
@@ -90,6 +93,33 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
     ]
     asking = without_statements(phrased, nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
+
+
+def _unbroken(sdcs: Sequence[SDC], text: str) -> list[SDC]:
+    """Clauses with hyphenated words as one, where their last part is: "counter-clockwise"."""
+    starts = {word.start for sdc in sdcs for word in all_words(sdc)}
+    whole: dict[int, Span] = {}
+    parts: set[int] = set()
+    for match in _HYPHENATED.finditer(text):
+        inside = starts.intersection(range(match.start(), match.end()))
+        if inside:
+            whole[max(inside)] = Span(match.start(), match.group())
+            parts |= inside
+
+    def joined(words: Sequence[Span]) -> tuple[Span, ...]:
+        kept = (word for word in words if word.start not in parts or word.start in whole)
+        return tuple(whole.get(word.start, word) for word in kept)
+
+    def mended(sdc: SDC) -> tuple[SDC, ...]:
+        own = replace(sdc, words=joined(sdc.words), relation=joined(sdc.relation))
+        figure, first, second = (
+            tuple(new for part in field for new in mended(part))
+            for field in (sdc.figure, sdc.landmark1, sdc.landmark2)
+        )
+        own = replace(own, figure=figure, landmark1=first, landmark2=second)
+        return (own,) if sdc.is_implicit or all_words(own) else ()
+
+    return [new for sdc in sdcs for new in mended(sdc)] if whole else list(sdcs)
 
 
 def _in_order(sdc: SDC) -> tuple[SDC, ...]:

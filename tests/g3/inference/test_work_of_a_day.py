@@ -277,3 +277,11 @@ def test_what_must_not_be_put_down_stays_on_the_forks(last, grounder):
     parse = Parse(text, (Tree(parse_brackets("; ".join(trees), command=text), 1.0),))
     there = world("crate-1", **YARD | {"crate_1": ("crate",)})
     assert followed(grounder.follow(parse, there, least=0.0)).state.held == "crate-1"
+
+
+@pytest.mark.parametrize("way", ["", ", l2 = PATH(r = counter -)"])
+def test_a_hyphenated_word_is_one_word(way, grounder):
+    text = "turn 90 degrees counter-clockwise"
+    tree = parse_brackets(f"EVENT(r = turn clockwise, l = OBJ(f = 90 degrees){way})", command=text)
+    result = grounder.follow(Parse(text, (Tree(tree, 1.0),)), world(**YARD), least=0.0)
+    assert followed(result).state.pose[2] > 1
