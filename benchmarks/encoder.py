@@ -4,9 +4,9 @@ FOLDER has a small BERT in Hugging Face's form (``model.safetensors``, ``vocab.t
 MiniLM-L6-H384-uncased. Without it, the bundled encoder is trained further. It is trained, with the
 choice of arcs, on the treebank and the lessons; on no other corpus, so that commands held out of
 one are unseen. ``--out`` writes the two files that come with the package. ``--hold-out K`` leaves
-out the people of every fourth writer, from K on, and measures on them. Without --pretrained, the
-mean of the weights before and after training is taken, which holds better where commands differ
-from those learned (Wortsman et al., CVPR 2022). It needs
+out the people of every fourth writer, from K on, and measures on them. Without --pretrained, a
+share of the weights before training is kept, which holds better where commands differ from those
+learned (Wortsman et al., CVPR 2022). It needs
 ``pip install torch safetensors``.
 """
 
@@ -51,6 +51,11 @@ LAYER = {
 }
 LONGEST, DROPOUT, WIDER_DROPOUT = 256, 0.1, 0.25
 RATE, ENCODER_RATE, BATCH, WARM_UP = 1e-3, 1e-4, 24, 100
+HIDDEN, UNKNOWN = 0.1, 0.7
+"""Share of the pieces of words that are hidden in training; of them, share that are unknown, where
+the others are random ones."""
+KEPT = 0.25
+"""Share of the weights before training that is kept."""
 RETYPED = 0.3
 """Share of the commands that are typed in another way, chosen again in each pass."""
 KINDS = ("articles", "typos", "run-on")
@@ -124,7 +129,9 @@ class Net(nn.Module):
 
     def loss(self, batch: Mapping[str, Tensor]) -> Tensor:
         """Return minus the mean log probability of the words' heads and labels."""
-        x = self.wider(self.encode(batch["ids"], batch["pieces"], batch["pool"]))
+        with torch.autocast("cpu", torch.bfloat16):
+            encoded = self.encode(batch["ids"], batch["pieces"], batch["pool"])
+        x = self.wider(encoded.float())
         mask = batch["words"]
         count, n, _ = x.shape
         with_root = torch.cat([self.arcs["root"].expand(count, 1, -1), x], 1)
@@ -190,6 +197,19 @@ class Trainer:
         arrays = {"ids": ids, "pieces": mask, "pool": pool, "words": words}
         arrays |= {"heads": heads, "labels": labels}
         return {name: torch.from_numpy(array) for name, array in arrays.items()}
+
+
+def hidden(
+    batch: Mapping[str, Tensor], vocabulary: Sequence[str], rng: np.random.Generator
+) -> dict[str, Tensor]:
+    """Return a batch some of whose pieces of words are hidden."""
+    ids = batch["ids"]
+    chosen = torch.from_numpy(rng.random(ids.shape) < HIDDEN) & batch["pieces"]
+    chosen[:, 0] = False
+    unknown = torch.from_numpy(rng.random(ids.shape) < UNKNOWN)
+    others = torch.from_numpy(rng.integers(0, len(vocabulary), ids.shape))
+    others[unknown] = vocabulary.index("[UNK]")
+    return {**batch, "ids": torch.where(chosen, others, ids)}
 
 
 def retyped(example: Example, rng: np.random.Generator) -> Example:
@@ -262,7 +282,8 @@ def train(net: Net, trainer: Trainer, examples: Sequence[Example], epochs: int) 
         for at in rng.permutation(len(batches)):
             for group in optimiser.param_groups:
                 group["lr"] = group["base"] * min(1, step / WARM_UP) * max(0.02, 1 - step / total)
-            loss = net.loss(trainer.batch(batches[at]))
+            batch = trainer.batch(batches[at])
+            loss = net.loss(hidden(batch, trainer.encoder.vocabulary, rng))
             optimiser.zero_grad()
             loss.backward()
             nn.utils.clip_grad_norm_(net.parameters(), 5.0)
@@ -369,7 +390,8 @@ def main() -> None:
     before = {name: value.clone() for name, value in net.state_dict().items()}
     train(net, Trainer(empty, labels), examples, options.epochs)
     if not options.pretrained:
-        net.load_state_dict({k: (before[k] + v) / 2 for k, v in net.state_dict().items()})
+        new = net.state_dict()
+        net.load_state_dict({k: KEPT * before[k] + (1 - KEPT) * v for k, v in new.items()})
     content, arcs = exported(net, pieces, labels)
     print(f"{len(kept)} pieces, {len(content) / 1e6:.1f} MB")
     encoder = encoding.from_bytes(content)
