@@ -51,7 +51,7 @@ def load_in_the_way(case: CommandCase) -> str:
 
 @potential("held-said", kind="factor", types=("OBJECT",), weight=2 * UNLIKELY)
 def held_said(case: FactorCase) -> Measured:
-    """What the robot is said to have is on its forks: "put down what you have"."""
+    """A load that the robot is said to have is on its forks: "put down what you have"."""
     held = case.problem.state.held
     if held is None or not names_held(case.sdc):
         return False

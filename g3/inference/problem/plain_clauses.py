@@ -34,7 +34,7 @@ The parser learns plain trees, so little is left to do (``python -m benchmarks.w
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -197,7 +197,7 @@ def _noun_apart(sdc: SDC, nouns: Nouns) -> SDC:
     last = sdc.relation[-1:]
     if concepts(field_words(last)) or not nouns.name_other(last):
         return sdc
-    return _split(sdc, lambda word: word in WORDS["place_prepositions"])
+    return _split(sdc)
 
 
 def _side_apart(sdc: SDC) -> SDC:
@@ -210,12 +210,13 @@ def _side_apart(sdc: SDC) -> SDC:
         or said[-1] not in ("left", "right")
     ):
         return sdc
-    return _split(sdc, lambda word: word in WORDS["place_prepositions"])
+    return _split(sdc)
 
 
-def _split(sdc: SDC, belongs: Callable[[str], bool]) -> SDC:
-    """A way with the words behind the last one that belongs to its relation as its landmark."""
-    start = max((i for i, w in enumerate(sdc.relation) if belongs(bare(w.text))), default=-1) + 1
+def _split(sdc: SDC) -> SDC:
+    """A way with the words behind its last preposition as its landmark."""
+    said = bare_words(sdc.relation)
+    start = max((i for i, w in enumerate(said) if w in WORDS["place_prepositions"]), default=-1) + 1
     if start == len(sdc.relation):
         return sdc
     mark = SDC("OBJECT", words=sdc.relation[start:])

@@ -8,9 +8,28 @@ from corpus_tools.world.scenarios.scenario import Bounds, Layout, Robot, Scenari
 from g3.actions.grounding_candidates import beneath
 from g3.geometry.footprints import centre
 from g3.groundings import Place
+from g3.language.parsing.trees import Parse, Tree
+from g3.sdc.sdc_notation import parse_brackets
 
 FIELD = Layout("field", "A field.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 TIRES, BOXES = "tire-pallet", "box-pallet"
+
+
+YARD = {
+    "tires_1": (TIRES, (9, 5)),
+    "tires_2": (TIRES, (12, 1)),
+    "crate_1": ("crate", (9, -3)),
+    "crate_2": ("crate", (12, -7)),
+    "truck_1": ("truck", (20, 9)),
+    "truck_2": ("truck", (20, -11)),
+    "cone_1": ("cone", (16, -1)),
+}
+"""Two loads of each of two kinds, and where they may go."""
+
+
+def told(text, brackets):
+    """Return a text with one tree."""
+    return Parse(text, (Tree(parse_brackets(brackets, command=text), 1.0),))
 
 
 def world(carries=None, **things):

@@ -2,24 +2,7 @@
 
 import pytest
 
-from g3.language.parsing.trees import Parse, Tree
-from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.following_commands import BOXES, TIRES, did, followed, under, world
-
-YARD = {
-    "tires_1": (TIRES, (9, 5)),
-    "tires_2": (TIRES, (12, 1)),
-    "crate_1": ("crate", (9, -3)),
-    "crate_2": ("crate", (12, -7)),
-    "truck_1": ("truck", (20, 9)),
-    "truck_2": ("truck", (20, -11)),
-    "cone_1": ("cone", (16, -1)),
-}
-
-
-def told(text, brackets):
-    """Return a text with one tree."""
-    return Parse(text, (Tree(parse_brackets(brackets, command=text), 1.0),))
+from tests.g3.inference.following_commands import BOXES, YARD, did, followed, told, under, world
 
 
 def where(result):

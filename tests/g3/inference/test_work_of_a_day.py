@@ -1,20 +1,11 @@
-"""What people say of several loads on a working day: with what is held, the rest, and the same."""
+"""Several loads on a working day: with the one that is held, the rest, and the same again."""
 
 import pytest
 
 from g3.language.parsing.trees import Parse, Tree
 from g3.sdc.sdc_notation import parse_brackets
-from tests.g3.inference.following_commands import TIRES, followed, under, world
+from tests.g3.inference.following_commands import TIRES, YARD, followed, told, under, world
 
-YARD = {
-    "tires_1": (TIRES, (9, 5)),
-    "tires_2": (TIRES, (12, 1)),
-    "crate_1": ("crate", (9, -3)),
-    "crate_2": ("crate", (12, -7)),
-    "truck_1": ("truck", (20, 9)),
-    "truck_2": ("truck", (20, -11)),
-    "cone_1": ("cone", (16, -1)),
-}
 LEFT = "l2 = PLACE(r = on, l = OBJ(f = the left truck))"
 BY_CONE = "l2 = PLACE(r = by, l = OBJ(f = the cone))"
 
@@ -24,7 +15,7 @@ def where(grounder, text, *trees, carries=None, **things):
     yard = YARD | things
     if carries:
         yard[carries.replace("-", "_")] = yard[carries.replace("-", "_")][:1]
-    parse = Parse(text, (Tree(parse_brackets("; ".join(trees), command=text), 1.0),))
+    parse = told(text, "; ".join(trees))
     result = grounder.follow(parse, world(carries, **yard), least=0.0, insist=True)
     handled = {a.object_id for a in followed(result).actions} - {""}
     return {name: under(result, name) for name in sorted(handled)}
@@ -208,7 +199,7 @@ def test_loads_are_told_by_where_they_are_taken_from(grounder):
 def test_people_are_persons_by_whatever_they_do(noun, grounder):
     tree = f"EVENT(r = go, l = PATH(r = to, l = OBJ(f = the {noun})))"
     text = f"go to the {noun}"
-    parse = Parse(text, (Tree(parse_brackets(tree, command=text), 1.0),))
+    parse = told(text, tree)
     there = world(**YARD, person_1=("person", (-6, 8)))
     (action,) = followed(grounder.follow(parse, there, least=0.0)).actions
     assert [thing.id for thing in action.target] == ["person-1"]
@@ -274,7 +265,7 @@ def test_what_must_not_be_put_down_stays_on_the_forks(last, grounder):
         "EVENT(r = carry, l = OBJ(f = the crate), l2 = PATH(r = to, l = OBJ(f = the cone)))",
         f"EVENT(r = {verb}{obj})",
     )
-    parse = Parse(text, (Tree(parse_brackets("; ".join(trees), command=text), 1.0),))
+    parse = told(text, "; ".join(trees))
     there = world("crate-1", **YARD | {"crate_1": ("crate",)})
     assert followed(grounder.follow(parse, there, least=0.0)).state.held == "crate-1"
 
