@@ -202,7 +202,7 @@ class Trainer:
 def hidden(
     batch: Mapping[str, Tensor], vocabulary: Sequence[str], rng: np.random.Generator
 ) -> dict[str, Tensor]:
-    """Return a batch some of whose pieces of words are hidden."""
+    """Return a batch with some pieces of words hidden."""
     ids = batch["ids"]
     chosen = torch.from_numpy(rng.random(ids.shape) < HIDDEN) & batch["pieces"]
     chosen[:, 0] = False
