@@ -3,7 +3,8 @@
 Each line of ``benchmarks/written/*.jsonl`` has a yard, a command and the ends that are right. A
 language model wrote them for this project, which had seen neither code nor rules. The robot stands
 at the origin and looks along x; positions are in metres, headings in degrees. The commands of the
-seventeenth, eighteenth and twentieth sets have trees, too, which that model made by hand.
+seventeenth, eighteenth, twentieth and twenty-second sets have trees, too, which that model made by
+hand.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ AT_M, HEADING_DEG = 1.5, 20.0
 SETS = (
     *("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"),
     *("tenth", "eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
-    *("seventeenth", "eighteenth", "nineteenth", "twentieth", "twenty_first"),
+    *("seventeenth", "eighteenth", "nineteenth", "twentieth", "twenty_first", "twenty_second"),
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
