@@ -43,7 +43,7 @@ def text_words(text: str) -> tuple[str, ...]:
     """The words of a text in lower case, without punctuation around them, and not shortened.
 
     >>> text_words("Lift it, pls - NOW!")
-    ('lift', 'it', 'pls', 'now')
+    ('lift', 'it', 'please', 'now')
     """
     return tuple(word for part in text.split() if (word := bare(part)))
 
@@ -57,8 +57,16 @@ def unshortened(word: str) -> str:
     own = word.strip("'’").lower()
     if word[:1] in ("'", "’") and word[-1:] not in ("'", "’"):
         return FORMS["contracted"].get(own, own)
-    forms = FORMS["capitals"] if len(word) == 1 and word.isupper() else FORMS["short_forms"]
-    return forms.get(own, own)
+    return FORMS["capitals"].get(own, own) if len(word) == 1 and word.isupper() else spelt(own)
+
+
+def spelt(word: str) -> str:
+    """A word in lower case as it is usually spelt: of a short form, or of a dialect.
+
+    >>> spelt("ur"), spelt("tae"), spelt("truck")
+    ('your', 'to', 'truck')
+    """
+    return FORMS["short_forms"].get(word) or FORMS["dialect"].get(word, word)
 
 
 def field_words(spans: Iterable[Span]) -> tuple[str, ...]:

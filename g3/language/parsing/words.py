@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from g3.language.lexicon.field_words import spelt
 from g3.language.lexicon.tables import WORDS
 from g3.lengths import too_long
 from g3.sdc.clauses import Span
@@ -28,7 +29,7 @@ class Words:
     spans
         The words as typed, and their places.
     forms
-        The words in lower case, with straight apostrophes.
+        The words in lower case, as they are usually spelt, with straight apostrophes.
     note
         Part of the text that was left out; empty if there is none.
     """
@@ -46,7 +47,7 @@ def cut(text: str) -> Words:
     characters than :data:`g3.lengths.MAX_CHARACTERS`.
 
     >>> cut("Don't lift 1.5 t, pls").forms
-    ("don't", 'lift', '1.5', 't', ',', 'pls')
+    ("don't", 'lift', '1.5', 't', ',', 'please')
     """
     note = too_long(text)
     spans: list[Span] = []
@@ -60,5 +61,5 @@ def cut(text: str) -> Words:
 
 
 def _form(word: str) -> str:
-    """A word in lower case; an arrow is read as "to"."""
-    return "to" if word in WORDS["arrows"] else word.lower().replace("’", "'")
+    """A word in lower case, as it is usually spelt; an arrow is read as "to"."""
+    return "to" if word in WORDS["arrows"] else spelt(word.lower().replace("’", "'"))
