@@ -7,10 +7,14 @@ from math import log
 
 import numpy as np
 
+from g3.actions.robot_state import names_person
+from g3.geometry.plane import BoolArray
 from g3.groundings import FloatArray
 from g3.inference.potentials.cases import ReferentCase
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.grounding_problem import Group, group_key, things_of
+from g3.language.lexicon.field_words import bare_words
+from g3.language.lexicon.tables import WORDS
 
 LAST, EARLIER = 0.9, 0.1
 """Probability of what was spoken of last, and how much less probable each thing before it is."""
@@ -48,6 +52,23 @@ def not_itself(case: ReferentCase) -> Measured:
     """A load isn't the landmark of its own goal: "put it next to them"."""
     load = case.problem.load
     return bool(load) and np.array([load in {t.id for t in things_of(g)} for g in case.groups])
+
+
+@potential("person-pronoun", kind="referent", types=("OBJECT",), weight=2 * log(0.01))
+def person_pronoun(case: ReferentCase) -> Measured:
+    """A personal pronoun stands for a person, and no other one does: "bring it to him"."""
+    words = bare_words(case.tree.nodes[case.node].words)
+    if not words:
+        return False
+    wanted = not WORDS["personal"].isdisjoint(words)
+    people = np.array([_are_people(g) for g in case.groups], dtype=bool)
+    result: BoolArray = people != wanted
+    return result
+
+
+def _are_people(group: Group) -> bool:
+    things = things_of(group)
+    return bool(things) and all(names_person(thing.labels) for thing in things)
 
 
 @potential("last-goal", kind="referent", types=("PLACE",), weight=1.0)

@@ -236,6 +236,12 @@ def _past(tree: Tree, root: int) -> Kinds:
     return frozenset({DRIVE_PAST}) if only else frozenset()
 
 
+def _coming(tree: Tree, root: int) -> Kinds:
+    """Approach the man; reach the truck."""
+    comes = _said(tree.nodes[root]) & WORDS["approaching"] and _verbs(tree, root) == {"going"}
+    return frozenset({DRIVE_TO}) if comes and _things(tree, root) else frozenset()
+
+
 def _facing(tree: Tree, root: int) -> Kinds:
     """Face the truck; turn towards it."""
     things, said = _things(tree, root), _said(tree.nodes[root])
@@ -303,6 +309,7 @@ _READINGS: tuple[Callable[[Tree, int], Kinds], ...] = (
     _forks,
     _away,
     _past,
+    _coming,
     _facing,
     _measured,
     _parking,

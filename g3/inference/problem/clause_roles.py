@@ -68,15 +68,12 @@ def _named_again(tree: Tree) -> frozenset[int]:
 def objects(tree: Tree, root: int) -> list[int]:
     """OBJECTs that a clause handles or comes to, what is handled first.
 
-    "The boxes should be on the trailer" handles the boxes, and "load the truck with the tires" the
-    tires. A pronoun beside what it stands for is no other thing: "the boxes, lift them".
+    "The boxes should be on the trailer" handles the boxes. A pronoun beside what it stands for is
+    no other thing: "the boxes, lift them".
     """
     arguments = tree.below(root, _ARGUMENTS, "OBJECT")
     found = [n for n in arguments if not is_measure(tree.nodes[n])]
     found = [n for n in found if not stands_for_other(tree.nodes[n])] or found[:1]
-    words = set(bare_words(tree.nodes[root].relation))
-    if len(found) == 2 and "with" in words and words & WORDS["filling"]:
-        found = found[::-1]
     return [*subjects(tree, root), *found]
 
 

@@ -11,6 +11,7 @@ from g3.inference.problem.phrases import (
     is_area,
     is_complement,
     is_measure,
+    is_nounless,
     is_pronoun,
     names_forks,
     names_robot,
@@ -37,6 +38,7 @@ _NO_KINDS = (
     | WORDS["collectives"]
     | WORDS["parts"]
     | WORDS["quantifiers"]
+    | WORDS["everything"]
     | frozenset(COUNTS["counts"])
 )
 """Words that don't say of which kind a thing is."""
@@ -122,7 +124,11 @@ class Tree:
         one".
         """
         leaf = noun_leaf(sdc)
-        if sdc.type != "OBJECT" or not leaf.words or not _is_nounless(leaf, sdc):
+        if (
+            sdc.type != "OBJECT"
+            or not leaf.words
+            or not (is_nounless(leaf) or _points_at(leaf, sdc))
+        ):
             return ()
         before = [noun for noun in self.nouns if noun[-1].start < leaf.words[0].start]
         alike = [noun for noun in before if not _scales(noun).isdisjoint(_scales(leaf.words))]
@@ -186,8 +192,21 @@ class Tree:
         forbidden = {c for n in moved if negated(self.nodes[n]) for c in self.all_below(n)}
         puts = [n for n in tops if "placing" in self.verbs[n].classes]
         wanted = [c for n in puts if not negated(self.nodes[n]) for c in self.all_below(n)]
-        first = (self.antecedents[n][0].index for n in wanted if self.antecedents.get(n))
-        return frozenset(forbidden.intersection(first))
+        first = {self.antecedents[n][0].index for n in wanted if self.antecedents.get(n)}
+        asked = {noun for n in moved if not negated(self.nodes[n]) for noun in self._about(n)}
+        again = {n for n in forbidden for noun in (self._noun(n),) if noun and noun in asked}
+        return frozenset(forbidden.intersection(first) | again)
+
+    def _about(self, node: int) -> list[tuple[str, ...]]:
+        """What an EVENT is about, without articles."""
+        return [self._noun(n) for n in self.below(node, ("f", "l"), "OBJECT")]
+
+    def _noun(self, node: int) -> tuple[str, ...]:
+        """The words of an OBJECT without articles; none of a pronoun."""
+        sdc = self.nodes[node]
+        if sdc.type != "OBJECT" or is_pronoun(sdc):
+            return ()
+        return tuple(word for word in _bare_words(sdc) if word not in WORDS["articles"])
 
     def excepts(self, node: int) -> bool:
         """Check if a clause excepts its landmark: "all but the red one", not "nothing but"."""
@@ -272,18 +291,10 @@ def _without_lead(sdc: SDC, verb: Verb) -> SDC:
     return replace(sdc, relation=sdc.relation[verb.start :]) if verb.start else sdc
 
 
-def _is_nounless(leaf: SDC, sdc: SDC) -> bool:
-    """Check for an OBJECT without a noun: "the empty one", "1 by the gate", "those on it"."""
+def _points_at(leaf: SDC, sdc: SDC) -> bool:
+    """Check that an OBJECT says more of a demonstrative: "those on it"."""
     words = _bare_words(leaf)
-    if words[-1] in WORDS["nounless"] or (
-        len(words) == 1 and words[0] in WORDS["demonstratives"] and leaf != sdc
-    ):
-        return True
-    return all(
-        word.isdecimal() or word in COUNTS["counts"] or word in WORDS["articles"]
-        for word in words
-        if word not in ("left", "right", "middle")
-    )
+    return len(words) == 1 and words[0] in WORDS["demonstratives"] and leaf != sdc
 
 
 def _bare_words(sdc: SDC) -> list[str]:

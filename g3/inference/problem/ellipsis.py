@@ -11,15 +11,17 @@ from dataclasses import replace
 
 from g3.inference.problem.phrases import (
     arguments_of,
+    is_nounless,
     is_pronoun,
+    is_there,
+    names_held,
     names_robot,
-    side_by_side,
     subject_of,
+    tells_standing,
     verb_words,
-    with_each,
 )
 from g3.inference.problem.world_nouns import Nouns
-from g3.language.discourse.groups import group, noun_leaf
+from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words
 from g3.language.lexicon.tables import WORDS
@@ -31,7 +33,7 @@ from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 
 def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
-    """Return the top-level clauses with quantifiers and goals that the tree leaves out.
+    """Return the top-level clauses with goals that the tree leaves out.
 
     Parameters
     ----------
@@ -45,13 +47,7 @@ def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
     tokens = cut(text).spans
     sdcs = _with_mention(sdcs, tokens, nouns)
     covered = {word.start for sdc in sdcs for word in all_words(sdc)}
-    for token in tokens:
-        if token.start not in covered and bare(token.text) in WORDS["counting_all"]:
-            sdcs = _with_quantifier(sdcs, token, nouns)
-    named = [sdc for sdc in sdcs if text and _only_names(sdc, nouns)]
-    covered -= {word.start for sdc in named for word in sdc.relation}
-    others = [sdc for sdc in sdcs if sdc not in named] or sdcs
-    return tuple(_with_goal(sdc, tokens, covered, nouns) for sdc in _joined(others))
+    return tuple(_with_goal(sdc, tokens, covered, nouns) for sdc in sdcs)
 
 
 def _with_mention(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) -> Sequence[SDC]:
@@ -60,7 +56,7 @@ def _with_mention(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) -> 
     What is taken back is still spoken of where a later clause names it by no noun.
     """
     leaves = [leaf for sdc in sdcs for leaf in _leaves(sdc)]
-    again = [leaf for leaf in leaves if is_pronoun(leaf) or _is_nounless(leaf)]
+    again = [leaf for leaf in leaves if is_pronoun(leaf) or is_nounless(leaf)]
     first = min((leaf.words[0].start for leaf in again), default=-1)
     if any(leaf.words[0].start < first and nouns.name_load(leaf.words) for leaf in leaves):
         return sdcs
@@ -79,10 +75,6 @@ def _with_mention(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) -> 
     return (mention, *sdcs)
 
 
-def _is_nounless(leaf: SDC) -> bool:
-    return bare(leaf.words[-1].text) in WORDS["ones"] | WORDS["pronouns"]
-
-
 def _tells(token: Span) -> bool:
     """Check that a word before a noun belongs to it: "the far", "all"."""
     word = bare(token.text)
@@ -91,82 +83,14 @@ def _tells(token: Span) -> bool:
     return bool(concepts(field_words([token]))) and word not in WORDS["place_prepositions"]
 
 
-def _only_names(sdc: SDC, nouns: Nouns) -> bool:
-    """Check that what a tree has as a verb is the name of no load: "left tires *flatbed*"."""
-    alone = sdc.type == "EVENT" and sdc.relation and not arguments_of(sdc)
-    verb = verb_of(tuple(verb_words(sdc)))
-    return bool(alone) and not verb.classes and nouns.name_other(sdc.relation[-1:])
-
-
-def _with_quantifier(sdcs: Sequence[SDC], token: Span, nouns: Nouns) -> tuple[SDC, ...]:
-    """Clauses whose last load before a quantifier has it: "the tires all on the truck"."""
-    leaves = [leaf for sdc in sdcs for leaf in _leaves(sdc)]
-    before = [leaf for leaf in leaves if leaf.words[-1].end <= token.start]
-    before = [leaf for leaf in before if nouns.name_load(leaf.words)]
-    last = max(before, key=lambda leaf: leaf.words[-1].start, default=None)
-    if last is None or group(last).number == "singular":
-        return tuple(sdcs)
-    counted = replace(last, words=(token, *last.words))
-    return tuple(_replaced(sdc, last, counted) for sdc in sdcs)
-
-
 def _leaves(sdc: SDC) -> list[SDC]:
     own = [sdc] if sdc.type == "OBJECT" and sdc.words else []
     return own + [leaf for part in sdc.children() for leaf in _leaves(part)]
 
 
-def _replaced(sdc: SDC, old: SDC, new: SDC) -> SDC:
-    if sdc is old:
-        return new
-    return with_each(sdc, lambda part: _replaced(part, old, new))
-
-
-def _joined(sdcs: Sequence[SDC]) -> list[SDC]:
-    """Clauses where a load and the way after it are one: "carried load: left truck"."""
-    found: list[SDC] = []
-    for sdc in map(_unwrapped, sdcs):
-        before = found[-1] if found else None
-        goals = arguments_of(sdc)
-        leads = _is_telegram(sdc) and all(part.type in ("PATH", "PLACE") for part in goals)
-        if before is not None and before.type == "OBJECT" and leads and goals:
-            found[-1] = replace(sdc, landmark1=(before,), landmark2=goals)
-        else:
-            found.append(sdc)
-    return found
-
-
 def _is_telegram(sdc: SDC) -> bool:
     """Check that a clause has no verb and no subject."""
     return sdc.type == "EVENT" and not sdc.relation and all(p.is_implicit for p in sdc.figure)
-
-
-def _unwrapped(sdc: SDC) -> SDC:
-    """A telegram without ways that lead nowhere: "near boxes: container", "crate left trailer".
-
-    Its loads stay side by side: "crate and boxes to the trailer".
-    """
-    if not _is_telegram(sdc):
-        return sdc
-    first, *others = arguments_of(sdc) or (None,)
-    if first is None:
-        return sdc
-    if first.type == "PATH" and not first.relation and first.landmark1 and first.landmark2:
-        first, others = first.landmark1[0], [*first.landmark2, *others]
-    leads = any(part.type != "OBJECT" for part in others)
-    loads = [part for part in others if leads and part in sdc.landmark1 and part.type == "OBJECT"]
-    goals = (_with_side(part) for part in others if part not in loads)
-    return replace(sdc, landmark1=(first, *loads), landmark2=tuple(goals))
-
-
-def _with_side(part: SDC) -> SDC:
-    """A place whose side is that of its landmark: "left trailer"."""
-    mark = part.landmark1[0] if len(part.landmark1) == 1 else None
-    if part.type not in ("PATH", "PLACE") or mark is None or not mark.words:
-        return part
-    aside = part.relation and all(bare(word.text) in WORDS["aside"] for word in part.relation)
-    if not aside or not side_by_side(SDC("OBJECT", words=part.relation), mark, len(" ")):
-        return part
-    return SDC("PLACE", landmark1=(replace(mark, words=(*part.relation, *mark.words)),))
 
 
 def _with_goal(sdc: SDC, tokens: Sequence[Span], covered: set[int], nouns: Nouns) -> SDC:
@@ -175,7 +99,7 @@ def _with_goal(sdc: SDC, tokens: Sequence[Span], covered: set[int], nouns: Nouns
     if not _is_telegram(sdc) or not parts or any(part.type != "OBJECT" for part in parts):
         return sdc
     theme, *others = parts
-    if not nouns.name_load(all_words(theme)[-1:]) or len(others) > 1:
+    if not _may_be_load(theme, nouns) or len(others) > 1:
         return sdc
     mark = others[0] if others else _noun_behind(theme, tokens, covered, nouns)
     if mark is None or not nouns.name_other(all_words(mark)[-1:]):
@@ -212,17 +136,38 @@ def repeated(sdcs: Sequence[SDC], nouns: Nouns) -> tuple[SDC, ...]:
     """
     found: list[SDC] = []
     for sdc in sdcs:
+        if found and _names_the_same(sdc):
+            found.append(_with_things_of(found[-1], sdc))
+            continue
         load = _load(sdc, nouns)
         said = [_same(before, load) for before in found[-_CLAUSES_BACK:]] if load else []
         found.append(next(filter(None, reversed(said)), sdc))
     return tuple(found)
 
 
+def _names_the_same(sdc: SDC) -> bool:
+    """Check that a clause leads things like those before elsewhere: "the same on the truck"."""
+    things = [p for p in (subject_of(sdc), *arguments_of(sdc)) if p and p.type == "OBJECT"]
+    leads = any(part.type in ("PLACE", "PATH") for part in arguments_of(sdc))
+    same = [word for thing in things for word in _said(thing) if word not in WORDS["articles"]]
+    return sdc.type == "EVENT" and leads and same == ["same"]
+
+
+def _with_things_of(before: SDC, sdc: SDC) -> SDC:
+    """A clause about things like those of the clause before."""
+    goals = tuple(part for part in arguments_of(sdc) if part.type != "OBJECT")
+    subject = subject_of(before)
+    if subject is not None and not names_robot(subject):
+        return replace(before, landmark1=goals, landmark2=())
+    things = tuple(part for part in before.landmark1 if part.type == "OBJECT")
+    return replace(before, landmark1=things, landmark2=goals)
+
+
 def _load(sdc: SDC, nouns: Nouns) -> SDC | None:
     """The load that a clause names, if it says nothing else but that the same is wanted."""
     if WORDS["again"].isdisjoint(_said(sdc)) and verb_words(sdc) not in (["do"], ["does"]):
         alone = arguments_of(sdc) if _is_telegram(sdc) else ()
-        named = [p for p in alone if p.type == "OBJECT" and nouns.name_load(noun_leaf(p).words)]
+        named = [p for p in alone if p.type == "OBJECT" and _may_be_load(p, nouns)]
         return named[0] if len(named) == len(alone) == 1 else None
     parts: list[SDC] = []
     if sdc.type == "EVENT" and WORDS["same_again"].issuperset(verb_words(sdc)):
@@ -236,7 +181,7 @@ def _load(sdc: SDC, nouns: Nouns) -> SDC | None:
         parts = list(sdc.figure) if again else [sdc]
     loads = [p for p in parts if p.type == "OBJECT" and _may_be_load(p, nouns)]
     others = [p for p in parts if p not in loads]
-    if len(loads) != 1 or any(WORDS["again"].isdisjoint(_said(p)) for p in others):
+    if len(loads) != 1 or any(is_there(p) or WORDS["again"].isdisjoint(_said(p)) for p in others):
         return None
     return _without_again(loads[0])
 
@@ -257,7 +202,7 @@ def _inside(part: SDC) -> tuple[SDC, ...]:
 def _may_be_load(sdc: SDC, nouns: Nouns) -> bool:
     """Check that an OBJECT names a load, or leaves its noun out: "the other one", "the left"."""
     noun = noun_leaf(sdc).words
-    if not noun or nouns.name_load(noun):
+    if not noun or nouns.name_load(noun) or names_held(sdc):
         return bool(noun)
     return bare(noun[-1].text) in WORDS["nounless"] or bool(concepts(field_words(noun[-1:])))
 
@@ -271,7 +216,10 @@ def _without_again(load: SDC) -> SDC:
 
 
 def _same(before: SDC, load: SDC) -> SDC | None:
-    """Return a clause for another load; None if it puts nothing anywhere."""
+    """Return a clause for another load; None if it puts nothing anywhere.
+
+    "The other one" stands where the first one did: "a crate from the gate, then the other one".
+    """
     if before.type != "EVENT":
         return None
     goals = tuple(p for p in arguments_of(before) if p.type in ("PLACE", "PATH"))
@@ -280,6 +228,9 @@ def _same(before: SDC, load: SDC) -> SDC | None:
     moves = subject is not None and not names_robot(subject)
     if not goals or not (handles or moves):
         return None
+    theme = next((p for p in (subject, *before.landmark1) if p and p.type == "OBJECT"), None)
+    if theme and tells_standing(theme) and load.is_leaf and is_nounless(load):
+        load = replace(theme, figure=(load,))
     if moves:
         return replace(before, figure=(load,), landmark1=goals, landmark2=())
     return replace(before, figure=IMPLICIT_FIGURE, landmark1=(load,), landmark2=goals)

@@ -27,6 +27,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.phrases import (
     is_floor,
     is_measure,
+    is_nounless,
     is_pronoun,
     is_there,
     names_forks,
@@ -34,7 +35,7 @@ from g3.inference.problem.phrases import (
     names_robot,
     side_by_side,
 )
-from g3.language.discourse.groups import group, noun_words
+from g3.language.discourse.groups import group, noun_leaf, noun_words
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare_words, field_words, figure_words, normalise
 from g3.language.lexicon.tables import WORDS
@@ -85,6 +86,8 @@ class Frame:
         Whether the robot's forks are what is handled.
     down
         Whether something is put on the ground, and nothing else says where.
+    frees
+        Whether the forks are needed for another load next, so that what is taken is put down.
     """
 
     node: int
@@ -104,6 +107,7 @@ class Frame:
     directions: frozenset[str]
     forks: bool
     down: bool
+    frees: bool
 
     @property
     def text(self) -> str:
@@ -278,11 +282,12 @@ def _frame(tree: Tree, node: int) -> Frame:
     end = goal_within(tree, node)
     leads = bool(places or paths) or end is not None
     remains = "staying" in verb.classes and bool(subjects(tree, node))
-    classes = frozenset(("carrying",)) if subjects(tree, node) else verb.classes
+    classes = verb.classes
+    if subjects(tree, node):
+        comes_off = not leads and any(is_source(tree.nodes[n]) for n in ways(tree, node))
+        classes = frozenset(("taking", "placing") if comes_off else ("carrying",))
     said = set(_relation(tree, node))
-    if said & WORDS["filling"] and "with" in said and len(named) > 1:
-        classes = frozenset(("carrying",))
-    elif named and ((said & WORDS["emptying"] and not classes) or _clears(tree, node, classes)):
+    if named and ((said & WORDS["emptying"] and not classes) or _clears(tree, node, classes)):
         classes = frozenset(("taking", "placing"))
     elif (
         said & WORDS["filling"]
@@ -299,7 +304,8 @@ def _frame(tree: Tree, node: int) -> Frame:
     told = told_ways(tree, node)
     aims = bool(told & {"front", "back"}) or not any(sdc.landmark1 for sdc in goals)
     if not (named or puts) and (
-        (said & WORDS["moving"] and aims) or (leads and said <= WORDS["coming"])
+        (said & WORDS["moving"] and aims)
+        or ((leads or ways(tree, node)) and said <= WORDS["coming"])
     ):
         classes = frozenset(("going",))
     extents = tuple(n for n in measures if is_measure(tree.nodes[n]))
@@ -332,6 +338,7 @@ def _frame(tree: Tree, node: int) -> Frame:
         told,
         names_own_forks(tree, node),
         classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),
+        classes == {"taking", "placing"} and _are_needed(tree, node),
     )
 
 
@@ -343,15 +350,31 @@ def _names_none(sdc: SDC) -> bool:
 
 
 def _clears(tree: Tree, node: int, classes: frozenset[str]) -> bool:
-    """Check that a clause takes several things from somewhere, which the forks can't hold at once.
+    """Check that a clause takes off what no later one puts down.
 
-    No later clause puts them down.
+    That is several things, which the forks can't hold at once, or one where the next clause needs
+    the forks for another.
     """
     if classes != {"taking"} or not any(is_source(tree.nodes[n]) for n in ways(tree, node)):
         return False
-    theme = group(tree.nodes[objects(tree, node)[0]])
+    taken = tree.nodes[objects(tree, node)[0]]
+    theme = group(taken)
     several = theme.number == "plural" or theme.quantifier in WORDS["universal"]
-    return several and not is_put_later(tree, node)
+    return _are_needed(tree, node) or (several and not is_put_later(tree, node))
+
+
+def _are_needed(tree: Tree, node: int) -> bool:
+    """Check that the next clause about a load is about another one, which the forks can't hold."""
+    named = objects(tree, node)
+    after = next((n for n in asked(tree) if n > node and objects(tree, n)), None)
+    if not named or after is None or negated(tree.nodes[after]):
+        return False
+    moves = tree.below(after, _ARGUMENTS, "PLACE", "PATH")
+    if not (moves or tree.verbs[after].classes & HANDLING_VERBS):
+        return False
+    following = tree.nodes[objects(tree, after)[0]]
+    same = noun_words(following)[-1:] == noun_words(tree.nodes[named[0]])[-1:]
+    return not (same or is_pronoun(following) or is_nounless(noun_leaf(following)))
 
 
 def _is_spoken_of(tree: Tree, named: Sequence[int]) -> bool:

@@ -11,7 +11,7 @@ from g3.language.discourse.groups import group, noun_leaf
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare_words, field_words, figure_words, normalise
 from g3.language.lexicon.measures import is_amount
-from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_classes import word_class
 from g3.sdc.clauses import SDC, SDCType, Span, all_words
 
@@ -82,12 +82,32 @@ def is_singled_out(sdc: SDC) -> bool:
 
 
 def is_there(sdc: SDC) -> bool:
-    """Check that a PLACE is one that was spoken of: "there", "on top"."""
-    if sdc.type != "PLACE" or sdc.landmark1:
+    """Check that a PLACE is one that was spoken of: "there", "on top", "with it"."""
+    if sdc.type != "PLACE":
         return False
+    if joins(sdc) or sdc.landmark1:
+        return joins(sdc) and all(map(is_pronoun, sdc.landmark1))
     words = field_words(all_words(sdc))
-    same = "same" in words and not WORDS["areas"].isdisjoint(words)
-    return "there" in words or same or concepts(words) == {"on"}
+    return not {"there", "same"}.isdisjoint(words) or concepts(words) == {"on"}
+
+
+def joins(sdc: SDC) -> bool:
+    """Check that a relation leads to where something else goes: "along with", "up there with"."""
+    said = set(bare_words(sdc.relation))
+    return (
+        bool(said & WORDS["accompanying"])
+        and said <= WORDS["accompanying"] | WORDS["company"] | WORDS["aboard"]
+    )
+
+
+def is_nounless(leaf: SDC) -> bool:
+    """Check that a leaf leaves its noun out: "the empty one", "1", "all three"."""
+    words = bare_words(leaf.words)
+    if words[-1:] and words[-1] in WORDS["nounless"]:
+        return True
+    counting = {*COUNTS["counts"], *WORDS["articles"], *WORDS["counting_all"]}
+    telling = [word for word in words if word not in WORDS["side_nouns"]]
+    return bool(words) and all(word.isdecimal() or word in counting for word in telling)
 
 
 def names_same(sdc: SDC) -> bool:
@@ -133,7 +153,7 @@ def names_former(sdc: SDC) -> bool:
 def names_held(sdc: SDC) -> bool:
     """Check that an OBJECT names what is on the forks: "what you have", "the one on your fork"."""
     words = bare_words(all_words(sdc))
-    robot = {word[:3] for word in words} & {"you"} or words[:1] == ["what"]
+    robot = WORDS["holder"].intersection(words)
     on_forks = WORDS["forks"].intersection(words) and "on" in words
     beside = concepts(words) & (SIDES | BESIDE)
     holds = on_forks or WORDS["bearing"].intersection(words)

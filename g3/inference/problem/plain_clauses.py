@@ -2,14 +2,15 @@
 
 The parser learns plain trees, so little is left to do (``python -m benchmarks.written_commands
 --ablations`` follows commands without it). Words are moved or left out, never made up, but for
-"left" in the sense of "remaining"; and a plain clause stays as it is.
+"left" in the sense of "remaining" and "of" in that of "on"; and a plain clause stays as it is.
 
 | function | example | read as |
 | --- | --- | --- |
 | `_unbroken` | turn clockwise (counter-) | turn counter-clockwise |
 | `restored` | far tires, truck | far tires (to the truck) |
 | `_in_order` | return after placing the drum | placing the drum; return |
-| `_headings` | the drums: (put) the left one there | the drums (spoken of); … |
+| `_for_each` | a drum and a crate on each truck | a drum on each truck; a crate on each truck |
+| `_without_empty_it` | back it up, where nothing was spoken of | back up |
 | `_fronted` | goes (the drum) (to the gate), named in this order | (the drum) goes (to the gate) |
 | `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
 | `_one_place` | put it on the ground by the gate | put it by the gate |
@@ -18,14 +19,17 @@ The parser learns plain trees, so little is left to do (``python -m benchmarks.w
 | `_with_company` | the drum on the truck along with the crate | the drum, the crate on the truck |
 | `_from_there` | put (the drum) (off the floor) (there) | put (the drum off the floor) (there) |
 | `_noun_apart` | crate (near gate), all its own words | crate near (gate) |
+| `_on_what_carries` | the drum of the truck | the drum on the truck |
 | `_side_apart` | on the left truck, …, (on the right) | … on (the right) |
 | `_left_over` | the crates that are left | the remaining crates |
 | `_aside` | the drum on (the far left) | the drum (on the far left) |
 | `_one_deck` | put the drum on the floor on the truck | put (drum on the floor) (on the truck) |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_light` | make a left turn | turn left |
-| `_filled` | load (the truck) (with the drum) | load with (the truck) (the drum) |
-| `_needed` | the truck needs the drum | needs (the drum) (the truck) |
+| `_joining` | the drum may join them | may (the drum) (join them) |
+| `_put_on` | the drum comes off, put on the crate | put the crate (on) |
+| `_staying` | stay there; wait for the boss, who isn't there | stay; wait for |
+| `_onto` | load (the truck) (with the drum) | load (the drum) (the truck) |
 | `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
 | `without_statements` | there are two crates by the gate. Lift one | lift one |
 | `repeated` | put the drum on the truck, then the crate | …, then put the crate on the truck |
@@ -42,9 +46,11 @@ from g3.inference.problem.clause_roles import is_source
 from g3.inference.problem.ellipsis import repeated, restored
 from g3.inference.problem.phrases import (
     arguments_of,
+    is_complement,
     is_floor,
     is_measure,
     is_pronoun,
+    is_there,
     names_forks,
     names_held,
     names_robot,
@@ -55,7 +61,7 @@ from g3.inference.problem.phrases import (
     whole_words,
     with_each,
 )
-from g3.inference.problem.statements import without_statements
+from g3.inference.problem.statements import names_nothing, without_statements
 from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
@@ -85,11 +91,13 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
     text
         The command; empty where only its clauses are known.
     """
-    each = [part for sdc in map(_whole, _unbroken(sdcs, text)) for part in _in_order(sdc)]
-    whole = _shared([_fronted(sdc) for sdc in _headings(restored(each, text, nouns), nouns)])
+    whole = map(_whole, _unbroken(sdcs, text))
+    each = [own for sdc in whole for part in _in_order(sdc) for own in _for_each(part)]
+    told = _without_empty_it(restored(each, text, nouns), nouns)
+    shared = _shared([_fronted(sdc) for sdc in told])
     phrased = [
-        _with_plain_phrases(sdc, nouns, aside=not any(_has_side_goal(b, nouns) for b in whole[:i]))
-        for i, sdc in enumerate(whole)
+        _with_plain_phrases(sdc, nouns, aside=not any(_has_side_goal(b, nouns) for b in shared[:i]))
+        for i, sdc in enumerate(shared)
     ]
     asking = without_statements(phrased, nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
@@ -131,6 +139,18 @@ def _in_order(sdc: SDC) -> tuple[SDC, ...]:
     return (*(inner for part in first for inner in part.landmark1), replace(sdc, landmark2=rest))
 
 
+def _for_each(sdc: SDC) -> tuple[SDC, ...]:
+    """A clause for each of several things that each goal takes: "a drum, a crate on each truck"."""
+    things = [part for part in sdc.landmark1 if part.type == "OBJECT"]
+    goals = [part for part in arguments_of(sdc) if part.type in ("PLACE", "PATH")]
+    marks = [mark for goal in goals for mark in goal.landmark1]
+    each = any(not WORDS["distributive"].isdisjoint(noun_words(mark)[:1]) for mark in marks)
+    if sdc.type != "EVENT" or len(things) < PAIR or not each:
+        return (sdc,)
+    others = tuple(part for part in sdc.landmark1 if part not in things)
+    return tuple(replace(sdc, landmark1=(thing, *others)) for thing in things)
+
+
 def _is_before(sdc: SDC) -> bool:
     """Check that a clause says what is to be done first: "after having placed the crate"."""
     after = verb_words(sdc) in (["after"], ["once"])
@@ -140,39 +160,48 @@ def _is_before(sdc: SDC) -> bool:
     return bool(verb_of(tuple(verb_words(inner))).classes & HANDLING_VERBS and arguments_of(inner))
 
 
-def _headings(sdcs: Sequence[SDC], nouns: Nouns) -> list[SDC]:
-    """Clauses after the loads that only head them: "the crates: the left one on the truck"."""
+def _without_empty_it(sdcs: Sequence[SDC], nouns: Nouns) -> list[SDC]:
+    """Clauses of going without an "it" that can stand for nothing: "back it up ten feet"."""
     found: list[SDC] = []
-    for sdc, following in zip(sdcs, (*sdcs[1:], None), strict=False):
-        parts = arguments_of(sdc)
-        bare_loads = sdc.type == "EVENT" and not sdc.relation and not subject_of(sdc) and parts
-        named = all(p.type == "OBJECT" and nouns.name_load(noun_leaf(p).words) for p in parts)
-        if bare_loads and named and following is not None and _names_no_kind(following):
-            found += parts
-        else:
-            found.append(sdc)
+    for i, sdc in enumerate(sdcs):
+        things = [part for part in arguments_of(sdc) if part.type == "OBJECT"]
+        moves = {"going", "turning"} & verb_of(tuple(verb_words(sdc))).classes
+        alone = sdc.type == "EVENT" and bool(things) and all(map(_is_it_or_measure, things))
+        spoken = nouns.state.held is not None or any(map(_names_something, sdcs[:i]))
+        if moves and alone and not spoken:
+            first, second = (
+                tuple(part for part in own if not is_pronoun(part))
+                for own in (sdc.landmark1, sdc.landmark2)
+            )
+            sdc = replace(sdc, landmark1=first, landmark2=second)  # noqa: PLW2901
+        found.append(sdc)
     return found
 
 
-def _names_no_kind(sdc: SDC) -> bool:
-    """Check that what a clause is about is named by no noun: "the left one", "those two"."""
-    about = [subject_of(sdc), *arguments_of(sdc)] if sdc.type == "EVENT" else []
-    theme = next((part for part in about if part is not None and part.type == "OBJECT"), None)
-    words = noun_words(theme)[-1:] if theme is not None else []
-    kindless = WORDS["ones"] | WORDS["rest"] | WORDS["pronouns"] | WORDS["universal"]
-    return bool(words) and (words[0] in kindless or words[0] in COUNTS["counts"])
+def _is_it_or_measure(sdc: SDC) -> bool:
+    return is_pronoun(sdc) or is_measure(sdc)
+
+
+def _names_something(sdc: SDC) -> bool:
+    own = sdc.type == "OBJECT" and bool(sdc.words) and not is_pronoun(sdc) and not is_measure(sdc)
+    return own or any(map(_names_something, sdc.children()))
 
 
 def _whole(sdc: SDC) -> SDC:
     """A clause whose relation has whole words: "counter-clockwise" is one.
 
-    A way within a way is one: "back [to the truck]".
+    A way within a way is one: "back [to the truck]". One without words is what is come to: "pass
+    [the truck]".
     """
     sdc = with_each(sdc, _whole)
+    sdc = replace(sdc, words=tuple(word for word in sdc.words if bare(word.text)))
     inner = sdc.landmark1[0] if len(sdc.landmark1) == 1 and not sdc.landmark2 else None
-    if sdc.type == "PATH" and inner is not None and inner.type == "PATH" and inner.landmark1:
-        relation = (*sdc.relation, *inner.relation)
-        return replace(inner, relation=whole_words(tuple(sorted(relation))))
+    if inner is not None and inner.type == "PATH" and inner.landmark1:
+        if sdc.type == "EVENT" and sdc.relation and not (inner.relation or subject_of(sdc)):
+            return replace(sdc, landmark1=inner.landmark1)
+        if sdc.type == "PATH":
+            relation = (*sdc.relation, *inner.relation)
+            return replace(inner, relation=whole_words(tuple(sorted(relation))))
     return replace(sdc, words=whole_words(sdc.words), relation=whole_words(sdc.relation))
 
 
@@ -184,10 +213,20 @@ def _with_plain_phrases(sdc: SDC, nouns: Nouns, *, aside: bool = True) -> SDC:
     )
     sdc = _noun_last(inner, nouns)
     if is_event:
-        return _one_place(_one_deck(_from_there(_with_company(_each_apart(sdc), nouns))))
-    if _is_same_place(sdc):
-        return SDC("PLACE", relation=tuple(sorted(all_words(sdc))))
-    return _aside(_noun_apart(sdc, nouns)) if aside else _side_apart(_noun_apart(sdc, nouns))
+        apart = _same_place(_each_apart(sdc, nouns), nouns)
+        return _one_place(_one_deck(_from_there(_with_company(apart, nouns))))
+    sdc = _noun_apart(_on_what_carries(sdc, nouns), nouns)
+    return _aside(sdc) if aside else _side_apart(sdc)
+
+
+def _on_what_carries(sdc: SDC, nouns: Nouns) -> SDC:
+    """An OBJECT whose "of" tells what it stands on: "the crate of the truck"."""
+    mark = sdc.landmark1[0] if len(sdc.landmark1) == 1 else None
+    if mark is None or not sdc.figure or not is_complement(sdc):
+        return sdc
+    if not _names_load(sdc.figure[0], nouns) or not (is_floor(mark) or _names_other(mark, nouns)):
+        return sdc
+    return replace(sdc, relation=(replace(sdc.relation[0], text="on"),))
 
 
 def _noun_apart(sdc: SDC, nouns: Nouns) -> SDC:
@@ -207,7 +246,7 @@ def _side_apart(sdc: SDC) -> SDC:
         sdc.type != "PLACE"
         or sdc.landmark1
         or len(said) < PAIR
-        or said[-1] not in ("left", "right")
+        or said[-1] not in WORDS["side_nouns"]
     ):
         return sdc
     return _split(sdc)
@@ -284,18 +323,34 @@ def _has_side_goal(sdc: SDC, nouns: Nouns) -> bool:
     )
 
 
-def _is_same_place(sdc: SDC) -> bool:
-    """Check that a goal is the one before: "in the same spot"."""
-    return sdc.type in ("OBJECT", "PLACE", "PATH") and _says_same_place(all_words(sdc))
+def _same_place(event: SDC, nouns: Nouns) -> SDC:
+    """A clause whose only goal is the one before: "in the same spot", "same truck"."""
+
+    def again(part: SDC) -> bool:
+        goes = part in event.landmark2 or part.type != "OBJECT"
+        return goes and _says_same_place(all_words(part), nouns)
+
+    def goal(part: SDC) -> SDC:
+        return SDC("PLACE", relation=tuple(sorted(all_words(part)))) if again(part) else part
+
+    others = [p for p in arguments_of(event) if p.type in ("PLACE", "PATH") and not again(p)]
+    first, second = (tuple(map(goal, own)) for own in (event.landmark1, event.landmark2))
+    if not others:
+        return replace(event, landmark1=first, landmark2=second)
+    first, second = (
+        tuple(p for p in own if p.landmark1 or verb_words(p) != ["together"])
+        for own in (event.landmark1, event.landmark2)
+    )
+    return replace(event, landmark1=first, landmark2=second)
 
 
-def _says_same_place(said: Sequence[Span]) -> bool:
+def _says_same_place(said: Sequence[Span], nouns: Nouns) -> bool:
     words = bare_words(said)
-    is_place = not WORDS["areas"].isdisjoint(field_words(said))
+    is_place = not WORDS["areas"].isdisjoint(field_words(said)) or nouns.name_other(said[-1:])
     return is_place and "same" in words and len(words) <= MOST_LEFT
 
 
-def _each_apart(event: SDC) -> SDC:
+def _each_apart(event: SDC, nouns: Nouns) -> SDC:
     """A clause with things that share what is said of them each on its own: "A and B on it"."""
 
     def apart(part: SDC) -> tuple[SDC, ...]:
@@ -303,7 +358,7 @@ def _each_apart(event: SDC) -> SDC:
             return (part,)
         if _goes_along(part):
             return (*part.figure, *part.landmark1)
-        if not part.landmark1 and _says_same_place(part.relation):
+        if not part.landmark1 and _says_same_place(part.relation, nouns):
             return (*part.figure, SDC("PLACE", relation=part.relation))
         if len(part.figure) < PAIR or not part.landmark1:
             return (part,)
@@ -351,7 +406,7 @@ def _aside(sdc: SDC) -> SDC:
         return sdc
     words = bare_words(mark.words)
     telling = set(words) - WORDS["articles"] - WORDS["stressing"] - {"far"}
-    if not telling or words[-1] not in telling or not telling <= {"left", "right", "middle"}:
+    if not telling or words[-1] not in telling or not telling <= WORDS["side_nouns"]:
         return sdc
     return replace(sdc, relation=tuple(sorted((*sdc.relation, *mark.words))), landmark1=())
 
@@ -359,8 +414,8 @@ def _aside(sdc: SDC) -> SDC:
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
-    sdc = measures_apart(_light(sdc))
-    for moved in (_filled, _needed, _result):
+    sdc = _put_on(_staying(_joining(measures_apart(_light(sdc))), nouns), nouns)
+    for moved in (_onto, _result):
         sdc = moved(sdc, nouns) or sdc
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
@@ -494,46 +549,81 @@ def _light(sdc: SDC) -> SDC:
     return replace(sdc, relation=relation, landmark1=tuple(others[:1]), landmark2=tuple(others[1:]))
 
 
-def _filled(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Make "with" a verb's own word: "load the truck with the drum"."""
+def _joining(sdc: SDC) -> SDC:
+    """A clause whose verb leads to where something else goes: "the crate may join them"."""
     parts = arguments_of(sdc)
-    if not WORDS["filling"].isdisjoint(verb_words(sdc)) and [p.type for p in parts[:1]] == [
-        "OBJECT"
-    ]:
-        company = [p for p in parts[1:] if verb_words(p) == ["with"] and p.landmark1]
-        if len(parts) == 2 and company and not _names_load(parts[0], nouns):
-            own = (*sdc.relation, *company[0].relation)
-            return replace(sdc, relation=own, landmark1=parts[:1], landmark2=company[0].landmark1)
-    filled = only_object(sdc)
-    if filled is None or not filled.figure or not filled.landmark1:
-        return None
-    if WORDS["filling"].isdisjoint(verb_words(sdc)) or bare_words(filled.relation) != ["with"]:
-        return None
-    if _names_load(filled.figure[0], nouns):
-        return None
-    return replace(
-        sdc,
-        relation=(*sdc.relation, *filled.relation),
-        landmark1=filled.figure,
-        landmark2=filled.landmark1,
+    subject = subject_of(sdc)
+    things = [part for part in parts if part.type == "OBJECT" and not is_pronoun(part)]
+    theme = subject if subject is not None and not things else next(iter(things), None)
+    others = tuple(part for part in parts if part is not theme)
+    joined = WORDS["accompanying"] if others else WORDS["accompanying"] - {"with"}
+    way = tuple(word for word in sdc.relation if bare(word.text) in joined)
+    if theme is None or not way or names_robot(theme) or not all(map(is_pronoun, others)):
+        return sdc
+    rest = tuple(word for word in sdc.relation if word not in way)
+    place = SDC("PLACE", relation=way, landmark1=others)
+    first = (theme,) if subject is None else ()
+    return replace(sdc, relation=rest, landmark1=(*first, place), landmark2=())
+
+
+def _put_on(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause whose "on" leads onto what was spoken of: "the drum comes off, put the crate on"."""
+    parts = arguments_of(sdc)
+    words = [word for word in sdc.relation if bare(word.text) == "on"]
+    if len(words) != 1 or sdc.relation[0] in words or subject_of(sdc):
+        return sdc
+    if not _all_name_load(parts, nouns) or any(part.type != "OBJECT" for part in parts):
+        return sdc
+    rest = tuple(word for word in sdc.relation if word not in words)
+    place = SDC("PLACE", relation=tuple(words))
+    return replace(sdc, relation=rest, landmark2=(*sdc.landmark2, place))
+
+
+def _staying(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause that asks to wait, without what isn't there: "stay there", "wait for the boss"."""
+    parts = arguments_of(sdc)
+    if "staying" not in verb_of(tuple(verb_words(sdc))).classes or subject_of(sdc):
+        return sdc
+    if any(part.type == "OBJECT" and not names_nothing(part, nouns) for part in parts):
+        return sdc
+    first, second = (
+        tuple(part for part in own if not (names_nothing(part, nouns) or is_there(part)))
+        for own in (sdc.landmark1, sdc.landmark2)
     )
+    return replace(sdc, landmark1=first, landmark2=second)
 
 
-def _needed(sdc: SDC, nouns: Nouns) -> SDC | None:
-    """Move a load to the thing that needs it: "the truck needs the drum"."""
-    theme = only_object(sdc)
-    needs = subject_of(sdc)
-    if (
-        theme is None
-        or needs is None
-        or WORDS["asking"].isdisjoint(map(normalise, verb_words(sdc)))
-    ):
+def _onto(sdc: SDC, nouns: Nouns) -> SDC | None:
+    """A clause with loads, and what takes them as their goal: "load the truck with the drum"."""
+    parts, needs, said = arguments_of(sdc), subject_of(sdc), verb_words(sdc)
+    fills = not WORDS["filling"].isdisjoint(said)
+    wants = not WORDS["asking"].isdisjoint(map(normalise, said))
+    if needs is not None and wants and not names_robot(needs):  # "the truck needs the drum"
+        parts = (needs, *parts)
+    elif len(parts) == 1 and fills and parts[0].figure and verb_words(parts[0]) == ["with"]:
+        parts = (*parts[0].figure, *parts[0].landmark1)
+    elif not (fills or verb_of(tuple(said)).classes <= HANDLING_VERBS):
         return None
-    if names_robot(needs) or _names_load(needs, nouns):
+    loads = [load for part in parts for load in _given(part, nouns)]
+    carriers = [part for part in parts if not _given(part, nouns)]
+    if not loads or len(carriers) != 1 or carriers[0].type != "OBJECT":
         return None
-    if not _names_load(theme, nouns):
+    if not (is_pronoun(carriers[0]) or _names_other(carriers[0], nouns)):
         return None
-    return replace(sdc, figure=IMPLICIT_FIGURE, landmark1=(theme,), landmark2=(needs,))
+    place = SDC("PLACE", landmark1=(carriers[0],))
+    return replace(sdc, figure=IMPLICIT_FIGURE, landmark1=tuple(loads), landmark2=(place,))
+
+
+def _given(part: SDC, nouns: Nouns) -> tuple[SDC, ...]:
+    """The loads of an argument: "the drum", or "with the drum"."""
+    if part.type == "OBJECT":
+        return (part,) if _names_load(part, nouns) else ()
+    loads = verb_words(part) == ["with"] and _all_name_load(part.landmark1, nouns)
+    return part.landmark1 if loads else ()
+
+
+def _names_other(sdc: SDC, nouns: Nouns) -> bool:
+    return nouns.name_other(noun_leaf(sdc).words)
 
 
 def _names_load(sdc: SDC, nouns: Nouns) -> bool:

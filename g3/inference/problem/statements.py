@@ -13,6 +13,7 @@ from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare_words, normalise
+from g3.language.lexicon.measures import seconds_said
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.similarity.presence import may_be_absent
@@ -46,9 +47,7 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     if negated(sdc) or sdc.type != "EVENT":
         return False
     if not words:
-        return bool(parts) and all(
-            part.type == "OBJECT" and _names_none(part, nouns) for part in parts
-        )
+        return bool(parts) and all(names_nothing(part, nouns) for part in parts)
     named = [p for p in parts if not (p.is_implicit or names_robot(p))]
     subjects = [p for p in sdc.figure if not (p.is_implicit or names_robot(p))]
     verb = verb_of(tuple(words))
@@ -61,6 +60,10 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
         return not loads
     if any(part.type == "EVENT" and not _asks(part) for part in parts):
         return False
+    waits = any(seconds_said(bare_words(part.words)) is not None for part in named) and not loads
+    idle = bool(named) and all(names_nothing(part, nouns) for part in named)
+    if verb.is_open and (waits or idle):
+        return True  # "give him a minute"
     calls = verb.is_open and nouns.call_robot(sdc.relation)
     return (
         (calls and all(part.type == "OBJECT" for part in parts))
@@ -71,8 +74,10 @@ def _states(sdc: SDC, nouns: Nouns) -> bool:
     )
 
 
-def _names_none(sdc: SDC, nouns: Nouns) -> bool:
-    """Check that an OBJECT names nothing that there is: "a bit quick"."""
+def names_nothing(sdc: SDC, nouns: Nouns) -> bool:
+    """Check that a clause is an OBJECT that names nothing that there is: "a bit quick"."""
+    if sdc.type != "OBJECT":
+        return False
     words = noun_leaf(sdc).words[-1:]
     said = bare_words(words)
     if not said or sdc.figure or not may_be_absent(said[0]):
@@ -92,4 +97,5 @@ def _named(sdc: SDC, nouns: Nouns) -> tuple[SDC, ...]:
         return (SDC("OBJECT", words=sdc.relation),)
     if nouns.call_robot(sdc.relation):
         return ()
-    return tuple(p for p in parts if p.type == "OBJECT" and not (p.is_implicit or names_robot(p)))
+    named = (p for p in parts if p.type == "OBJECT" and not (p.is_implicit or names_robot(p)))
+    return tuple(part for part in named if not names_nothing(part, nouns))

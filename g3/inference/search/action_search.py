@@ -28,7 +28,7 @@ from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
-from g3.inference.problem.clause_roles import names_again
+from g3.inference.problem.clause_roles import is_source, names_again
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, in_order, told_side
@@ -204,7 +204,10 @@ def _allowed(
     possible = [action for action in possible if action.object_id not in problem.ruled_out]
     if state.held is not None and tree.once(_is_kept):
         possible = [action for action in possible if not action.kind.leaves]
-    if problem.only and frame(tree, root).handles:
+    own = frame(tree, root)
+    if own.frees:
+        possible = [a for a in possible if a.kind.leaves or not a.object_id]
+    if problem.only and own.handles:
         return [action for action in possible if action.object_id == problem.only]
     return possible
 
@@ -497,7 +500,8 @@ def _step(
         return _mentioned(tree, root, beam, problem, turned=turned)[:width]
     pronouns = [n for n in below if is_pronoun(tree.nodes[n])]
     own = frame(tree, root)
-    there = own.leaves_open or own.down or any(is_there(tree.nodes[n]) for n in below)
+    said_there = any(is_there(tree.nodes[n]) for n in below)
+    there = own.leaves_open or own.down or said_there
     named = any(
         names_other(tree.nodes[n]) or names_same(tree.nodes[n]) or names_again(tree, n)
         for n in below
@@ -509,6 +513,8 @@ def _step(
     for before in beam:
         spoken = before.referents if pronouns or own.takes_unnamed or stead else ()
         goals = before.goals if there else ()
+        if said_there and not goals:
+            goals = _left(tree, root, before)
         meant_before = _meant(before) if named else frozenset()
         meant = {
             n: tuple(
@@ -520,7 +526,8 @@ def _step(
         }
         moved = leads and any(action.object_id for action in before.actions)
         later = before.state if turned or goals or moved else None
-        key = (spoken, goals, meant_before, before.state.held, id(later), *meant.values())
+        seen = id(later) if turned or goals else _places(before.state, problem.state)
+        key = (spoken, goals, meant_before, before.state.held, seen, *meant.values())
         if key not in grounded:
             around = replace(
                 problem,
@@ -536,6 +543,29 @@ def _step(
             grounded[key] = arguments(tree, root, around)
         grown += islice(extend(tree, root, before, grounded[key], problem), width)
     return sorted(grown, key=lambda h: -h.score)[:width]
+
+
+def _left(tree: Tree, root: int, before: Hypothesis) -> tuple[Group, ...]:
+    """Return what loads were taken off before: "take it off the truck, put the crate there"."""
+    sources = (
+        mark
+        for n in before.nodes
+        if n < root and tree.nodes[n].type == "EVENT"
+        for way in frame(tree, n).ways
+        if is_source(tree.nodes[way])
+        for mark in tree.below(way, ("l",), "OBJECT")
+    )
+    return tuple(before.nodes[mark][0] for mark in sources if mark in before.nodes)
+
+
+def _places(now: State, before: State) -> tuple[tuple[object, ...], ...]:
+    """Return where the things are that have been moved, to the centimetre."""
+    pairs = zip(now.context.objects, before.context.objects, strict=True)
+    return tuple(
+        (a.id, *centre(a.prism).round(2).tolist(), round(a.prism.z_min, 2))
+        for a, b in pairs
+        if a is not b and a.id != now.context.agent_id
+    )
 
 
 def _mentioned(

@@ -21,6 +21,7 @@ from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.frames import Frame, frame, leads_aboard
 from g3.inference.problem.grounding_problem import Arguments, Candidate, GroundingProblem, things_of
 from g3.inference.problem.packed_scene import Group
+from g3.inference.search.requests import at_source
 from g3.inference.search.thing_search import (
     as_argument,
     ground_argument,
@@ -99,6 +100,8 @@ def _themes(
     if problem.held is not None:  # of all things, so that what is on the forks is among them
         problem = replace(problem, width=max(problem.width, len(problem.scene.groups)))
     beam = ground_thing(tree, theme, problem)
+    there = at_source(tree, own, problem)
+    beam = [c for c in beam if there.intersection(t.id for t in things_of(c.group))] or beam
     if own.empties and problem.held is None:
         beam = _emptied(beam, problem)
     if left and noun_words(tree.nodes[left[0]])[-1:] == ["one"]:

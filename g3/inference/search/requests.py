@@ -29,6 +29,7 @@ from g3.inference.problem.phrases import (
     is_floor,
     is_pronoun,
     is_singled_out,
+    names_other,
     names_robot,
     tells_standing,
 )
@@ -221,12 +222,14 @@ def _members(
     if own.empties and len(aboard := _aboard(tree, own.objects[0], problem)) > 1:
         return aboard
     coordinated = [n for n in own.objects if _is_apart(tree, own, n)]
-    there = _at_source(tree, own, problem)
+    there = at_source(tree, own, problem)
     found: list[str] = []
     for node in coordinated if len(coordinated) > 1 else own.objects[:1]:
         loads = _named(tree, node, problem, meant, own.node, moved=moved, there=there)
         if not loads and len(coordinated) > 1:
-            loads = [thing.id for thing, _ in _within(loads_named(tree, node, problem), there)[:1]]
+            best = [thing.id for thing, _ in _within(loads_named(tree, node, problem), there)]
+            other = names_other(noun_leaf(tree.nodes[node]))
+            loads = ([n for n in best if not other or n not in moved] or best)[:1]
         found += [name for name in loads if name not in found]
     return tuple(_but_there(tree, own, problem, found))
 
@@ -445,7 +448,7 @@ def _singles(beam: Sequence[Candidate], state: State) -> list[tuple[PhysicalObje
     return list(found.values())
 
 
-def _at_source(tree: Tree, own: Frame, problem: GroundingProblem) -> frozenset[str]:
+def at_source(tree: Tree, own: Frame, problem: GroundingProblem) -> frozenset[str]:
     """Return the ids of the loads that stand where a clause takes something from."""
     marks = [n for way in own.ways if is_source(tree.nodes[way]) for n in _marks(tree, way)]
     return _loads_on(tree, marks[:1], problem)

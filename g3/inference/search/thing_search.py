@@ -298,10 +298,11 @@ def _now(landmark: Candidate | None, problem: GroundingProblem) -> Candidate | N
 def _stead(node: int, problem: GroundingProblem) -> list[Candidate]:
     """Return the places where what was handled last was at first: "in its stead"."""
     last = next((g for g in reversed(problem.referents) if _ids(g) - {problem.load}), ())
-    spots = [
+    first = [
         square(centre(thing.prism), float(thing.trajectory.yaw[0]), thing.prism.z_min)
         for thing in map(problem.state.thing, sorted(_ids(last)))
     ]
+    spots = [spot for place in first for spot in _free_spots((place,), problem)]
     return [Candidate((spot,), 0.0, {node: ((spot,), 0.0)}) for spot in spots]
 
 

@@ -276,3 +276,196 @@ def test_a_hyphenated_word_is_one_word(way, grounder):
     tree = parse_brackets(f"EVENT(r = turn clockwise, l = OBJ(f = 90 degrees){way})", command=text)
     result = grounder.follow(Parse(text, (Tree(tree, 1.0),)), world(**YARD), least=0.0)
     assert followed(result).state.pose[2] > 1
+
+
+ON_IT = "PLACE(r = on, l = OBJ(f = the left truck))"
+NEAR_CRATE_ON_IT = f"EVENT(l = OBJ(f = near crate), {LEFT})"
+
+
+@pytest.mark.parametrize(
+    ("text", "tree"),
+    [
+        pytest.param(
+            "load the left truck with both crates",
+            "EVENT(r = load, l = OBJ(f = the left truck), l2 = PLACE(r = with,"
+            " l = OBJ(f = both crates)))",
+            id="load it with them",
+        ),
+        pytest.param(
+            "complete the left truck with both crates",
+            "EVENT(r = complete, l = OBJ(f = the left truck), l2 = PATH(r = with,"
+            " l = OBJ(f = both crates)))",
+            id="an unknown verb",
+        ),
+        pytest.param(
+            "give the left truck both crates",
+            "EVENT(r = give, l = OBJ(f = the left truck), l2 = OBJ(f = both crates))",
+            id="give it them",
+        ),
+        pytest.param(
+            "give both crates the left truck",
+            "EVENT(r = give, l = OBJ(f = both crates), l2 = OBJ(f = the left truck))",
+            id="the other order",
+        ),
+        pytest.param(
+            "the left truck needs both crates",
+            "EVENT(f = OBJ(f = the left truck), r = needs, l = OBJ(f = both crates))",
+            id="it needs them",
+        ),
+    ],
+)
+def test_what_takes_loads_is_their_goal(text, tree, grounder):
+    assert where(grounder, text, tree) == {"crate-1": "truck-1", "crate-2": "truck-1"}
+
+
+@pytest.mark.parametrize(
+    ("words", "tree"),
+    [
+        ("along with it", "EVENT(l = {}, l2 = PLACE(r = along with, l = OBJ(f = it)))"),
+        ("right up there with it", "EVENT(l = {}, l2 = PLACE(r = right up there with, l = it))"),
+        ("may join it", "EVENT(f = {}, r = may join, l = OBJ(f = it))"),
+        ("go along", "EVENT(f = {}, r = go along)"),
+        ("follow", "EVENT(f = {}, r = follow)"),
+        ("same truck", "EVENT(l = {}, l2 = OBJ(f = same truck))"),
+    ],
+)
+def test_other_loads_go_where_the_one_before_went(words, tree, grounder):
+    own = tree.replace("l = it", "l = OBJ(f = it)").format("OBJ(f = the tires)")
+    found = where(
+        grounder, f"near crate on the left truck, the tires {words}", NEAR_CRATE_ON_IT, own
+    )
+    assert found == {"crate-1": "truck-1", "tires-1": "truck-1", "tires-2": "truck-1"}
+
+
+def test_each_goal_takes_one_of_each_kind(grounder):
+    found = where(
+        grounder,
+        "one crate and one pallet of tires on each truck",
+        "EVENT(l = [OBJ(f = one crate), OBJ(f = OBJ(f = one pallet), r = of, l = OBJ(f = tires))],"
+        " l2 = PLACE(r = on, l = OBJ(f = each truck)))",
+    )
+    assert {found["crate-1"], found["crate-2"]} == {"truck-1", "truck-2"}
+    assert {found["tires-1"], found["tires-2"]} == {"truck-1", "truck-2"}
+
+
+def test_the_same_elsewhere_is_of_the_same_kinds(grounder):
+    found = where(
+        grounder,
+        "one crate and one pallet of tires on the left truck, the same on the right truck",
+        "EVENT(l = [OBJ(f = one crate), OBJ(f = OBJ(f = one pallet), r = of, l = OBJ(f = tires))],"
+        f" {LEFT})",
+        "EVENT(l = OBJ(f = the same), l2 = PLACE(r = on, l = OBJ(f = the right truck)))",
+    )
+    assert {found["crate-1"], found["crate-2"]} == {"truck-1", "truck-2"}
+    assert {found["tires-1"], found["tires-2"]} == {"truck-1", "truck-2"}
+
+
+LOADED = {"tires_1": (TIRES, (20, 9), 0, "truck-1")}
+
+
+def test_the_tires_of_the_truck_are_on_it(grounder):
+    tree = f"EVENT(l = OBJ(f = OBJ(f = tires), r = of, l = OBJ(f = the truck)), {BY_CONE})"
+    assert where(grounder, "tires of the truck by the cone", tree, **LOADED) == {"tires-1": None}
+
+
+@pytest.mark.parametrize("verb", ["take", "unload", "remove"])
+def test_what_is_taken_off_is_put_down_where_another_load_comes_next(verb, grounder):
+    found = where(
+        grounder,
+        f"{verb} the tires off the left truck and put both crates there",
+        f"EVENT(r = {verb}, l = OBJ(f = the tires), l2 = PATH(r = off, l = OBJ(f = the left"
+        " truck)))",
+        "EVENT(r = put, l = OBJ(f = both crates), l2 = PLACE(r = there))",
+        **LOADED,
+    )
+    assert found == {"tires-1": None, "crate-1": "truck-1", "crate-2": "truck-1"}
+
+
+def test_several_loads_in_its_stead_go_where_it_was(grounder):
+    found = where(
+        grounder,
+        "take the tires off the left truck and put both crates in their stead",
+        "EVENT(r = take, l = OBJ(f = the tires), l2 = PATH(r = off, l = OBJ(f = the left truck)))",
+        "EVENT(r = put, l = OBJ(f = both crates), l2 = PLACE(r = in, l = OBJ(f = their stead)))",
+        **LOADED,
+    )
+    assert found == {"tires-1": None, "crate-1": "truck-1", "crate-2": "truck-1"}
+
+
+def test_a_count_alone_is_of_the_kind_spoken_of(grounder):
+    tree = f"EVENT(r = put, l = OBJ(f = both), {LEFT})"
+    found = where(grounder, "put the near crate, no, both on the left truck", tree)
+    assert found == {"crate-1": "truck-1", "crate-2": "truck-1"}
+
+
+def test_him_is_a_person(grounder):
+    tree = "EVENT(r = bring, l = OBJ(f = the near crate), l2 = PATH(r = to, l = OBJ(f = him)))"
+    parse = told("bring the near crate to him", tree)
+    result = grounder.follow(parse, world(**YARD, person_1=("person", (-6, 8))), least=0.0)
+    (end,) = (followed(result).state.thing(name).prism.xy.mean(axis=0) for name in ["crate-1"])
+    assert abs(end - (-6, 8)).max() < 4
+
+
+def test_what_must_not_be_put_somewhere_may_be_put_elsewhere(grounder):
+    found = where(
+        grounder,
+        "the crates don't go by the cone; the crates on the left truck",
+        f"EVENT(f = OBJ(f = the crates), r = don't go, {BY_CONE.replace('l2', 'l')})",
+        f"EVENT(l = OBJ(f = the crates), {LEFT})",
+    )
+    assert found == {"crate-1": "truck-1", "crate-2": "truck-1"}
+
+
+def kinds_done(grounder, text, *trees, carries=None, **things):
+    """Return the kinds of the actions for a command, by a tree of the text."""
+    parse = told(text, "; ".join(trees))
+    result = grounder.follow(parse, world(carries, **YARD | things), least=0.0, insist=True)
+    return [action.kind.name for action in followed(result).actions]
+
+
+GO = "EVENT(r = go, l = PATH(r = to, l = OBJ(f = the cone)))"
+
+
+@pytest.mark.parametrize(
+    ("words", "tree"),
+    [
+        ("stand by for the inspector", "EVENT(r = stand by for, l = OBJ(f = the inspector))"),
+        ("stay there", "EVENT(r = stay, l = PLACE(r = there))"),
+        ("wait just there", "EVENT(r = wait, l = PLACE(r = just there))"),
+    ],
+)
+def test_who_is_to_stay_does_nothing_else(words, tree, grounder):
+    went, waited = kinds_done(grounder, f"go to the cone and {words}", GO, tree)
+    assert (went.split()[0], waited) == ("drive", "wait")
+
+
+def test_a_wish_about_nothing_that_there_is_moves_no_load(grounder):
+    give = "EVENT(r = give, l = OBJ(f = a minute), l2 = OBJ(f = the inspector))"
+    text = "go to the cone and give the inspector a minute"
+    (done,) = kinds_done(grounder, text, GO, give)
+    assert done.startswith("drive")
+
+
+@pytest.mark.parametrize("verb", ["approach", "reach", "inspect"])
+def test_what_cannot_be_lifted_is_gone_to(verb, grounder):
+    tree = f"EVENT(r = {verb}, l = OBJ(f = the person))"
+    (done,) = kinds_done(grounder, f"{verb} the person", tree, person_1=("person", (-6, 8)))
+    assert done.startswith("drive")
+
+
+@pytest.mark.parametrize(
+    ("text", "tree", "kind"),
+    [
+        (
+            "back it up ten feet",
+            "EVENT(r = back up, l = OBJ(f = it), l2 = OBJ(f = ten feet))",
+            "up",
+        ),
+        ("pass the cone", "EVENT(r = pass, l = PATH(l = OBJ(f = the cone)))", "past"),
+        ("get out of the way", "EVENT(r = get, l = PATH(r = out of, l = OBJ(f = the way)))", ""),
+    ],
+)
+def test_ways_that_are_none(text, tree, kind, grounder):
+    (done,) = kinds_done(grounder, text, tree)
+    assert kind in done
+    assert kind or not done.startswith(("pick", "carry"))
