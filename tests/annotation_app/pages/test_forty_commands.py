@@ -37,18 +37,7 @@ def meanings() -> list[Meaning]:
     return found
 
 
-@pytest.mark.parametrize(
-    "way",
-    [
-        Literal.build,
-        pytest.param(
-            Literal.accept,
-            marks=pytest.mark.xfail(
-                reason="three suggestions of the bundled parser differ from the annotated trees"
-            ),
-        ),
-    ],
-)
+@pytest.mark.parametrize("way", [Literal.build, Literal.accept])
 def test_who_does_what_the_page_says_makes_no_wrong_tree(
     site: Site, context: BrowserContext, way: Callable[[Literal], None]
 ) -> None:
