@@ -198,7 +198,7 @@ class Tree:
         return frozenset(forbidden.intersection(first) | again)
 
     def _about(self, node: int) -> list[tuple[str, ...]]:
-        """What an EVENT is about, without articles."""
+        """The OBJECTs that an EVENT is about, as words without articles."""
         return [self._noun(n) for n in self.below(node, ("f", "l"), "OBJECT")]
 
     def _noun(self, node: int) -> tuple[str, ...]:
