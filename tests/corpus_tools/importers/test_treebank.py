@@ -123,8 +123,8 @@ def test_problems_name_the_row_and_can_be_left_out(ct, treebank, tmp_path, old, 
 def test_the_bundled_treebank_has_what_its_readme_says():
     folder = bundled()["treebank"]
     commands, second = read_treebank(folder), read_second_trees(folder)
-    assert len(commands) == 9861
-    assert len({one.person for one in commands}) == 276
+    assert len(commands) == 11418
+    assert len({one.person for one in commands}) == 336
     assert sum(not one.trees for one in commands) == 302
     assert sum(bool(one.taken_back) for one in commands) == 624
     assert len({one.split_group for one in commands}) == 28
