@@ -1,21 +1,25 @@
-"""Weights of the potentials of plans: ``python -m benchmarks.plan_weights``.
+"""Weights of the evidence for plans: ``python -m benchmarks.plan_weights NAME NAME...``.
 
-They are a conditional logit: of the plans that are compared for a command, which is right? It is
-learned from commands that imitate people (``benchmarks/written``), by a model that has learned from
-``--train``, and from the annotated commands of ``--held-out``, by models that have not seen their
-scenarios. First each set is left out in turn, and each scenario: that shows what the weights are
-worth where they have not learned. The last lines are for `g3.inference.potentials.whole_plans`.
+A name is a corpus or a set of commands that imitate people (``benchmarks/written``). Of each
+command all plans that are compared are noted with their evidence and whether they are right: of
+sets by a model that has learned from ``--train``, of corpora by models and parsers that have not
+seen the scenario. A plan for an annotated command is right by half if it agrees with its known
+outcome alone, or with its annotated words alone. The weights are fitted to all plans, each command
+and each name counted the same. The table shows each name, left out in turn with those ``--with``
+it: plans that are right if each tree's best comes first, and the chosen ones. The last lines are
+for `g3.inference.calibration`.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.special import logsumexp
+from scipy.special import expit
 
 from benchmarks.written_commands import (
     SETS,
@@ -26,144 +30,155 @@ from benchmarks.written_commands import (
     records_of,
     state_of,
 )
+from corpus_tools.corpus.load_choices import load_choices_of
 from corpus_tools.importers.authored.bundled import open_corpus
-from eval.statistics.estimates import BoolArray
 from eval.table_3.following import FollowedPlan, judged
 from eval.table_3.grounder_registry import Proposal
 from eval.table_3.held_out import costs_without, data_of, parser_without
 from eval.table_3.judged_commands import JudgedCommand, judged_commands
+from eval.table_3.outcomes import Outcome, reliability, risk_coverage
 from g3.actions.robot_state import start_state
 from g3.groundings import FloatArray
+from g3.inference.calibration import WEIGHTS, fit_curve
 from g3.inference.grounder import Grounder
-from g3.inference.potentials.cases import PlanCase
-from g3.inference.potentials.whole_plans import CUES, ENDS, THINGS, of_ends, of_things
-from g3.inference.tree_choice import EVIDENCE, PARSES, Choice
+from g3.inference.tree_choice import PARSES, Choice, best_plans
 from g3.language.parsing.parser import parse_unsure
 
-LEARNED = SETS[:7]
-"""The sets that weights are learned from; the others are left for tests."""
-L2 = 100.0
-"""The penalty of weights of standardised features. It and `EVIDENCE` are one of nine pairs that
-were tried, by what is right in sets and scenarios that are left out and on `automatic`."""
 COMMANDS = 200
-"""Weight of each set and of the corpus, as a number of commands."""
-Parts = dict[str, dict[str, list["Compared"]]]
-"""The commands of sets and of a corpus, by what is left out at a time: a set, or a scenario."""
+"""Weight of each name as a number of commands, compared with the prior of the weights."""
+DEFAULT = ("aaai11", "warehouse", "automatic", *SETS[12:18], SETS[19], *SETS[21:])
+"""Sets that nobody has read are left for tests."""
 
 
 @dataclass(frozen=True, slots=True)
 class Compared:
     """The n plans that are compared for a command."""
 
+    text: str
+    trees: tuple[int, ...]
     evidence: FloatArray
-    seen: FloatArray
-    """Measurements of each plan by potentials, shape (n, d)."""
-    right: BoolArray
-    unsure: bool
-    """True if the plans are of several trees; those of a single one stay in their order."""
+    """Shape (n, len(WEIGHTS))."""
+    right: FloatArray
+    """Shape (n,)."""
 
-    def is_right(self, weights: FloatArray) -> bool:
-        """Check that the plan that weights, shape (d,), prefer is right."""
-        best = np.argmax(EVIDENCE * self.evidence + self.seen @ weights) if self.unsure else 0
-        return bool(self.right[best])
+    def choose(self, weights: FloatArray) -> int:
+        """Return the index of the plan that weights prefer."""
+        choices = [Choice(tree, None, 0.0) for tree in self.trees]  # type: ignore[arg-type]
+        return best_plans(choices, self.evidence @ weights, 1)[0]
 
 
-def compared(name: str, grounder: Grounder) -> Iterator[Compared]:
+def of_set(name: str, grounder: Grounder) -> Iterator[Compared]:
     """Yield the plans for each command of a set that has any."""
     for record in records_of(name):
-        choices, case = grounder.compared(record["text"], state_of(record))
-        if choices:
-            plans = [c.hypothesis for c in choices]
-            right = [is_right(record["want"], Done(p.actions, p.state)) for p in plans]
-            yield _seen(choices, case, right)
+        choices, seen = grounder.compared(record["text"], state_of(record))
+        plans = [choice.hypothesis for choice in choices]
+        right = [is_right(record["want"], Done(p.actions, p.state)) for p in plans]
+        yield _compared(record["text"], choices, seen, right)
 
 
-def held_out(name: str, train: Sequence[str]) -> Iterator[tuple[str, Compared]]:
-    """Yield scenarios and plans of annotated commands; costs and trees don't know the scenario."""
+def of_corpus(name: str, train: Sequence[str]) -> Iterator[Compared]:
+    """Yield the plans for each command of a corpus; costs and trees don't know its scenario."""
     others = (open_corpus(other) for other in train if other != name)
-    corpora = [open_corpus(name), *(corpus for corpus in others if corpus.annotations)]
-    costs = costs_without(data_of(corpora))
+    corpora = [open_corpus(name), *others]
+    costs = costs_without(data_of(corpora), load_choices_of(corpora))
     parsers = parser_without(corpora)
     for scenario, commands in groupby(judged_commands(corpora[0]), lambda c: c.command.scenario):
         grounder, parser = Grounder(costs(scenario)), parsers(scenario)
         for tested in commands:
             parse = parse_unsure(tested.command.text, n_best=PARSES, extractor=parser)
-            choices, case = grounder.compared(parse, start_state(tested.context))
-            if choices:
-                yield scenario, _seen(choices, case, [_is_as_done(tested, c) for c in choices])
+            choices, seen = grounder.compared(parse, start_state(tested.context))
+            right = [_is_right(tested, choice) for choice in choices]
+            yield _compared(tested.command.text, choices, seen, right)
 
 
-def _is_as_done(tested: JudgedCommand, choice: Choice) -> bool:
+def _is_right(tested: JudgedCommand, choice: Choice) -> float:
     plan = choice.hypothesis
-    own = FollowedPlan(Proposal(plan.actions), plan.state)
-    return judged(tested, own).correct
+    outcome = judged(tested, FollowedPlan(Proposal(plan.actions), plan.state))
+    by_words = outcome.correct if outcome.by_words is None else outcome.by_words
+    return (outcome.correct + by_words) / 2
 
 
-def _seen(choices: Sequence[Choice], case: PlanCase, right: Sequence[bool]) -> Compared:
-    return Compared(
-        np.array([c.fit for c in choices]),
-        np.hstack((of_things(case), of_ends(case))),
-        np.array(right),
-        choices[0].tree != choices[-1].tree,
+def _compared(
+    text: str, choices: Sequence[Choice], seen: FloatArray, right: Sequence[float]
+) -> Compared:
+    rows = seen.reshape(len(choices), len(WEIGHTS))
+    return Compared(text, tuple(c.tree for c in choices), rows, np.array(right, dtype=float))
+
+
+def fitted(parts: Sequence[Sequence[Compared]]) -> FloatArray:
+    """Fit the weights to all plans of several parts, shape (len(WEIGHTS),)."""
+    counts = [
+        np.full(len(c.right), COMMANDS / len(own) / len(c.right))
+        for own in parts
+        for c in own
+        if len(c.right)
+    ]
+    seen = np.vstack([c.evidence for own in parts for c in own])
+    right = np.concatenate([c.right for own in parts for c in own])
+    times = np.concatenate(counts)
+    both = np.concatenate((times * right, times * (1 - right)))
+    return fit_curve(np.vstack((seen, seen)), np.repeat([True, False], len(right)), both)
+
+
+def _row(name: str, own: Sequence[Compared], weights: FloatArray) -> str:
+    first = sum(float(c.right[0]) for c in own if len(c.right))
+    there = [(c, c.choose(weights)) for c in own if len(c.right)]
+    right = np.array([c.right[i] for c, i in there])
+    stated = expit(np.array([c.evidence[i] @ weights for c, i in there]))
+    told = [
+        Outcome(str(n), name, c.text, float(p), bool(c.right[i] > 0.5), "")
+        for n, ((c, i), p) in enumerate(zip(there, stated, strict=True))
+    ]
+    sure = stated >= 0.9
+    figures = (
+        right.sum() / len(own),
+        stated.sum() / len(own),
+        float(np.square(stated - right).mean()),
+        reliability(told)[0].value,
+        risk_coverage(told).value,
+        right[sure].mean() if sure.any() else np.nan,
     )
-
-
-def fitted(sets: Sequence[Sequence[Compared]]) -> FloatArray:
-    """Return the weights, shape (d,), that make right plans most probable; sets count the same."""
-    told = [[c for c in own if c.right.any() and not c.right.all()] for own in sets]
-    together = [c for own in told for c in own]
-    count = np.concatenate([np.full(len(own), COMMANDS / len(own)) for own in told])
-    scale = np.vstack([c.seen for c in together]).std(axis=0)
-    scale[scale == 0] = np.inf  # what is always the same tells nothing
-
-    def loss(weights: FloatArray) -> tuple[float, FloatArray]:
-        value, slope = L2 / 2 * weights @ weights, L2 * weights
-        for own, times in zip(together, count, strict=True):
-            seen = own.seen / scale
-            odds = EVIDENCE * own.evidence + seen @ weights
-            of_all, of_right = logsumexp(odds), logsumexp(odds[own.right])
-            share = np.where(own.right, np.exp(odds - of_right), 0.0) - np.exp(odds - of_all)
-            value -= times * (of_right - of_all)
-            slope = slope - times * share @ seen
-        return float(value), slope
-
-    found: FloatArray = minimize(loss, np.zeros(len(scale)), jac=True).x / scale
-    return found
-
-
-def learned(parts: Parts, annotated: str, *, but: tuple[str, str] = ("", "")) -> FloatArray:
-    """Return weights from the sets of `LEARNED` and the annotated corpus, one unit left out."""
-    known = (
-        [c for unit, own in parts[name].items() if (name, unit) != but for c in own]
-        for name in (*LEARNED, *filter(None, [annotated]))
-    )
-    return fitted(list(filter(None, known)))
+    shown = " | ".join(f"{figure:.3f}" for figure in figures)
+    return f"| {name} | {len(own)} | {first / len(own):.3f} | {shown} | {sure.sum()} |"
 
 
 def main() -> None:
     parser = parser_of("plan_weights", __doc__)
-    parser.add_argument("--held-out", default="aaai11", help="the annotated corpus; '' for none")
+    parser.add_argument("names", nargs="*", default=DEFAULT)
+    parser.add_argument("--kept", type=Path, help="folder that keeps what was compared")
     options = parser.parse_args()
-    train, annotated = options.train.split(","), options.held_out
-    grounder = Grounder(learned_cost(train))
-    parts: Parts = {name: {name: list(compared(name, grounder))} for name in SETS}
-    if annotated:
-        parts[annotated] = {}
-        for scenario, own in held_out(annotated, train):
-            parts[annotated].setdefault(scenario, []).append(own)
-    print("| left out | plans | right without potentials | with those of the others |")
-    for name, units in parts.items():
-        without, right = list[bool](), list[bool]()
-        for unit, commands in units.items():
-            weights = learned(parts, annotated, but=(name, unit))
-            without += [c.is_right(np.zeros(len(weights))) for c in commands]
-            right += [c.is_right(weights) for c in commands]
-        print(f"| {name} | {len(right)} | {sum(without)} | {sum(right)} |", flush=True)
-    weights = np.round(learned(parts, annotated), 2)
-    for name, weight in zip(THINGS, weights, strict=False):
-        print(f'    "{name}": {weight},')
-    for cue, row in zip(CUES, weights[len(THINGS) :].reshape(-1, len(ENDS)), strict=True):
-        print(f'    "{cue}": ({", ".join(map(str, row.tolist()))}),')
+    train, parts = options.train.split(","), dict[str, list[Compared]]()
+    for name in options.names:
+        kept = options.kept / f"{Path(name).name}.json" if options.kept else None
+        if kept is None or not kept.exists():
+            is_set = name in SETS
+            parts[name] = list(
+                of_set(name, Grounder(learned_cost(train))) if is_set else of_corpus(name, train)
+            )
+            if kept is not None:
+                rows = [
+                    (c.text, c.trees, c.evidence.tolist(), c.right.tolist()) for c in parts[name]
+                ]
+                kept.write_text(json.dumps(rows), encoding="utf-8")
+        else:
+            parts[name] = [
+                Compared(
+                    text,
+                    tuple(trees),
+                    np.array(seen, dtype=float).reshape(len(right), len(WEIGHTS)),
+                    np.array(right),
+                )
+                for text, trees, seen, right in json.loads(kept.read_text(encoding="utf-8"))
+            ]
+    print(
+        "| left out | commands | first | right | stated | Brier | ECE | under risk-coverage"
+        " | right from .9 | of |"
+    )
+    for name, own in parts.items():
+        others = [part for other, part in parts.items() if other != name]
+        print(_row(name, own, fitted(others) if others else fitted([own])), flush=True)
+    for key, weight in zip(WEIGHTS, fitted(list(parts.values())), strict=True):
+        print(f'    "{key}": {weight:.2f},')
 
 
 if __name__ == "__main__":

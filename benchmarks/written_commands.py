@@ -56,6 +56,7 @@ SETS = (
     *("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"),
     *("tenth", "eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
     *("seventeenth", "eighteenth", "nineteenth", "twentieth", "twenty_first", "twenty_second"),
+    "twenty_third",
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
@@ -202,7 +203,6 @@ def ablated(cost: Scorer) -> dict[str, Plan]:
     rules = {
         "soft potentials": [p.name for p in potentials() if not p.is_hard],
         "hard constraints": [p.name for p in potentials() if p.is_hard],
-        "learned plan weights": [p.name for p in potentials() if p.kind == "plan"],
     }
     return {
         "the model": by_model(Grounder(cost)),

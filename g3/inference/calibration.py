@@ -1,9 +1,10 @@
 """Calibrated probability that a plan does as the words say.
 
 Factors are not independent, and the search takes the best of many: the product of their
-probabilities says less than it seems. A logistic curve over what separates right plans from wrong
-ones is fitted on plans for commands of held-out scenarios. All of these can be followed, so what
-makes no sense at all is less probable than the curve says.
+probabilities says less than it seems. A logistic model of a plan's evidence is fitted to plans for
+commands of held-out scenarios, and to all plans that are compared for a text with several trees:
+the most probable one is chosen. All of these commands can be followed, so what makes no sense at
+all is less probable than the model says.
 """
 
 from __future__ import annotations
@@ -22,12 +23,19 @@ from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.search.action_search import Hypothesis
 
-WEIGHTS = np.array([0.12, 5.3, -1.6, -2.8, -0.9, -3.0])
-"""Weights of the evidence. The first was fitted to plans for five corpora, each by a model that has
-not seen its scenario (`python -m benchmarks.curve_weights`), and kept. The others but the last were
-fitted to commands by imitated people: all of the seventeenth written set and every third one
-of the sixteen before, each set counted as much as the others. The last is -1.2 ± 1.8 in four sets,
-of which 42 plans have such words, and was set at the cautious end of that."""
+WEIGHTS = {
+    "one": -0.85,
+    "fit": 4.96,
+    "length": -0.79,
+    "left aside": -0.85,
+    "end named": 1.16,
+    "ambiguous": -0.9,
+    "untaught": -3.0,
+}
+"""Weights of the evidence (``python -m benchmarks.plan_weights``). The last is -1.2 ± 1.8 in four
+sets, of which 42 plans have such words, and was set at the cautious end of that."""
+USUAL_WORDS = 8.0
+"""Number of words of a text of usual length."""
 LEAST_FIT = 0.047
 """A plan that fits its tree less well than this is no answer."""
 SLOPES_L2 = 1.0
@@ -59,27 +67,33 @@ def fit_of_plan(hypothesis: Hypothesis, share: float) -> float:
 def evidence(
     fit: float,
     *,
+    words: int,
     aside: int = 0,
-    unparsed: float = 0.0,
+    end_is_named: bool = False,
     is_ambiguous: bool = False,
     untaught: float = 0.0,
 ) -> FloatArray:
-    """Return the curve's input for a plan, shape (6,): a one, and the parameters.
+    """Return the evidence of a plan, one value for each of `WEIGHTS`.
 
     Parameters
     ----------
     fit
         How well it fits its tree.
+    words
+        Number of words of the text.
     aside
         Number of nouns that name things without a part in the plan.
-    unparsed
-        Share of the text's words that are in no clause.
+    end_is_named
+        True if the plan ends near what the last noun names, or on it.
     is_ambiguous
         True if it isn't clear which thing is meant.
     untaught
         Share of the words of relations that have neither a feature nor a rule.
     """
-    return np.array([1.0, fit, float(aside), unparsed, float(is_ambiguous), untaught])
+    length = np.log(max(words, 1) / USUAL_WORDS)
+    return np.array(
+        [1.0, fit, length, float(aside), float(end_is_named), float(is_ambiguous), untaught]
+    )
 
 
 def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:
@@ -121,9 +135,21 @@ def _same_place(a: PhysicalObject, b: PhysicalObject, here: State, there: State)
     return len(on) == 1 and (None not in on or apart < OTHER_PLACE_M)
 
 
+def odds(seen: FloatArray) -> FloatArray:
+    """Return the logarithm of the odds that plans are right.
+
+    Parameters
+    ----------
+    seen
+        Evidence of the plans, shape (..., len(WEIGHTS)).
+    """
+    result: FloatArray = seen @ np.array(list(WEIGHTS.values()))
+    return result
+
+
 def plan_probability(seen: FloatArray) -> float:
-    """Return the calibrated probability of a plan from its evidence, shape (6,)."""
-    return float(expit(seen @ WEIGHTS))
+    """Return the calibrated probability of a plan from its evidence, shape (len(WEIGHTS),)."""
+    return float(expit(odds(seen)))
 
 
 def fit_curve(seen: FloatArray, correct: BoolArray, counts: FloatArray | None = None) -> FloatArray:

@@ -6,7 +6,7 @@ import importlib.metadata
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -20,11 +20,11 @@ from g3.data_frames import data_frame
 from g3.errors import AnswerError, ModelError
 from g3.groundings import Context, FloatArray, Grounding, Place, Trajectory, object_ids
 from g3.inference.absence import absent_nouns, what_is_missing
-from g3.inference.calibration import LEAST_FIT, evidence, plan_probability
+from g3.inference.calibration import LEAST_FIT, evidence, odds, plan_probability
 from g3.inference.clarification import Question, question_about, understood
-from g3.inference.potentials.cases import CommandCase, PlanCase, PlanEnd
-from g3.inference.potentials.plan_things import left_aside
-from g3.inference.potentials.potential_registry import added, check_potentials, refusal
+from g3.inference.potentials.cases import CommandCase
+from g3.inference.potentials.plan_things import PlanEnd, left_aside, named_things, where_it_ends
+from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.asked_spots import scene_asked
 from g3.inference.problem.command_tree import Tree
@@ -40,14 +40,12 @@ from g3.inference.reasons.explanation import reasons_for_things
 from g3.inference.search.action_search import WIDTH, Hypothesis, prepared, search
 from g3.inference.search.thing_search import ground_others, ground_thing
 from g3.inference.tree_choice import (
-    EVIDENCE,
     LOOKED_AT,
     PARSES,
     Choice,
     all_plans,
     best_plans,
     does_something,
-    plan_case,
 )
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, text_words
@@ -380,50 +378,64 @@ class Grounder:
             insist=insist,
             text=_text(command),
         )
-        trees = _trees(command, parses)
-        readings = [(chance, how(sdcs)) for chance, sdcs in trees]
+        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(command, parses)]
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
-        found = _agreed(readings)
-        words = _words(command)
-        most, waits = max(top, LOOKED_AT), asks_to_wait(readings[0][1].tree)
-        choices = all_plans(found, top if len(found) == 1 else most, waits=waits)
+        most = top if len(readings) == 1 else max(top, LOOKED_AT)
+        choices, seen = _compared(readings, most, answers or {})
         if not choices:
             return readings[0][1].refused()
-        chosen = best_plans(choices, self._odds(choices, words, readings[0][1].problem), top)
-        reading, best = readings[chosen[0].tree][1], chosen[0].hypothesis
-        question = question_about(reading.tree, best, start, answers or {})
-        spoken = words or _words_of(trees[chosen[0].tree][1])
-        asides = [_left_aside(reading.tree, c.hypothesis, spoken, start) for c in chosen]
-        untaught, share = untaught_words(reading.tree, Nouns(start))
-        unparsed = _unparsed(spoken, trees[chosen[0].tree][1])
-        seen = [
-            evidence(
-                c.fit,
-                aside=len(aside),
-                unparsed=unparsed,
-                is_ambiguous=question is not None,
-                untaught=share,
-            )
-            for c, aside in zip(chosen, asides, strict=True)
-        ]
+        order = best_plans(choices, odds(seen), top)
+        reading, best = readings[choices[order[0]].tree][1], choices[order[0]]
         plans = tuple(
-            _plan(reading, c.hypothesis, own, self.cost if explain else None)
-            for c, own in zip(chosen, seen, strict=True)
+            _plan(reading, choices[i].hypothesis, seen[i], self.cost if explain else None)
+            for i in order
         )
         if least is None:
-            is_likely = chosen[0].fit >= LEAST_FIT
+            is_likely = best.fit >= LEAST_FIT
         else:
             is_likely = plans[0].probability >= least * GUESSED_RIGHT ** len(_guessed(reading.tree))
         if not is_likely:
             return replace(reading, why="no plan is at all likely to be what was meant").refused()
         notes = (
-            _guesses((*_guessed(reading.tree), *untaught)),
-            _undone(best),
-            _nothing_about(asides[0]),
+            _guesses((*_guessed(reading.tree), *reading.untaught[0])),
+            _undone(best.hypothesis),
+            _nothing_about(left_aside(_end(best.hypothesis), reading.named, start)),
         )
         note = "; ".join(filter(None, notes))
+        question = question_about(reading.tree, best.hypothesis, start, answers or {})
         return Result(reading.tree.sdcs, plans, note, question, reading.missing, start)
+
+    def compared(
+        self, command: str | Parse, state: State, *, parses: int = PARSES
+    ) -> tuple[list[Choice], FloatArray]:
+        """Return the plans that are compared for a text, for learning to choose among them.
+
+        Parameters
+        ----------
+        command
+            A command, or its trees.
+        state
+            The state in which it is given.
+        parses
+            Largest number of its trees that are tried.
+
+        Returns
+        -------
+        tuple of list of Choice and ndarray
+            The n plans, and their evidence, shape (n, len(WEIGHTS)).
+        """
+        how = partial(
+            self._search,
+            start=state,
+            width=WIDTH,
+            answers=None,
+            explain=False,
+            insist=True,
+            text=_text(command),
+        )
+        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(command, parses)]
+        return _compared(readings, LOOKED_AT, {})
 
     def answer(self, result: Result, reply: str, **options: Any) -> Result:
         """Follow a command again, with an answer in words to the question about it.
@@ -478,6 +490,7 @@ class Grounder:
         insist: bool,
         text: str = "",
     ) -> _Reading:
+        words = text_words(text) or _words_of(sdcs)
         tree = Tree(plain(sdcs, Nouns(start), text) if self.rewriting else tuple(sdcs), text)
         problem = GroundingProblem(
             start,
@@ -488,57 +501,20 @@ class Grounder:
             disabled=self.without,
         )
         if not sdcs:
-            return _Reading(tree, problem, (), "there is no clause to follow in the text")
+            return _Reading(tree, problem, words, why="there is no clause to follow in the text")
         why = refusal(CommandCase(tree, problem))
         if why:
-            return _Reading(tree, problem, (), why)
+            return _Reading(tree, problem, words, why=why)
         missing = absent_nouns(tree, start.context, self._lexicon)
         if missing and not insist:
-            return _Reading(tree, problem, (), what_is_missing(missing, start.context), missing)
+            why = what_is_missing(missing, start.context)
+            return _Reading(tree, problem, words, why=why, missing=missing)
         problem = prepared(tree, problem)
         found = search(tree, start, problem, width=width)
         if not any(map(does_something, found[:1])) and not asks_to_wait(tree):
             why = "there is nothing in it that the robot could do"
-            return _Reading(tree, problem, (), why)
-        return _Reading(tree, problem, found, missing=missing)
-
-    def compared(
-        self, text: str | Parse, state: State, *, parses: int = PARSES
-    ) -> tuple[list[Choice], PlanCase]:
-        """Return the plans that are compared for a text, for learning to choose among them.
-
-        Parameters
-        ----------
-        text
-            A command, or its trees.
-        state
-            The state in which it is given.
-        parses
-            Largest number of its trees that are tried.
-        """
-        how = partial(
-            self._search,
-            start=state,
-            width=WIDTH,
-            answers=None,
-            explain=False,
-            insist=True,
-            text=_text(text),
-        )
-        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(text, parses)]
-        choices = all_plans(_agreed(readings), LOOKED_AT)
-        return choices, plan_case(choices, _words(text), readings[0][1].problem)
-
-    def _odds(
-        self, choices: Sequence[Choice], words: tuple[str, ...], problem: GroundingProblem
-    ) -> FloatArray:
-        """Score each plan; plans for a single tree stay in their order."""
-        if choices[0].tree == choices[-1].tree:
-            return -np.arange(len(choices), dtype=float)
-        odds = EVIDENCE * np.array([choice.fit for choice in choices])
-        if not (words and isinstance(self.cost, Scorer)):
-            return odds
-        return odds + added(plan_case(choices, words, problem))
+            return _Reading(tree, problem, words, why=why)
+        return _Reading(tree, problem, words, found, missing=missing)
 
     @property
     def _lexicon(self) -> Lexicon | None:
@@ -546,19 +522,64 @@ class Grounder:
         return None if chooser is None else chooser.lexicon
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Reading:
-    """A tree, and the plans for it, the best first; where there are none, why."""
+    """A tree, all words of its text, and the plans for it, best first; why, if there are none."""
 
     tree: Tree
     problem: GroundingProblem
-    found: Sequence[Hypothesis]
+    words: tuple[str, ...]
+    found: Sequence[Hypothesis] = ()
     why: str = ""
     missing: tuple[str, ...] = ()
+
+    @cached_property
+    def named(self) -> list[tuple[str, frozenset[str]]]:
+        """The nouns with the things that they name, but for those that a clause rules out."""
+        spared = {
+            bare(word.text)
+            for node in asked(self.tree)
+            if negated(self.tree.nodes[node])
+            for word in all_words(self.tree.nodes[node])
+        }
+        return [own for own in named_things(self.words, self.problem.state) if own[0] not in spared]
+
+    @cached_property
+    def untaught(self) -> tuple[tuple[str, ...], float]:
+        """The words of relations that nobody has taught, and their share."""
+        return untaught_words(self.tree, Nouns(self.problem.state))
+
+    def evidence(self, choice: Choice, answered: Collection[int]) -> FloatArray:
+        """Return the evidence of one of the plans, shape (len(WEIGHTS),)."""
+        plan, start = choice.hypothesis, self.problem.state
+        end = _end(plan)
+        return evidence(
+            choice.fit,
+            words=len(self.words),
+            aside=len(left_aside(end, self.named, start)),
+            end_is_named=bool(self.named) and not where_it_ends(end).isdisjoint(self.named[-1][1]),
+            is_ambiguous=question_about(self.tree, plan, start, answered) is not None,
+            untaught=self.untaught[1],
+        )
 
     def refused(self) -> Result:
         start = self.problem.state
         return Result(self.tree.sdcs, (), self.why, missing=self.missing, start=start)
+
+
+def _compared(
+    readings: Sequence[tuple[float, _Reading]],
+    most: int,
+    answered: Collection[int],
+) -> tuple[list[Choice], FloatArray]:
+    """Return the plans for all trees, and their evidence, shape (n, len(WEIGHTS))."""
+    waits = asks_to_wait(readings[0][1].tree)
+    choices = all_plans(_agreed(readings), most, waits=waits)
+    return choices, np.array([readings[c.tree][1].evidence(c, answered) for c in choices])
+
+
+def _end(plan: Hypothesis) -> PlanEnd:
+    return PlanEnd(plan.actions, plan.state)
 
 
 def _agreed(readings: Sequence[tuple[float, _Reading]]) -> list[tuple[float, list[Hypothesis]]]:
@@ -590,11 +611,6 @@ def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float
     return [(tree.probability, tree.sdcs) for tree in command.trees] or [(1.0, ())]
 
 
-def _words(command: str | Sequence[SDC] | Parse) -> tuple[str, ...]:
-    """All words of a text; none of trees without one."""
-    return text_words(_text(command))
-
-
 def _text(command: str | Sequence[SDC] | Parse) -> str:
     return command if isinstance(command, str) else getattr(command, "text", "")
 
@@ -617,25 +633,6 @@ def _undone(hypothesis: Hypothesis) -> str:
 
 def _words_of(sdcs: Sequence[SDC]) -> tuple[str, ...]:
     return text_words(" ".join(word.text for sdc in sdcs for word in all_words(sdc)))
-
-
-def _unparsed(words: Sequence[str], sdcs: Sequence[SDC]) -> float:
-    """Return the share of a text's words that are in no clause."""
-    return max(0.0, 1 - len(_words_of(sdcs)) / len(words)) if words else 0.0
-
-
-def _left_aside(
-    tree: Tree, plan: Hypothesis, words: Sequence[str], start: State
-) -> tuple[str, ...]:
-    """Return the nouns that name things without a part in a plan, unless they must have none."""
-    spared = {
-        bare(word.text)
-        for node in asked(tree)
-        if negated(tree.nodes[node])
-        for word in all_words(tree.nodes[node])
-    }
-    named = left_aside(PlanEnd(plan.actions, plan.state), words, start)
-    return tuple(word for word in named if word not in spared)
 
 
 def _nothing_about(aside: Sequence[str]) -> str:

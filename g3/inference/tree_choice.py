@@ -1,8 +1,8 @@
 """Plans for a command that can be read in several ways: its SDC trees are summed over.
 
-The probability of a plan is that of what it leads to, summed over all trees. So a tree that is
-probably wrong decides nothing by itself. Then all words of the text count, in any of its trees
-(:mod:`g3.inference.potentials.whole_plans`).
+The share of a plan is that of what it leads to, summed over all trees. So a tree that is probably
+wrong decides nothing by itself. The most probable plan is chosen, by its share, its factors and
+all words of the text (:mod:`g3.inference.calibration`).
 """
 
 from __future__ import annotations
@@ -15,16 +15,12 @@ import numpy as np
 from g3.actions.forklift_actions import WAIT
 from g3.groundings import FloatArray
 from g3.inference.calibration import fit_of_plan, same_end, share_alike
-from g3.inference.potentials.cases import PlanCase, PlanEnd
-from g3.inference.problem.grounding_problem import GroundingProblem
 from g3.inference.search.action_search import Hypothesis
 
-PARSES = 3
+PARSES = 4
 """Trees of a text that are summed over, where the best one isn't sure."""
 LOOKED_AT = 5
 """Plans of each tree that may be the best."""
-EVIDENCE = 6.0
-"""The weight of a plan's evidence beside potentials of plans. They were learned with this one."""
 
 
 class Choice(NamedTuple):
@@ -83,28 +79,29 @@ def _apart(plans: Sequence[Hypothesis]) -> list[Hypothesis]:
     return found
 
 
-def plan_case(
-    choices: Sequence[Choice], words: tuple[str, ...], problem: GroundingProblem
-) -> PlanCase:
-    """Plans as potentials see them."""
-    plans = [PlanEnd(c.hypothesis.actions, c.hypothesis.state) for c in choices]
-    return PlanCase(words, plans, problem)
+def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[int]:
+    """Return the plans of the tree that has the most probable one, the best first.
 
-
-def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[Choice]:
-    """Return the plans of the tree that has the best one, the best first.
+    Plans for a single tree stay in their order.
 
     Parameters
     ----------
     choices
         The plans.
     odds
-        Score of each, shape (choices,).
+        Logarithm of the odds that each is right, shape (choices,).
     top
         Number of plans to return.
+
+    Returns
+    -------
+    list of int
+        Their indices.
     """
-    order = [choices[i] for i in np.argsort(-odds, kind="stable")]
-    return [choice for choice in order if choice.tree == order[0].tree][:top]
+    if choices[0].tree == choices[-1].tree:
+        return list(range(len(choices)))[:top]
+    order = np.argsort(-odds, kind="stable").tolist()
+    return [i for i in order if choices[i].tree == choices[order[0]].tree][:top]
 
 
 def _share(

@@ -18,7 +18,6 @@ from g3.inference.potentials import (
     salience,
     sides,
     verbs,
-    whole_plans,
 )
 from g3.inference.potentials.potential_registry import POTENTIALS
 
@@ -35,7 +34,6 @@ __all__ = [
     "salience",
     "sides",
     "verbs",
-    "whole_plans",
 ]
 
 POTENTIALS.load_others()

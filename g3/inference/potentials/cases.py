@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -56,56 +56,6 @@ class CommandCase:
     def has(self, role: Role) -> bool:
         """Nothing is grounded yet."""
         return True
-
-
-class PlanEnd(NamedTuple):
-    """A plan, and what it leads to."""
-
-    actions: Sequence[Action]
-    state: State
-
-    @property
-    def handled(self) -> list[str]:
-        """Ids of the loads that are picked up, carried or put down, each once."""
-        return list(dict.fromkeys(a.object_id for a in self.actions if a.object_id))
-
-    @property
-    def put(self) -> str | None:
-        """Id of the load that was handled last, if it isn't on the forks in the end."""
-        handled = [a.object_id for a in self.actions if a.object_id]
-        return handled[-1] if handled and self.state.held is None else None
-
-
-@short_repr
-@dataclass(frozen=True, slots=True)
-class PlanCase:
-    """Whole plans for a text.
-
-    Parameters
-    ----------
-    words
-        All words of the text, in lower case, without punctuation.
-    plans
-        The plans.
-    problem
-        What they begin in.
-    """
-
-    kind: ClassVar[Kind] = "plan"
-    type: ClassVar[SDCType] = "EVENT"
-
-    words: tuple[str, ...]
-    plans: Sequence[PlanEnd]
-    problem: GroundingProblem
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of plans."""
-        return (len(self.plans),)
-
-    def has(self, role: Role) -> bool:
-        """Plans are motions, which are the figures of EVENTs."""
-        return role == "figure"
 
 
 @short_repr

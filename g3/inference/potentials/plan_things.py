@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,18 +12,38 @@ from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, is_load
 from g3.geometry.footprints import centre
 from g3.groundings import FloatArray
-from g3.inference.potentials.cases import PlanEnd
 from g3.inference.problem.grounding_problem import things_of
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
 from g3.language.similarity.presence import best_naming
 
+if TYPE_CHECKING:
+    from g3.actions.action_kinds import Action
+
 NAMES, ALIKE = 0.6, 0.03
 """A word names things that it is so likely for, and what is as likely but for so much."""
 NEAR_M, NEAR_LARGE_M = 5.0, 7.0
 """Largest distances from the middle of a load or of the robot to things about it: loads, and
 larger things; in metres."""
+
+
+class PlanEnd(NamedTuple):
+    """A plan, and what it leads to."""
+
+    actions: Sequence[Action]
+    state: State
+
+    @property
+    def handled(self) -> list[str]:
+        """Ids of the loads that are picked up, carried or put down, each once."""
+        return list(dict.fromkeys(a.object_id for a in self.actions if a.object_id))
+
+    @property
+    def put(self) -> str | None:
+        """Id of the load that was handled last, if it isn't on the forks in the end."""
+        handled = [a.object_id for a in self.actions if a.object_id]
+        return handled[-1] if handled and self.state.held is None else None
 
 
 def named_things(words: Sequence[str], state: State) -> list[tuple[str, frozenset[str]]]:
@@ -50,20 +71,21 @@ def named_things(words: Sequence[str], state: State) -> list[tuple[str, frozense
     return found
 
 
-def left_aside(plan: PlanEnd, words: Sequence[str], start: State) -> tuple[str, ...]:
+def left_aside(
+    plan: PlanEnd, named: Sequence[tuple[str, frozenset[str]]], start: State
+) -> tuple[str, ...]:
     """Return the words that name things of which none has a part in a plan, each once.
 
     Parameters
     ----------
     plan
         The plan.
-    words
-        Words of the text.
+    named
+        Nouns with the things that they name (:func:`named_things`).
     start
-        The state in which it was given.
+        The state in which they were said.
     """
     own = about(plan, start)
-    named = named_things(words, start)
     return tuple(dict.fromkeys(word for word, things in named if own.isdisjoint(things)))
 
 

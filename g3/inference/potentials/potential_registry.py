@@ -28,9 +28,7 @@ from g3.registry import Registry, summary_of
 from g3.sdc.clauses import SDCType
 from g3.short_repr import short_repr
 
-Kind = Literal[
-    "command", "referent", "noun", "argument", "factor", "spot", "action", "path", "plan"
-]
+Kind = Literal["command", "referent", "noun", "argument", "factor", "spot", "action", "path"]
 KINDS: dict[Kind, str] = {
     "command": "a command before the search begins: the reason to refuse it",
     "referent": 'what a pronoun or "there" stands for, candidate by candidate',
@@ -40,7 +38,6 @@ KINDS: dict[Kind, str] = {
     "spot": "where something can be put, spot by spot",
     "action": "what the robot can do for a clause, action by action",
     "path": "actions together with the landmarks of a PATH",
-    "plan": "whole plans for text, of all its trees, by all of its words",
 }
 """What potentials score."""
 HARD = -np.inf

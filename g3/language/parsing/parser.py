@@ -9,9 +9,9 @@ from g3.errors import CorpusError
 from g3.language.parsing.sdc_parser import SDCParser, default_parser
 from g3.language.parsing.trees import Parse
 
-SURE = 0.8
+SURE = 0.9
 """A tree that is so probable is the only one that is looked at."""
-LEAST_LIKELY = 0.1
+LEAST_LIKELY = 0.05
 """Trees that are so much less probable than the best one are not looked at."""
 
 

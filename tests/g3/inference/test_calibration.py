@@ -100,19 +100,28 @@ def test_evidence_is_how_well_it_fits_and_how_much_leads_there():
 
 
 def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhere():
-    def plan(fit, elsewhere):
+    def plan(quality, elsewhere):
         best, other = put("tires", 5, 5), put("boxes", 5, 5, score=np.log(elsewhere))
-        told = Hypothesis(0.0, best.state, best.actions, {0: ((), np.log(fit))})
-        return plan_probability(evidence(fit_of_plan(told, share_alike(told, [told, other]))))
+        told = Hypothesis(0.0, best.state, best.actions, {0: ((), np.log(quality))})
+        fit = fit_of_plan(told, share_alike(told, [told, other]))
+        return plan_probability(evidence(fit, words=6))
 
     assert plan(0.9, 0.01) > plan(0.5, 0.01) > plan(0.01, 0.01)
     assert plan(0.9, 0.01) > plan(0.9, 0.5)
 
 
 def test_what_a_plan_leaves_out_makes_it_less_probable():
-    whole = plan_probability(evidence(1.0))
-    for doubt in ({"aside": 1}, {"unparsed": 0.3}, {"is_ambiguous": True}, {"untaught": 1}):
-        assert plan_probability(evidence(1.0, **doubt)) < whole
+    whole = {"words": 6, "end_is_named": True}
+    doubts = ({"aside": 1}, {"end_is_named": False}, {"is_ambiguous": True}, {"untaught": 1})
+    for doubt in doubts:
+        assert plan_probability(evidence(1.0, **whole | doubt)) < plan_probability(
+            evidence(1.0, **whole)
+        )
+
+
+def test_plans_for_long_commands_are_less_probable():
+    chances = [plan_probability(evidence(0.8, words=words)) for words in (3, 8, 30)]
+    assert chances == sorted(chances, reverse=True)
 
 
 def test_what_fits_nothing_is_no_answer():

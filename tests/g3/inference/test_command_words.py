@@ -121,7 +121,7 @@ def test_only_words_for_the_load_tell_it(text, telling, model, yard):
     _, kinds = kinds_in(yard)
     sdcs = parse_brackets(text)
     for meant in kinds:
-        grounder = Grounder.load(taught(model, kinds, meant), without=["plan-things", "plan-end"])
+        grounder = Grounder.load(taught(model, kinds, meant))
         plan = grounder.follow(sdcs, yard, least=0.0, insist=True).plan
         off = Grounder.load(model).follow(sdcs, yard, least=0.0, insist=True).plan
         (thing,) = {a.object_id for a in plan.actions if a.object_id}

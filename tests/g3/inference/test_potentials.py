@@ -41,7 +41,7 @@ def test_every_potential_says_what_it_is(rule):
     assert rule.kind in KINDS
     assert rule.types
     assert set(rule.types) <= set(SDC_TYPES)
-    assert rule.weight < 0 or rule.kind in ("referent", "plan")
+    assert rule.weight < 0 or rule.kind == "referent"
     assert rule.name == rule.name.lower()
 
 
