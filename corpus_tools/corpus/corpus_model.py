@@ -23,7 +23,7 @@ from corpus_tools.corpus.decoding import OnProblem, read_files, refuse
 from corpus_tools.runtime.atomic_folder import check_target, write_folder
 from g3 import html_view
 from g3.annotation import Annotation, Command, Judgment, TaskOutcome
-from g3.errors import CorpusError
+from g3.errors import CorpusError, nearest
 from g3.groundings import Context
 from g3.short_repr import brief
 
@@ -231,6 +231,9 @@ class Corpus:
         --------
         >>> corpus.filter(lambda entry: len(entry.sdcs) == 1)
         """
+        if not callable(keep):
+            fix = "give a function of an entry, such as lambda entry: 'truck' in entry.text"
+            raise CorpusError(f"keep can't be {keep!r}", fix=fix)
         return self.select(entry.id for entry in self if keep(entry))
 
     def select(self, ids: Iterable[str]) -> Corpus:
@@ -245,7 +248,7 @@ class Corpus:
             If there is no command with one of the ids.
         """
         chosen = {}
-        for id_ in ids:
+        for id_ in (ids,) if isinstance(ids, str) else ids:
             if id_ not in self.commands:
                 raise CorpusError.unknown("command", id_, self.commands, where=self.name)
             chosen[id_] = self.commands[id_]
@@ -360,8 +363,8 @@ class Corpus:
     def __getitem__(self, which: int | str | slice) -> Entry | list[Entry]:
         """Return a command by its number or its id, or several by a slice."""
         if isinstance(which, str) and which not in self.commands:
-            like = next(iter(self.commands), "")
-            raise KeyError(f"there is no command {which!r}; ids are like {like!r}")
+            near = nearest(which, self.commands) or list(self.commands)
+            raise KeyError(f"there is no command {which!r}; ids are like {next(iter(near), '')!r}")
         if isinstance(which, str):
             return self._all()[list(self.commands).index(self.commands[which].id)]
         return self._all()[which]

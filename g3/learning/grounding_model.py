@@ -42,6 +42,19 @@ def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]
     )
 
 
+def _checked(items: Sequence[Example]) -> Sequence[Example]:
+    """Refuse texts, arrays of numbers and others than examples."""
+    if isinstance(items, str) or not isinstance(items, Iterable):
+        items = [items]  # type: ignore[list-item] - the first one is refused
+    others = [type(one).__name__ for one in items if not isinstance(one, Example)]
+    if others:
+        raise ModelError(
+            f"X has no examples, but {others[0]}",
+            fix="make them of a corpus: examples(corpus.annotations), of g3.learning.examples",
+        )
+    return items
+
+
 @short_repr
 @dataclass(eq=False)
 class GroundingModel(Estimator):
@@ -122,7 +135,8 @@ class GroundingModel(Estimator):
         ModelError
             If there is nothing to learn from, or there aren't as many labels as examples.
         """
-        matrix = X if isinstance(X, FactorMatrix) else matrix_of_examples(X, _sets(self.features))
+        sets = _sets(self.features)
+        matrix = X if isinstance(X, FactorMatrix) else matrix_of_examples(_checked(X), sets)
         correct = matrix.correct if y is None else np.asarray(y, dtype=bool)
         if not len(matrix.correct):
             raise ModelError("there is nothing to learn from", fix="give labelled examples")
@@ -171,13 +185,13 @@ class GroundingModel(Estimator):
         """
         correct = y
         if correct is None:
-            correct = X.correct if isinstance(X, FactorMatrix) else labels(X)
+            correct = X.correct if isinstance(X, FactorMatrix) else labels(_checked(X))
         return float(np.mean(self.predict(X) == np.asarray(correct, dtype=bool)))
 
     def _probability(self, X: Sequence[Example] | FactorMatrix) -> FloatArray:
         space, weights = self.space_, self.weights_
         if not isinstance(X, FactorMatrix):
-            return crf.probabilities(transform(to_batch(X), self.sets, space), weights)
+            return crf.probabilities(transform(to_batch(_checked(X)), self.sets, space), weights)
         missing = sorted(set(space.sets) - set(X.space.sets))
         if missing:
             raise ModelError(f"the features {missing[0]!r} were not computed", where="predict")

@@ -6,12 +6,14 @@ import copy
 import pickle
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import ct
 from corpus_tools.runtime.parallel import Workers
-from g3.errors import CorpusError
+from g3.errors import CorpusError, ModelError
 from g3.language.parsing.trees import Parse, Tree
+from g3.learning.grounding_model import GroundingModel
 from g3.sdc.sdc_notation import parse_brackets
 from tests.tiny_corpus import tiny_corpus
 
@@ -125,6 +127,26 @@ def test_a_corpus_knows_its_ids(corpus):
     assert "nobody said this" not in corpus
     with pytest.raises(KeyError, match=f"ids are like '{corpus[0].id}'"):
         corpus["nobody said this"]
+    with pytest.raises(KeyError, match=f"ids are like '{corpus[-1].id}'"):
+        corpus[f"{corpus[-1].id}s"]
+
+
+def test_parts_of_a_corpus_are_asked_for_by_ids_and_functions(corpus):
+    assert list(corpus.select(corpus[0].id)) == [corpus[0]]
+    with pytest.raises(CorpusError, match="there is no command 'nope'"):
+        corpus.select("nope")
+    with pytest.raises(CorpusError, match="give a function of an entry"):
+        corpus.filter("truck")
+    with pytest.raises(CorpusError, match="did you mean 'world'"):
+        corpus.split("worlds")
+
+
+@pytest.mark.parametrize("given", ["Go", ["Go"], None, 5, np.zeros((2, 3))])
+def test_a_model_learns_from_examples_only(given):
+    with pytest.raises(ModelError, match="make them of a corpus: examples"):
+        GroundingModel().fit(given)
+    with pytest.raises(ModelError, match="make them of a corpus: examples"):
+        ct.train(tiny_corpus()).predict_proba(given)
 
 
 def test_copies_are_equal(corpus):
