@@ -58,9 +58,16 @@ class ExistingPath(click.Path):
                 return path
         siblings: list[str] = []
         with suppress(OSError):
-            siblings = [sibling.name for sibling in path.parent.iterdir()]
-        _, fix = unknown_name("file", path.name, siblings, more=self.fix)
+            siblings = [
+                str(sibling) for sibling in path.parent.iterdir() if _of_a_kind(sibling, path)
+            ]
+        _, fix = unknown_name("file", path, siblings, more=self.fix)
         raise click.BadParameter(f"there is no {str(path)!r} ({fix})", ctx, param)
+
+
+def _of_a_kind(one: Path, other: Path) -> bool:
+    """Check that paths end alike, or differ in their ends only."""
+    return one.suffix == other.suffix or one.stem == other.stem
 
 
 class _Target(click.Path):
@@ -266,6 +273,12 @@ def text_argument(name: str) -> Callable[[Command], Command]:
 
 def _in_one(ctx: click.Context, _: click.Parameter, words: tuple[str, ...]) -> str | None:
     if len(words) > 1:
+        # Nobody says an underscore: a word with one is a scenario, before or after the command.
+        names = [word for word in words if "_" in word]
+        quoted = shlex.quote(" ".join(word for word in words if word not in names))
+        if len(names) == 1 and any("--scenario" in p.opts for p in ctx.command.params):
+            line = f"{ctx.command_path} {quoted} --scenario {names[0]}"
+            raise click.UsageError(f"Name the scenario by its option: {line}", ctx)
         quoted = shlex.quote(" ".join(words))
         raise click.UsageError(f"Put the text in quotes: {ctx.command_path} {quoted}", ctx)
     if words and any("--file" in p.opts for p in ctx.command.params) and _is_file(words[0]):

@@ -226,6 +226,9 @@ class Reader:
             while True:
                 try:
                     line = lines.readline(LONGEST_LINE)
+                except gzip.BadGzipFile as error:
+                    fix = TAKE_ANOTHER if self.line else "give a file of `ct annotate backup`"
+                    raise self._error(f"the file can't be read: {error}", fix) from error
                 except (OSError, EOFError, zlib.error) as error:
                     raise self._error(f"the file can't be read: {error}") from error
                 if not line:

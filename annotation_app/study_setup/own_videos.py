@@ -118,7 +118,8 @@ def own_videos(path: Path, on_note: OnNote = no_note) -> list[OwnVideo]:
         else:
             errors += _wrong_files(item)
     if not errors and not videos:
-        errors.append(FormatError("there are no videos", where=str(path), fix="add rows"))
+        fix = "put mp4 or webm files there, or name a table of videos" if of_folder else "add rows"
+        errors.append(FormatError("there are no videos", where=str(path), fix=fix))
     if errors:
         raise together(errors)
     if repeated:

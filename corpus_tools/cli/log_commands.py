@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options import FORMAT, PATH, tell
+from corpus_tools.options import FORMAT, ExistingPath, tell
 
 
 @click.group()
@@ -20,7 +20,7 @@ def log() -> None:
 
 
 @log.command()
-@click.argument("path", metavar="FILE", type=PATH)
+@click.argument("path", metavar="FILE", type=ExistingPath("`ct render-videos` makes logs"))
 @FORMAT
 def show(path: Path, form: str) -> None:
     """Show what a log holds: its scenario, objects and steps.

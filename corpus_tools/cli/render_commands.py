@@ -111,17 +111,16 @@ def render_videos(
 
     from corpus_tools.video.items import context_items, scenario_items
     from corpus_tools.video.manifest import Settings
-    from g3.errors import CorpusError
+    from g3.errors import CorpusError, unknown_name
 
     source = corpus or dataset or "warehouse"
     items = context_items(source) if corpus else scenario_items(source, scenarios)
     chosen = [item for item in items if only is None or fnmatchcase(item.name, only)]
     if not chosen:
-        raise CorpusError(
-            "there is nothing to render",
-            where=source,
-            fix=f"the names are: {', '.join(item.name for item in items) or 'none'}",
-        )
+        lister = f"ct corpus stats {source}" if corpus else "ct scenarios list"
+        names = [item.name for item in items]
+        what, fix = unknown_name("name like", only, names, more=f"`{lister}` lists all")
+        raise CorpusError(what, where=source, fix=fix)
     out.mkdir(exist_ok=True)
     settings = Settings(camera, pixels, fps, quality, speed, skip_idle, names)
     outcomes = _produce(chosen, out, settings, workers=workers, force=force)

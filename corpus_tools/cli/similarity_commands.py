@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from corpus_tools.options import FORMAT, PATH, out_file, tell, with_default
+from corpus_tools.options import FORMAT, PATH, ExistingPath, out_file, tell, with_default
 from corpus_tools.runtime.progress import progress_bar
 from corpus_tools.runtime.terminal import note
 
@@ -35,7 +35,7 @@ def similarity() -> None:
     "  ct similarity build tags.tsv.bz2 --tags 2000 --out tags.npz\n"
     "  CT_TAGS=tags.npz ct eval table1 --corpus aaai11 --cv scenario"
 )
-@click.argument("source", metavar="TAGS", type=PATH)
+@click.argument("source", metavar="TAGS", type=ExistingPath("give a file of tags"))
 @out_file("The table, an .npz file.")
 @with_default(
     "--tags",

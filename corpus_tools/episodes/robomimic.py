@@ -36,6 +36,7 @@ MOST_CHUNK = 256 << 20
 """Bytes of a part that is uncompressed at once."""
 ROWS_AT_ONCE = 1 << 12
 _DEPTH = re.compile(r"depth")
+_FIX_FILE = "name an HDF5 file, or a folder of them"
 _FIX_CAMERAS = (
     "write the pictures into the file with robomimic's dataset_states_to_obs.py and its option "
     "--camera_names"
@@ -146,7 +147,10 @@ def _opened(file: Path, *, is_written: bool = False) -> Iterator[Any]:
     h5py = import_extra("h5py", "hdf5", "HDF5 files are read")
     if not file.is_file():
         what = "this is no file" if file.exists() else "there is no such file"
-        raise FormatError(what, where=str(file), fix="name an HDF5 file, or a folder of them")
+        raise FormatError(what, where=str(file), fix=_FIX_FILE)
+    if not h5py.is_hdf5(file):
+        what = "the file can't be read as HDF5: it doesn't begin as such a file does"
+        raise FormatError(what, where=str(file), fix=_FIX_FILE)
     mode = "r+" if is_written else "r"
     with content_of(str(file)), h5py.File(file, mode, locking=False) as hdf5:
         yield hdf5

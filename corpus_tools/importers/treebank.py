@@ -160,6 +160,8 @@ def is_treebank(folder: Path) -> bool:
 
 
 def _read(folder: Path, journal: Journal) -> list[TreebankCommand]:
+    if folder.exists() and not is_treebank(folder):
+        raise FormatError(f"this is no treebank: it has no {TREES}", where=str(folder), fix=FIX)
     groups: dict[str, str] = {}
     if (folder / PEOPLE).is_file():
         for number, person in _rows(folder / PEOPLE, PersonRow, journal):

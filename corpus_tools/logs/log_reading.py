@@ -28,6 +28,7 @@ from g3.storage import regular_file
 
 T = TypeVar("T", bound=msgspec.Struct)
 
+_MAGIC = b"\x89MCAP0\r\n"
 _FIX = "restore the file, or render the scenario again"
 _NOT_A_LOG = "give a file that `ct render-videos` or write_log made"
 
@@ -85,6 +86,9 @@ def read_log(path: Path) -> Log:
 
 
 def _read_mcap(content: bytes, path: Path) -> _File:
+    if not content.startswith(_MAGIC):
+        what = "the file is cut off, damaged or no MCAP file"
+        raise FormatError(what, where=str(path), fix=_NOT_A_LOG)
     file = _File({}, {topic: [] for topic in channels.CHANNELS})
     topics: dict[int, str] = {}
     stream = io.BytesIO(content)
@@ -102,7 +106,7 @@ def _read_mcap(content: bytes, path: Path) -> _File:
     # A byte out of place makes the parser fail in any way there is.
     except Exception as error:
         raise FormatError(
-            f"the file is cut off, damaged or no MCAP file ({error or type(error).__name__})",
+            f"the file is cut off, damaged or no MCAP file ({str(error) or type(error).__name__})",
             where=f"{path}: byte {stream.tell()}",
             fix=_FIX,
         ) from error

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from corpus_tools.options import OUT, PATH, format_option
+from corpus_tools.options import OUT, ExistingPath, format_option
 from eval.cli.modes import is_terminal, write
 
 if TYPE_CHECKING:
@@ -28,7 +28,9 @@ COLUMNS = ("answer", "video", "model", "suggestion", "state")
     "  ct eval subtasks steps.csv\n"
     "  ct eval subtasks steps.csv --json",
 )
-@click.argument("path", type=PATH)
+@click.argument(
+    "path", type=ExistingPath("`ct annotate export --format proposed-steps.csv` makes it")
+)
 @format_option(about="For people, or for programs.")
 @OUT
 def subtasks(*, path: Path, form: Literal["text", "json"], out: Path | None) -> None:

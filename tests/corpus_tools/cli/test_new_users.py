@@ -1,9 +1,10 @@
-"""Fifty mistakes of new users: each is answered with what to write, in a few lines."""
+"""Eighty mistakes of new users: each is answered with what to write, in a few lines."""
 
 from __future__ import annotations
 
 import re
 import shlex
+from pathlib import Path
 
 import click
 import pytest
@@ -71,19 +72,94 @@ MISTAKES = [
     ("import lerobot lerobot/pusht --out x", "--repo-id"),
     ('follow "Go" --scenario dock_pick_up_tires --model no.npz', "ct train g3 --out"),
     ('follow "Go" --scenario dock_pick_up_tires --video out.avi', "ends in .mp4"),
+    # Arguments the wrong way round, or a value of another kind
+    (
+        "follow dock_pick_up_tires pick it up",
+        "ct follow 'pick it up' --scenario dock_pick_up_tires",
+    ),
+    ("train g3 --out warehouse --corpus g3.npz", "give one of treebank, warehouse"),
+    ("eval table1 --corpus warehouse --jobs two", "give a whole number from 1 on"),
+    ("eval table1 --corpus warehouse --jobs 0", "give a whole number from 1 on"),
+    ("annotate serve --port 99999", "give a whole number from 0 to 65535"),
+    ("eval table1 --corpus warehouse --l2 -1", "give a number above 0"),
+    ("eval table1 --corpus warehouse --cv sceanrio", "'scenario'"),
+    ("eval table1 --corpus warehouse --ablate label", "'labels'"),
+    ("render-videos dock_pick_up_tires --out v --size 320", "1280x720"),
+    ("render-videos --only 'dok_*' --out v", "'dock_pick_up_tires'"),
+    ("render-videos --only nothing --out v", "ct scenarios list"),
 ]
+MISTAKEN_FILES = [
+    # The wrong kind of file
+    ("eval table1 --corpus noise.mp4", "give the folder of a corpus"),
+    ("log show noise.mp4", "give a file that `ct render-videos`"),
+    ("log show empty.mcap", "give a file that `ct render-videos`"),
+    ("import lerobot films --out t", "name the folder that holds meta, data and videos"),
+    ("import rosbag noise.mp4 --out t", "ends in .mcap, .bag, .db3"),
+    ("import robomimic noise.mp4 --out t", "name an HDF5 file"),
+    ("import treebank latin.csv --out t", "has no trees.jsonl"),
+    ("import authored empty.yaml --out t", "docs/authored-corpora.md"),
+    ("parse latin.csv", "ct parse --file latin.csv"),
+    ('follow "Go" --scenario dock_pick_up_tires --model empty.npz', "ct train g3"),
+    # One that is empty, in another encoding, or isn't there
+    ("eval subtasks empty.csv", "begin it with answer, video"),
+    ("eval subtasks empty.csw", "'empty.csv'"),
+    ("log show no.mcap", "ct render-videos"),
+    ("eval table3 --test warehouse --plans empty.jsonl", "--write-tasks"),
+    ("annotate init new.yaml --videos latin.csv", "save it as UTF-8"),
+    ("annotate init new.yaml --videos utf16.csv", "save it as UTF-8"),
+    ("annotate init new.yaml --videos empty.csv", "begin it with video"),
+    ("annotate init new.yaml --videos texts", "put mp4 or webm files there"),
+    ("annotate init new.yaml --videos films", "ffmpeg -i"),
+    ("annotate init new.yaml --videos films/pussh.mp4", "'films/push.mp4'"),
+    # A study's file that isn't right
+    ("annotate check misspelt.yaml", "did you mean 'tasks'?"),
+    ("annotate check unclosed.yaml", "expected ',' or ']'"),
+    ("annotate check empty.yaml", "docs/annotation.md"),
+    ("scenarios check", "my-scenario.yaml"),
+    ("annotate restore latin.csv", "give a file of `ct annotate backup`"),
+]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with files that new users would name in the wrong place."""
+    for kind in ("csv", "yaml", "jsonl", "npz", "mcap"):
+        (tmp_path / f"empty.{kind}").touch()
+    table = "video,command\npush.mp4,Café\n"
+    (tmp_path / "latin.csv").write_bytes(table.encode("latin-1"))
+    (tmp_path / "utf16.csv").write_bytes(table.encode("utf-16"))
+    (tmp_path / "misspelt.yaml").write_text("name: x\ntitle: x\ntaks: {describe: {answers: 3}}\n")
+    (tmp_path / "unclosed.yaml").write_text("name: x\nvideos: [clips\n")
+    for name in ("texts", "films"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "texts/a.txt").touch()
+    for name in ("noise.mp4", "films/push.mp4"):
+        (tmp_path / name).write_bytes(bytes(range(256)) * 8)
+    return tmp_path
 
 
 @pytest.mark.parametrize(("line", "remedy"), MISTAKES, ids=[line for line, _ in MISTAKES])
 def test_a_mistake_is_answered_with_what_to_write(line, remedy, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+    _answered(line, remedy, tmp_path, monkeypatch, capsys)
+
+
+@pytest.mark.parametrize(
+    ("line", "remedy"), MISTAKEN_FILES, ids=[line for line, _ in MISTAKEN_FILES]
+)
+def test_a_wrong_file_is_answered_with_the_right_one(line, remedy, folder, monkeypatch, capsys):
+    _answered(line, remedy, folder, monkeypatch, capsys)
+
+
+def _answered(line, remedy, folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    before = sorted(folder.rglob("*"))
     assert run(shlex.split(line)) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert remedy in " ".join(said.err.split())
     assert "Traceback" not in said.err
     assert len(said.err.splitlines()) <= 6
-    assert list(tmp_path.iterdir()) == []
+    assert sorted(folder.rglob("*")) == before
     for command in re.findall(r"\bct ((?:[a-z][a-z0-9-]*\b ?)+)", said.err):
         assert _is_command(command.split()), command
 
