@@ -231,7 +231,7 @@ def _report(error: Exception, targets: Sequence[Path]) -> int:
     elif isinstance(error, click.ClickException):
         shown = io.StringIO()
         if isinstance(error, click.BadParameter) and error.param is not None:
-            _in_plain_words(error, error.param.type)
+            error = _in_plain_words(error, error.param)
         error.show(file=shown)
         note(_shortened(shown.getvalue().rstrip("\n")), *_remedy(error))
     elif isinstance(error, ManyError):
@@ -256,20 +256,20 @@ def _report(error: Exception, targets: Sequence[Path]) -> int:
     return status
 
 
-def _in_plain_words(error: click.BadParameter, kind: click.ParamType[Any]) -> None:
+def _in_plain_words(error: click.BadParameter, param: click.Parameter) -> click.BadParameter:
     """Name the numbers that an option takes, where click names a type or a range."""
-    if not isinstance(kind, (click.types.IntParamType, click.types.FloatParamType)):
-        return
+    kind = param.type
     value, is_clicks, _ = error.message.partition(" is not ")
-    if not is_clicks:
-        return
+    is_number = isinstance(kind, (click.types.IntParamType, click.types.FloatParamType))
+    if not is_number or not is_clicks:
+        return error
     wanted = "a whole number" if isinstance(kind, click.types.IntParamType) else "a number"
     if isinstance(kind, (click.IntRange, click.FloatRange)):
         above = f" above {kind.min}" if kind.min_open else f" from {kind.min}"
         below = f" below {kind.max}" if kind.max_open else f" to {kind.max}"
         on = " on" if kind.max is None and not kind.min_open else ""
         wanted += ("" if kind.min is None else above + on) + ("" if kind.max is None else below)
-    error.message = f"{value} won't do (give {wanted})."
+    return click.BadParameter(f"{value} won't do (give {wanted}).", error.ctx, param)
 
 
 def _remedy(error: click.ClickException) -> list[str]:

@@ -118,8 +118,8 @@ def render_videos(
     chosen = [item for item in items if only is None or fnmatchcase(item.name, only)]
     if not chosen:
         lister = f"ct corpus stats {source}" if corpus else "ct scenarios list"
-        names = [item.name for item in items]
-        what, fix = unknown_name("name like", only, names, more=f"`{lister}` lists all")
+        there = [item.name for item in items]
+        what, fix = unknown_name("name like", only, there, more=f"`{lister}` lists all")
         raise CorpusError(what, where=source, fix=fix)
     out.mkdir(exist_ok=True)
     settings = Settings(camera, pixels, fps, quality, speed, skip_idle, names)

@@ -44,9 +44,8 @@ def _sets(features: Iterable[FeatureSet | str] | None) -> tuple[FeatureSet, ...]
 
 def _checked(items: Sequence[Example]) -> Sequence[Example]:
     """Refuse texts, arrays of numbers and others than examples."""
-    if isinstance(items, str) or not isinstance(items, Iterable):
-        items = [items]  # type: ignore[list-item] - the first one is refused
-    others = [type(one).__name__ for one in items if not isinstance(one, Example)]
+    given: Iterable[object] = items if isinstance(items, Iterable) else [items]
+    others = [type(one).__name__ for one in given if not isinstance(one, Example)]
     if others:
         raise ModelError(
             f"X has no examples, but {others[0]}",
