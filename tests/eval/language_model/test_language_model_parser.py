@@ -278,7 +278,7 @@ def test_a_row_of_table_3_is_the_model_with_its_clauses(folders, tmp_path):
     given = ["--table", "3", "--judge", "automatic", "--train", train, "--test", test]
     with chat_server(says=says) as chat:
         command = [*given, "--draws", "20", "--parser", "llm", *at(chat, tmp_path / "kept")]
-        done = CliRunner().invoke(evaluate, [*command, "--jobs", "2"])
+        done = CliRunner().invoke(evaluate, command)
         assert done.exit_code == 0, done.output
     assert sum(chat.seen.values()) == 6
     found = json.loads(done.stdout)

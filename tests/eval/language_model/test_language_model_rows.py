@@ -24,12 +24,11 @@ def at(chat, folder):
 
 
 @pytest.mark.slow
-def test_a_row_is_asked_for_once_and_judged_as_worked_by_hand(folders, tmp_path, monkeypatch):
-    monkeypatch.undo()  # as in other processes, parsers learn all that they can
+def test_a_row_is_asked_for_once_and_judged_as_worked_by_hand(folders, tmp_path):
     with chat_server() as chat:
         command = [*asked(folders), "--grounder", "llm", *at(chat, tmp_path), "--json"]
         command += ["--reply-form", "object"]
-        first = CliRunner().invoke(evaluate, [*command, "--jobs", "2"])
+        first = CliRunner().invoke(evaluate, command)
         assert first.exit_code == 0, first.output
         assert sum(chat.seen.values()) == 6
         again = CliRunner().invoke(evaluate, command)
