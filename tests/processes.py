@@ -5,7 +5,12 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
+from multiprocessing import get_context
+from multiprocessing.context import ForkServerProcess
 from pathlib import Path
+
+from corpus_tools.cli import console
 
 
 def python(
@@ -29,3 +34,20 @@ def ct(
 ) -> subprocess.CompletedProcess[str]:
     """Run ``ct``."""
     return python("-m", "corpus_tools", *arguments, cwd=cwd, **variables)
+
+
+def forked_ct(*arguments: object, preload: tuple[str, ...]) -> ForkServerProcess:
+    """Start ``ct`` in a process of its own that needn't read modules again, to be killed."""
+    context = get_context("forkserver")
+    context.set_forkserver_preload(list(preload))
+    process = context.Process(target=_run, args=([*map(str, arguments)], dict(os.environ)))
+    process.start()
+    return process
+
+
+def _run(arguments: list[str], environment: Mapping[str, str]) -> None:
+    os.environ.update(environment)  # that of the server is older
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+    sys.exit(console.run(arguments))

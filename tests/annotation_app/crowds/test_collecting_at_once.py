@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from decimal import Decimal
-from threading import Event
+from multiprocessing.connection import wait
+from multiprocessing.process import BaseProcess
+from threading import Event, Lock
 from typing import Any, Literal
 
 import pytest
 from flask import Flask
 
 from annotation_app.core.config import Config
-from annotation_app.crowds import ledger
+from annotation_app.crowds import crowd_session, ledger, prolific_client
 from annotation_app.crowds.crowd_registry import find_provider
 from annotation_app.crowds.crowd_session import open_session
 from annotation_app.crowds.platform import Bonus
@@ -25,6 +24,7 @@ from g3.errors import CorpusError
 from tests.annotation_app.crowds.crowd_worker import BONUS, OPTIONS, PAID, Lab, take_part
 from tests.annotation_app.crowds.prolific_stand_in import Prolific
 from tests.annotation_app.crowds.stand_ins import Reply, serving
+from tests.processes import forked_ct
 
 WISHES = Wishes(bonuses=[("sub1", Bonus("key", Decimal("0.50"), "For care"))])
 
@@ -34,7 +34,8 @@ class Killing(Prolific):
 
     def __init__(self) -> None:
         super().__init__()
-        self.victim: subprocess.Popen[bytes] | None = None
+        self.victim: BaseProcess | None = None
+        self.starting = Lock()
         self.at: tuple[str, Literal["before", "after"]] | None = None
         self.may_pay = Event()
         self.may_pay.set()
@@ -49,11 +50,13 @@ class Killing(Prolific):
         return None if self._kills(operation, "after") else reply
 
     def _kills(self, operation: str, moment: Literal["before", "after"]) -> bool:
-        if self.victim is None or self.at != (operation, moment):
+        with self.starting:
+            victim = self.victim
+        if victim is None or self.at != (operation, moment):
             return False
-        os.kill(self.victim.pid, signal.SIGKILL)
-        self.victim.wait()
         self.victim = None
+        victim.kill()
+        wait([victim.sentinel])
         return True
 
 
@@ -123,14 +126,15 @@ def test_without_a_lock_too(
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_a_killed_program_pays_once(lab: Lab, config: Config, prolific: Killing) -> None:
     collecting = ("crowd", "collect", "prolific", "tests", *BONUS)
-    command = [sys.executable, "-m", "corpus_tools", *collecting]
+    preload = (crowd_session.__name__, prolific_client.__name__)
 
     def is_killed(operation: str, moment: Literal["before", "after"], *options: str) -> bool:
         prolific.at = operation, moment
-        prolific.victim = program = subprocess.Popen(
-            [*command, *options, *lab.rest], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        return program.wait(60) == -signal.SIGKILL
+        with prolific.starting:
+            program = forked_ct(*collecting, *options, *lab.rest, preload=preload)
+            prolific.victim = program
+        program.join(60)
+        return program.exitcode == -signal.SIGKILL
 
     assert is_killed("approve", "before")
     assert is_killed("approve", "after")
