@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from annotation_app.store.models import Record
-from g3.language.discourse.anaphora import anaphors
-from g3.language.discourse.groups import group
 from g3.sdc.clauses import SDC, Field, all_words, breadth_first, child_indices
+
+if TYPE_CHECKING:
+    from g3.language.discourse.anaphora import Anaphor
 
 WORD = re.compile(r"\w+(?:[-'’]\w+)*|[^\w\s]")
 HAPPENING = ("EVENT", "PATH")
@@ -53,9 +54,13 @@ def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
 
     The last three are None where there is none.
     """
+    from g3.language.discourse.anaphora import anaphors  # noqa: PLC0415 - slow to import
+    from g3.language.discourse.groups import group  # noqa: PLC0415 - as above
+
     nodes = list(breadth_first(sdcs))
     known = {clause["node"]: clause for clause in clauses_of(sdcs)}
-    events, sources = _events(sdcs, nodes), _sources(sdcs, nodes, known)
+    references = anaphors(sdcs)
+    events, sources = _events(sdcs, nodes), _sources(sdcs, nodes, known, references)
     return [
         {
             **known[node],
@@ -64,12 +69,15 @@ def asked_clauses(sdcs: tuple[SDC, ...]) -> list[Record]:
             "at": _told_by(node, nodes, child_indices(sdcs)[node]),
             "during": events.get(node),
         }
-        for node in (*_things(sdcs, nodes, known), *_happenings(nodes, known))
+        for node in (*_things(sdcs, nodes, known, references), *_happenings(nodes, known))
     ]
 
 
 def _sources(
-    sdcs: tuple[SDC, ...], nodes: Sequence[SDC], known: Mapping[int, Record]
+    sdcs: tuple[SDC, ...],
+    nodes: Sequence[SDC],
+    known: Mapping[int, Record],
+    references: Sequence[Anaphor],
 ) -> Mapping[int, int]:
     """Return the OBJECT from whose thing that of another one follows.
 
@@ -90,7 +98,7 @@ def _sources(
         figures = children.get("f", ())
         if nodes[node].type == "OBJECT" and len(figures) == 1:
             add(figures[0], node)
-    for anaphor in anaphors(sdcs):
+    for anaphor in references:
         if anaphor.kind == "same" and anaphor.antecedents:
             add(anaphor.index, anaphor.antecedents[0].index)
     first: dict[str, int] = {}
@@ -110,11 +118,14 @@ def _told_by(
 
 
 def _things(
-    sdcs: tuple[SDC, ...], nodes: Sequence[SDC], known: Mapping[int, Record]
+    sdcs: tuple[SDC, ...],
+    nodes: Sequence[SDC],
+    known: Mapping[int, Record],
+    references: Sequence[Anaphor],
 ) -> Iterator[int]:
     """Yield things and places, by their words' ends; each after the clauses that it needs."""
     parts = [[c for group in of.values() for c in group] for of in child_indices(sdcs)]
-    needed = {a.index: [one.index for one in a.antecedents] for a in anaphors(sdcs)}
+    needed = {a.index: [one.index for one in a.antecedents] for a in references}
     order = sorted(
         (node for node in known if nodes[node].type not in HAPPENING),
         key=lambda node: _extent(nodes[node])[1:],
