@@ -15,6 +15,9 @@ from corpus_tools.importers.report import ImportReport
 # The cores are busy with other workers; NumPy and SciPy read this when they are loaded.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Programs that tests start would compile all modules each time.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # For a format that no schema here has, jsonschema would build grammars for seconds.
 sys.modules.setdefault("rfc3987_syntax", None)
 
