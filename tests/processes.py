@@ -5,12 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from multiprocessing import get_context
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
-
-from corpus_tools.cli import console
 
 
 def python(
@@ -36,18 +34,23 @@ def ct(
     return python("-m", "corpus_tools", *arguments, cwd=cwd, **variables)
 
 
-def forked_ct(*arguments: object, preload: tuple[str, ...]) -> ForkServerProcess:
-    """Start ``ct`` in a process of its own that needn't read modules again, to be killed."""
+def forked(
+    function: Callable[..., object], *arguments: object, preload: Sequence[str] = ()
+) -> ForkServerProcess:
+    """Call a function in a process of its own, which may be killed.
+
+    Processes are forked from one that has read the modules to preload, and those of the function.
+    """
     context = get_context("forkserver")
-    context.set_forkserver_preload(list(preload))
-    process = context.Process(target=_run, args=([*map(str, arguments)], dict(os.environ)))
+    context.set_forkserver_preload([function.__module__, *preload])
+    process = context.Process(target=_call, args=(function, arguments, dict(os.environ)))
     process.start()
     return process
 
 
-def _run(arguments: list[str], environment: Mapping[str, str]) -> None:
-    os.environ.update(environment)  # that of the server is older
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.dup2(null, 2)
-    sys.exit(console.run(arguments))
+def _call(
+    function: Callable[..., object], arguments: Sequence[object], environment: Mapping[str, str]
+) -> None:
+    os.environ.update(environment)  # that of the first process is older
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    function(*arguments)

@@ -20,11 +20,12 @@ from annotation_app.crowds.crowd_registry import find_provider
 from annotation_app.crowds.crowd_session import open_session
 from annotation_app.crowds.platform import Bonus
 from annotation_app.crowds.settlement import Deed, Wishes
+from corpus_tools.cli import console
 from g3.errors import CorpusError
 from tests.annotation_app.crowds.crowd_worker import BONUS, OPTIONS, PAID, Lab, take_part
 from tests.annotation_app.crowds.prolific_stand_in import Prolific
 from tests.annotation_app.crowds.stand_ins import Reply, serving
-from tests.processes import forked_ct
+from tests.processes import forked
 
 WISHES = Wishes(bonuses=[("sub1", Bonus("key", Decimal("0.50"), "For care"))])
 
@@ -131,7 +132,8 @@ def test_a_killed_program_pays_once(lab: Lab, config: Config, prolific: Killing)
     def is_killed(operation: str, moment: Literal["before", "after"], *options: str) -> bool:
         prolific.at = operation, moment
         with prolific.starting:
-            program = forked_ct(*collecting, *options, *lab.rest, preload=preload)
+            command = [*collecting, *options, *lab.rest]
+            program = forked(console.run, command, preload=preload)
             prolific.victim = program
         program.join(60)
         return program.exitcode == -signal.SIGKILL

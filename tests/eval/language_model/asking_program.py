@@ -1,8 +1,8 @@
-"""A program that asks a language model about many commands, to be killed: URL FOLDER COUNT."""
+"""A program that asks a language model about many commands, to be killed."""
 
 from __future__ import annotations
 
-import sys
+from pathlib import Path
 
 from eval.language_model.chat_endpoint import Endpoint
 from eval.language_model.model_answers import LanguageModelGrounder
@@ -18,8 +18,7 @@ def tasks(count: int) -> list[PlanTask]:
     return [PlanTask(f"Lift the tire pallet, {n}.", start, loads, f"c{n}") for n in range(count)]
 
 
-if __name__ == "__main__":
-    url, folder, count = sys.argv[1:]
-    endpoint = Endpoint(url, "test-model", folder, timeout_s=10)
-    LanguageModelGrounder(endpoint).prepare(tasks(int(count)), lambda *told: None)
-    sys.stdout.write("done\n")
+def ask(url: str, folder: Path, count: int) -> None:
+    """Prepare answers to so many commands."""
+    endpoint = Endpoint(url, "test-model", str(folder), timeout_s=10)
+    LanguageModelGrounder(endpoint).prepare(tasks(count), lambda *told: None)

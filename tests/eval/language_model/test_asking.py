@@ -1,12 +1,7 @@
 """Asking a language model: what is sent, kept, sent again and paid, by a real server."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -17,14 +12,12 @@ from eval.language_model.chat_endpoint import KEY_VARIABLE, Endpoint, missing, u
 from eval.language_model.model_answers import LanguageModelGrounder, LanguageModelJudge, json_in
 from g3.actions.action_kinds import KINDS
 from g3.errors import CorpusError
-from tests.eval.language_model.asking_program import tasks
+from tests.eval.language_model.asking_program import ask, tasks
 from tests.eval.language_model.chat_server import answer, chat_server
+from tests.processes import forked
 
 if missing():
     pytest.skip(missing(), allow_module_level=True)
-
-ROOT = Path(__file__).resolve().parents[3]
-PROGRAM = Path(__file__).with_name("asking_program.py")
 
 
 @pytest.fixture(autouse=True)
@@ -228,9 +221,7 @@ def test_damaged_replies_are_asked_for_again(tmp_path, caplog):
 
 
 def run(chat, folder, count):
-    env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, str(PROGRAM), chat.url, str(folder), str(count)]
-    return subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return forked(ask, chat.url, folder, count)
 
 
 @pytest.mark.slow
@@ -239,10 +230,10 @@ def test_who_is_killed_goes_on_and_pays_for_nothing_twice(tmp_path):
     with chat_server(delay_s=0.15) as chat:
         killed = run(chat, tmp_path, 60)
         while sum(chat.answered.values()) < 20:
-            assert killed.poll() is None, killed.stderr.read()
+            assert killed.is_alive()
             time.sleep(0.01)
-        killed.send_signal(signal.SIGKILL)
-        killed.communicate()
+        killed.kill()
+        killed.join()
         time.sleep(0.4)  # until the server is done with what was under way
         kept = {
             json.loads(p.read_text())["request"]["messages"][1]["content"]
@@ -254,8 +245,8 @@ def test_who_is_killed_goes_on_and_pays_for_nothing_twice(tmp_path):
         assert 0 < doubtful <= 8
 
         again = run(chat, tmp_path, 60)
-        out, problem = again.communicate(timeout=120)
-        assert out == b"done\n", problem
+        again.join(120)
+        assert again.exitcode == 0
     twice = [body for body, count in chat.seen.items() if count > 1]
     assert len(chat.seen) == 60
     assert max(chat.seen.values()) <= 2
@@ -274,8 +265,9 @@ def test_who_is_killed_goes_on_and_pays_for_nothing_twice(tmp_path):
 def test_two_programs_at_once_share_what_they_pay(tmp_path):
     with chat_server(delay_s=0.1) as chat:
         both = [run(chat, tmp_path, 20) for _ in range(2)]
-        said = [program.communicate(timeout=120) for program in both]
-    assert [out for out, _ in said] == [b"done\n"] * 2, said
+        for program in both:
+            program.join(120)
+    assert [program.exitcode for program in both] == [0, 0]
     assert set(chat.seen.values()) == {1}
 
 
