@@ -7,9 +7,9 @@ import hashlib
 import json
 import random
 import re
+import signal
 import stat
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,10 @@ from annotation_app.store.database import opened
 from corpus_tools.cli.console import run
 from g3.errors import FormatError
 from tests.annotation_app.browser import Browser, described, installation_of
+from tests.annotation_app.copies.killed_restore import restore_until
 from tests.annotation_app.copies.test_backups import rows
 from tests.full_disks import full_disk, left_in
+from tests.processes import forked
 
 PASSPHRASE = "correct horse battery"
 FLIPS, CUTS = 120, 40
@@ -258,32 +260,6 @@ def test_rows_that_the_database_refuses_leave_nothing_behind(
     restore(archive, tmp_path / "new", other_database, keys=keys)
 
 
-KILLED = """
-import os, sys
-from pathlib import Path
-from annotation_app.copies import restoring
-from annotation_app.store import tombstones
-step, archive, instance, keys, database = sys.argv[1:]
-
-def killed(*_):
-    os.kill(os.getpid(), 9)
-
-if step == "keys":
-    restoring.write_keys = killed
-elif step == "rows":
-    real, seen = restoring._insert, []
-    def insert(*a):
-        seen.append(a)
-        real(*a) if len(seen) < 5 else killed()
-    restoring._insert = insert
-elif step == "migrated":
-    restoring._set_sequences = restoring.erasure.erase_again = killed
-else:
-    restoring.tombstones.keep = killed
-restoring.restore(Path(archive), Path(instance), database or None, keys=Path(keys))
-"""
-
-
 @pytest.mark.parametrize(
     ("kind", "step", "is_there"),
     [
@@ -306,9 +282,9 @@ def test_a_killed_restore_does_not_block_the_next(
     if is_there:  # with something of somebody's
         instance.mkdir()
         (instance / "mine").write_text("mine")
-    arguments = [step, *map(str, (archive, instance, keys)), other_database or ""]
-    command = [sys.executable, "-c", KILLED, *arguments]
-    assert subprocess.run(command, check=False).returncode == -9
+    restoring = forked(restore_until, step, archive, instance, keys, other_database)
+    restoring.join(120)
+    assert restoring.exitcode == -signal.SIGKILL
     with pytest.raises(FormatError, match="not to its end"):
         open_instance(instance)
     restore(archive, instance, other_database, keys=keys)
