@@ -12,13 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from flask import Flask
+from jinja2.bccache import Bucket, BytecodeCache
 from sqlalchemy import Engine, create_engine, text
 from sqlalchemy.engine import make_url
+from sqlalchemy.orm import Mapper
+from sqlalchemy.util import LRUCache
 from werkzeug.routing import Rule
 
 from annotation_app.core.config import DATABASE_FILE, Config, open_instance
 from annotation_app.people import accounts
 from annotation_app.serving.factory import create_app
+from annotation_app.store import database as databases
 from annotation_app.store.database import opened, transaction
 from annotation_app.store.schema import migrate
 from annotation_app.studies.study_file import KnownCommand, StudyConfig, TaskConfig
@@ -62,9 +66,36 @@ def videos(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return render(tmp_path_factory.mktemp("videos"))
 
 
+class Statements(LRUCache[Any, Any]):
+    """Compiled statements, for all engines of a kind."""
+
+    def get(self, key: Any, default: Any = None) -> Any:
+        return super().get(self._for_all(key), default)
+
+    def __setitem__(self, key: Any, compiled: Any) -> None:
+        super().__setitem__(self._for_all(key), compiled)
+
+    def _for_all(self, key: Any) -> Any:
+        dialect, *rest = key
+        return type(dialect), dialect.server_version_info, dialect._json_deserializer, *rest
+
+
+class Templates(BytecodeCache):
+    """Compiled templates, for all apps."""
+
+    def __init__(self) -> None:
+        self._codes: dict[tuple[str, str], Any] = {}
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        bucket.code = self._codes.get((bucket.key, bucket.checksum))
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        self._codes[bucket.key, bucket.checksum] = bucket.code
+
+
 @pytest.fixture(scope="session", autouse=True)
 def shortcuts() -> Iterator[None]:
-    """Hash passwords in no time, and compile each address once for all apps of the tests."""
+    """Hash passwords in no time, and compile everything once for all apps of the tests."""
     compiled: dict[object, Any] = {}
     compile_builder = Rule._compile_builder
 
@@ -74,7 +105,17 @@ def shortcuts() -> Iterator[None]:
             compiled[key] = compile_builder(rule, append_unknown)
         return compiled[key]
 
+    statements = Statements(2000)
+
+    def engine_that_shares(*arguments: Any, **options: Any) -> Engine:
+        engine = create_engine(*arguments, **options)
+        engine._compiled_cache = statements
+        return engine
+
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(databases, "create_engine", engine_that_shares)
+        patch.setattr(Mapper, "_compiled_cache", statements)
+        patch.setitem(Flask.jinja_options, "bytecode_cache", Templates())
         patch.setattr(accounts, "_METHOD", "scrypt:128:8:1")
         patch.setattr(accounts, "_NOBODY", accounts._NOBODY.replace("32768", "128"))
         patch.setattr(Rule, "_compile_builder", compile_once)
