@@ -89,7 +89,7 @@ class Shown:
 @with_default(
     "--parses",
     type=click.IntRange(1, 20),
-    default=3,
+    default=4,
     help="How many SDC trees of the command to sum over, where the best one is not sure.",
 )
 @click.option(

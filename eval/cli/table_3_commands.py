@@ -84,7 +84,7 @@ if TYPE_CHECKING:
 @click.option(
     "--parses",
     type=click.IntRange(1, 20),
-    default=3,
+    default=4,
     show_default=True,
     help="How many SDC trees of each text to sum over, where the best one is not sure.",
 )

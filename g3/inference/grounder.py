@@ -553,11 +553,12 @@ class _Reading:
         """Return the evidence of one of the plans, shape (len(WEIGHTS),)."""
         plan, start = choice.hypothesis, self.problem.state
         end = _end(plan)
+        ends = where_it_ends(end).union(end.handled[-1:])
         return evidence(
             choice.fit,
             words=len(self.words),
             aside=len(left_aside(end, self.named, start)),
-            end_is_named=bool(self.named) and not where_it_ends(end).isdisjoint(self.named[-1][1]),
+            end_is_named=bool(self.named) and not ends.isdisjoint(self.named[-1][1]),
             is_ambiguous=question_about(self.tree, plan, start, answered) is not None,
             untaught=self.untaught[1],
         )

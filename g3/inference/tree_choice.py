@@ -57,26 +57,21 @@ def all_plans(
         The probability of each tree, and the plans for it, the best first.
     most
         Largest number of plans of each tree. Of several trees those that only wait are left out,
-        and those that end like a better plan for the tree.
+        and those that end like a better plan for the tree, or like one for a more probable tree.
     waits
         True if the command asks to wait.
     """
-    several = len(found) > 1
-    return [
-        Choice(number, plan, fit_of_plan(plan, _share(plan, number, found)))
-        for number, (_, plans) in enumerate(found)
-        for plan in (_apart(plans[:most]) if several else plans[:most])
-        if waits or not several or does_something(plan)
-    ]
-
-
-def _apart(plans: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the best of the plans that end alike, the best first."""
-    found: list[Hypothesis] = []
-    for plan in plans:
-        if not any(same_end(plan, better) for better in found):
-            found.append(plan)
-    return found
+    choices: list[Choice] = []
+    for number, (_, plans) in enumerate(found):
+        for plan in plans[:most]:
+            if len(found) > 1 and (
+                not (waits or does_something(plan))
+                or any(same_end(plan, better.hypothesis) for better in choices)
+            ):
+                continue
+            share = _share(plan, number, found)
+            choices.append(Choice(number, plan, fit_of_plan(plan, share)))
+    return choices
 
 
 def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[int]:
