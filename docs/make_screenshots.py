@@ -19,12 +19,14 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 from axe_playwright_python.sync_playwright import Axe
 from PIL import Image, ImageChops
 from playwright.sync_api import Browser, Page
+from playwright.sync_api import TimeoutError as Late
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -47,6 +49,8 @@ DOCS = ("ground", "segment")
 """Pages that the documentation shows, at the last size and by day."""
 PATIENCE_MS = 300_000
 """Longest time until a page, or its picture, has come."""
+IDLE_MS = 10_000
+"""Longest time until a page without videos asks for nothing more."""
 DOCS_WIDTH, MARGIN, COLOURS = 900, 16, 256
 STEPS = ("videos", "tasks", "people", "texts", "consent")
 PAGES = {
@@ -170,7 +174,10 @@ def settle(page: Page, name: str) -> None:
     """Wait until all is drawn, and take a task's page to where its work begins."""
     if name == "try":
         page.locator("#picture img").wait_for()
-    page.wait_for_load_state("load" if page.locator("video").count() else "networkidle")
+    page.wait_for_load_state("load")
+    if not page.locator("video").count():
+        with suppress(Late):  # the browser may never tell that a request has ended
+            page.wait_for_load_state("networkidle", timeout=IDLE_MS)
     page.evaluate(
         "Promise.all([...document.querySelectorAll('video')].map(video => new Promise(done => {"
         " if (video.readyState > 1) done(); video.addEventListener('loadeddata', done);"

@@ -33,7 +33,7 @@ from tests.annotation_app.rendered import VIDEOS, render
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext
 
-PATIENCE_MS = 30_000
+PATIENCE_MS = 60_000
 
 _numbers = itertools.count()
 

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from flask import Flask
-from playwright.sync_api import Browser, BrowserContext, Error, Page, Route, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect, sync_playwright
 from werkzeug.serving import make_server
 
+from tests.annotation_app import firefox_relay
 from tests.annotation_app.browser import session_of
 from tests.annotation_app.conftest import PATIENCE_MS
 from tests.chromium import CHROMIUM
@@ -50,24 +54,22 @@ def launched(kind: str = "chromium") -> Iterator[Browser]:
     if file is None:
         pytest.skip(f"{kind.title()} is not installed")
     expect.set_options(timeout=PATIENCE_MS)
-    with sync_playwright() as playwright:
+    with sync_playwright() as playwright, TemporaryDirectory() as folder:
         if kind == "firefox":
-            browser = playwright.firefox.launch(executable_path=file, channel="moz-firefox")
-            _check_driven(browser)
+            start = _relayed(file, Path(folder) / "firefox")
+            browser = playwright.firefox.launch(executable_path=start, channel="moz-firefox")
         else:
             browser = playwright.chromium.launch(executable_path=file, args=FLAGS)
         yield browser
         browser.close()
 
 
-def _check_driven(browser: Browser) -> None:
-    """Skip where a Firefox lacks a command that Playwright sends."""
-    try:
-        browser.new_context().new_page().context.close()
-    except Error as error:
-        version = browser.version
-        browser.close()
-        pytest.skip(f"Playwright can't drive Firefox {version}: {error.message.splitlines()[0]}")
+def _relayed(firefox: str, script: Path) -> Path:
+    """Write a script that runs Firefox behind the relay, and takes Firefox's arguments."""
+    words = shlex.join([sys.executable, firefox_relay.__file__, firefox])
+    script.write_text(f'#!/bin/sh\nexec {words} "$@"\n')
+    script.chmod(0o700)
+    return script
 
 
 def sign_in(context: BrowserContext, person: Any, url: str) -> None:

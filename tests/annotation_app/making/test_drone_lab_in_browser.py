@@ -1,12 +1,14 @@
 """A lab with videos of a drone, from boxes drawn in the browser to a corpus: all five tasks.
 
-Three people ground a command: with a mouse, on a telephone, and with keys alone.
+Three people ground a command: with a mouse, on a telephone, and with keys alone. What is exported
+is imported again, continued in the browser, and exported as it was.
 """
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import re
 import zipfile
 from pathlib import Path
@@ -14,9 +16,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from annotation_app.core.config import Config
+from annotation_app.core.config import Config, open_instance
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.importers.treebank import TreebankCommand, read_treebank
 from g3.sdc.sdc_notation import format_brackets
 from tests.annotation_app.in_browser import errors_of, look
 from tests.annotation_app.making.test_lab_in_browser import (
@@ -140,6 +143,28 @@ def do_the_others(page: Page, address: str) -> None:
     send(page)
 
 
+def continue_treebank(browser: Browser, treebank: Path, folder: Path) -> list[TreebankCommand]:
+    """Import exported trees into a new installation and send them again; return its export."""
+    folder.mkdir()
+    instance = ("--instance", str(folder / "instance"))
+    assert run(["annotate", "import", str(treebank), *instance]) == 0
+    with running(open_instance(folder / "instance"), folder) as server:
+        link = re.search(r"http://\S+/setup/\S+", server.told)
+        assert link
+        page = browser.new_context().new_page()
+        choose_login(page, link[0], "eve")
+        agree(page, f"http://localhost:{server.port}/s/drone")
+        page.goto(f"http://localhost:{server.port}/s/drone/segment")
+        expect(page.locator(".notice")).to_contain_text("suggest")
+        expect(page.locator(".places .part")).to_have_count(2)
+        with page.expect_navigation():
+            page.get_by_role("button", name="Send", exact=True).click()
+        page.context.close()
+    out = folder / "out"
+    assert run(["annotate", "export", str(out), *instance, "--format", "treebank"]) == 0
+    return read_treebank(out)
+
+
 def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
     browser: Browser, context: BrowserContext, config: Config, tmp_path: Path
 ) -> None:
@@ -183,14 +208,17 @@ def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
             person.context.close()
     rows = [row for row in csv.DictReader(io.StringIO(table)) if row["things"]]
     assert [(row["command"], row["labels"]) for row in rows] == [(COMMAND, "cup 1")]
+    drawn = json.loads((tmp_path / "studies/drone/drawn.json").read_text())["annotations"]
+    assert [json.loads(row["boxes"]) for row in rows] == [[drawn[0]["bbox"]]]
     corpus = Corpus.load(tmp_path / "Corpus/drone")
     assert {command.text for command in corpus.commands.values()} == {COMMAND, "Fly on."}
     assert [judgment.rating for judgment in corpus.judgments] == ["SA"]
-    again = tmp_path / "again"
-    assert run(["import", "treebank", str(tmp_path / "Treebank/drone"), "--out", str(again)]) == 0
+    treebank, again = tmp_path / "Treebank/drone", tmp_path / "again"
+    assert run(["import", "treebank", str(treebank), "--out", str(again)]) == 0
     for one in (corpus, Corpus.load(again)):
         (annotation,) = one.annotations
         assert annotation.command.text == COMMAND
         assert format_brackets(annotation.sdcs) == "EVENT_1(r = Push, l = OBJ_2(f = the cup))"
+    assert continue_treebank(browser, treebank, tmp_path / "continued") == read_treebank(treebank)
     assert found == []
     assert errors == []
