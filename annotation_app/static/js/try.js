@@ -14,6 +14,10 @@ const PHASES = {
   moving: "Carrying the plan out in the simulated world",
   drawing: "Filming what happened",
 };
+const LATER = [429, 502, 503, 504];
+/** Whether asking again is of no use. */
+const isRefused = (status) => status >= 400 && !LATER.includes(status);
+const FAILED = "Something went wrong on the server. Try again.";
 const percent = (share) => (share > 0 && share < 0.005 ? "< 1 %" : `${Math.round(100 * share)} %`);
 
 let current = null; // the attempt that is shown
@@ -58,7 +62,10 @@ async function look() {
       $("picture").hidden = !world.width;
       return;
     }
-    if (status >= 400 && status < 500 && status !== 429) return complain(data.error);
+    if (isRefused(status)) {
+      $("picture").hidden = !world;
+      return complain(data.error ?? FAILED);
+    }
     await new Promise((done) => setTimeout(done, LOOK_MS));
   }
 }
@@ -145,9 +152,9 @@ async function follow(id, before) {
     complain(data.problem);
     if (seen !== before) show(id, data);
     if (isOver) return;
-  } else if (status >= 400 && status !== 429 && status < 500) {
+  } else if (isRefused(status)) {
     busy(null);
-    complain(data.error);
+    complain(data.error ?? FAILED);
     return;
   }
   setTimeout(() => follow(id, seen), LOOK_MS);

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from flask import Flask
-from playwright.sync_api import BrowserContext, expect
+from playwright.sync_api import BrowserContext, Route, expect
 
 from annotation_app.serving.factory import create_app
 from annotation_app.trying.attempt_queue import attempts
@@ -91,3 +91,20 @@ def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext)
     assert width_of(page) <= 360
     assert found == []
     assert errors == []
+
+
+def test_a_world_that_cannot_be_shown_is_told_of_once(
+    address: str, context: BrowserContext
+) -> None:
+    page = context.new_page()
+    asked: list[str] = []
+
+    def fail(route: Route) -> None:
+        asked.append(route.request.url)
+        route.fulfill(status=503 if len(asked) == 1 else 500, json={})
+
+    page.route("**/api/try/scenes/*", fail)
+    page.goto(f"{address}/try")
+    expect(page.locator("#problem")).to_contain_text("went wrong on the server")
+    page.wait_for_timeout(1000)
+    assert len(asked) == 2
