@@ -134,7 +134,7 @@ def exports(study_name: str) -> str:
             person,
             study=study,
             answers=session.scalar(answered) is not None,
-            tables=answer_tables.TABLES,
+            tables=answer_tables.tables_of(session, study),
             with_excluded=answer_tables.WITH_EXCLUDED,
         )
 

@@ -17,6 +17,7 @@ from annotation_app.items.replaced_videos import video_digests
 from annotation_app.people.participants import platform_knowledge, subject_of
 from annotation_app.people.person_names import anonymous_name
 from annotation_app.store.models import Answer, Event, Item, Person, Record, Remark, Study
+from annotation_app.studies.study_file import restored
 from annotation_app.tasks.task_record import AnswerTable, write_csv
 from annotation_app.tasks.task_registry import tasks
 from annotation_app.work.answer_flags import answer_flags
@@ -81,11 +82,23 @@ def reports_to_csv(session: Session, study: Study, file: IO[bytes]) -> None:
     write_csv(file, columns, listed)
 
 
+OF_ALL_TASKS: Mapping[str, AnswerTable] = {
+    "csv": AnswerTable("Answers (CSV)", "text/csv", to_csv, "a row for each answer, for sheets;"),
+    "jsonl": AnswerTable(
+        "Answers (JSONL)", "application/x-ndjson", to_jsonl, "the same, for programs;"
+    ),
+    "parquet": AnswerTable(
+        "Answers (Parquet)",
+        "application/vnd.apache.parquet",
+        to_parquet,
+        "the same, smallest;",
+    ),
+    "reports.csv": AnswerTable(
+        "Reports and skips (CSV)", "text/csv", reports_to_csv, "reported problems, skipped items"
+    ),
+}
 TABLES: Mapping[str, AnswerTable] = {
-    "csv": AnswerTable("Answers (CSV)", "text/csv", to_csv),
-    "jsonl": AnswerTable("Answers (JSONL)", "application/x-ndjson", to_jsonl),
-    "parquet": AnswerTable("Answers (Parquet)", "application/vnd.apache.parquet", to_parquet),
-    "reports.csv": AnswerTable("Reports and skips (CSV)", "text/csv", reports_to_csv),
+    **OF_ALL_TASKS,
     **{name: table for task in tasks() for name, table in task.tables.items()},
 }
 """Formats of the tables that can be written to one file."""
@@ -95,6 +108,14 @@ WITH_EXCLUDED: Mapping[str, Callable[[Session, Study, IO[bytes]], None]] = {
     "parquet": partial(to_parquet, excluded=True),
 }
 """Writers of the tables that include excluded answers, and the reasons."""
+
+
+def tables_of(session: Session, study: Study) -> dict[str, AnswerTable]:
+    """Return the tables that a study can fill: those of its tasks, also of earlier ones."""
+    there = session.scalars(select(Item.task).where(Item.study_id == study.id).distinct())
+    names = {*restored(study.config).tasks, *there}
+    of_tasks = (task.tables for task in tasks() if task.name in names)
+    return {**OF_ALL_TASKS, **{name: table for found in of_tasks for name, table in found.items()}}
 
 
 def file_name(study: str, form: str, *, excluded: bool = False) -> str:

@@ -355,7 +355,14 @@ CHECK = Task(
         CLAUSES, _without_scenes, lambda payload, answer: payload["sdcs"] == answer.body["sdcs"]
     ),
     export=_export,
-    tables={"checks.csv": AnswerTable("Checked negatives (CSV)", "text/csv", _table)},
+    tables={
+        "checks.csv": AnswerTable(
+            "Checked negatives (CSV)",
+            "text/csv",
+            _table,
+            "a row for each clause that was checked, and how many said that it matches",
+        )
+    },
     counts=Counts(CheckCounts, _counts, {"checks": "checked negatives"}),
     agreement=(by_clause("verdicts", str),),
     gist=lambda body: {"verdicts": body["verdicts"]},

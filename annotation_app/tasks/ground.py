@@ -494,5 +494,12 @@ GROUND = Task(
     agreement=(by_clause("groundings", grounding_key),),
     facts=choices_in_words,
     disputed=disputed_parts,
-    tables={"groundings.csv": AnswerTable("Groundings (CSV)", "text/csv", _table)},
+    tables={
+        "groundings.csv": AnswerTable(
+            "Groundings (CSV)",
+            "text/csv",
+            _table,
+            "adopted groundings: things with their names and boxes, places, parts of the video",
+        )
+    },
 )

@@ -291,5 +291,9 @@ MARK = Task(
     ),
     gist=lambda body: {name: body[name] for name in ("success", "quality", "reasons")},
     facts=_facts,
-    tables={"marks.csv": AnswerTable("Marks by video (CSV)", "text/csv", _table)},
+    tables={
+        "marks.csv": AnswerTable(
+            "Marks by video (CSV)", "text/csv", _table, "success, quality and reasons of each video"
+        )
+    },
 )

@@ -136,8 +136,17 @@ def _step_rows(session: Session, study: Study) -> Iterator[tuple[object, ...]]:
 
 
 TABLES = {
-    "model-errors.csv": AnswerTable("Errors of models (CSV)", "text/csv", errors_to_csv),
-    "model-errors.json": AnswerTable("Errors of models (JSON)", "application/json", errors_to_json),
-    "proposed-steps.csv": AnswerTable("Proposed steps (CSV)", "text/csv", steps_to_csv),
+    "model-errors.csv": AnswerTable(
+        "Errors of models (CSV)",
+        "text/csv",
+        errors_to_csv,
+        "of models that proposed steps: how often people changed them",
+    ),
+    "model-errors.json": AnswerTable(
+        "Errors of models (JSON)", "application/json", errors_to_json, "the same"
+    ),
+    "proposed-steps.csv": AnswerTable(
+        "Proposed steps (CSV)", "text/csv", steps_to_csv, "a row for each, and what became of it"
+    ),
 }
 """Files about the models that proposed steps."""

@@ -412,5 +412,12 @@ SEGMENT = Task(
         ),
     ),
     disputed=_disputed,
-    tables={"conllu": AnswerTable("Clauses (CoNLL-U)", "text/plain; charset=utf-8", to_conllu)},
+    tables={
+        "conllu": AnswerTable(
+            "Clauses (CoNLL-U)",
+            "text/plain; charset=utf-8",
+            to_conllu,
+            "the words of each command, with their clauses and a parse",
+        )
+    },
 )

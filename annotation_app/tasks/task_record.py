@@ -148,7 +148,7 @@ class Counts:
 @short_repr
 @dataclass(frozen=True, slots=True)
 class AnswerTable:
-    """A file made of answers: its button's text, its type, and the function that writes it.
+    """A file made of answers: its button's text, its type, the function that writes it, its rows.
 
     It writes to a file as it reads answers, so that those of a large study take little memory.
     """
@@ -156,6 +156,7 @@ class AnswerTable:
     label: str
     media_type: str
     write: Callable[[Session, Study, IO[bytes]], None]
+    about: str = ""
 
 
 def write_csv(file: IO[bytes], columns: Sequence[str], rows: Iterable[Iterable[object]]) -> None:

@@ -13,9 +13,11 @@ from flask import Flask
 from jsonschema import Draft202012Validator
 from sqlalchemy import select, update
 
+from annotation_app.export.answer_tables import TABLES
 from annotation_app.store.database import reading, transaction
 from annotation_app.store.models import Answer, Event, Item
 from annotation_app.tasks.rate import passes
+from annotation_app.tasks.task_registry import tasks
 from corpus_tools.corpus.corpus_model import Corpus
 from g3.sdc.sdc_notation import format_brackets, from_json, parse_brackets, to_json
 from tests.annotation_app.browser import (
@@ -27,6 +29,7 @@ from tests.annotation_app.browser import (
     row_in,
     rows_in,
 )
+from tests.annotation_app.conftest import STUDY
 from tests.annotation_app.rendered import VIDEOS
 
 ONE = "EVENT(r = Pick up, l = OBJ(f = OBJ(f = the tires), r = by, l = OBJ(f = the truck)))"
@@ -318,6 +321,15 @@ def test_exports_are_in_one_place(app: Flask) -> None:
         with judge.client.get(path.replace("&amp;", "&")) as reply:
             assert reply.status_code == 200, path
     assert Browser(app, "annotator").client.get(f"{BASE}/exports").status_code == 403
+
+
+def test_only_files_of_the_studys_tasks_are_shown(app: Flask) -> None:
+    page = Browser(app, "adjudicator").client.get(f"{BASE}/exports").text
+    files = set(re.findall(r'href="/dashboard/tests/export/([^"?]+)"', page))
+    others = {name for task in tasks() for name in task.tables if task.name not in STUDY.tasks}
+    assert others
+    assert not files & others
+    assert set(TABLES) - others <= files
 
 
 def test_exports(app: Flask, tmp_path: Path) -> None:
