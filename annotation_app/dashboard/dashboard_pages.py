@@ -146,7 +146,7 @@ def disagreements_page(study_name: str) -> str:
         study = find_study(session, study_name)
         found = disagreements(session, study.id)
         linked = [(one, _link(study.name, one)) for one in found]
-        return _page("disagreements.html", person, study=study, found=linked)
+        return _page("disagreements.html", person, study=study, found=linked, fewest=FEWEST_ITEMS)
 
 
 def _link(study_name: str, one: Disagreement) -> str:

@@ -12,6 +12,7 @@ import json
 import re
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
@@ -21,6 +22,7 @@ from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.treebank import TreebankCommand, read_treebank
 from g3.sdc.sdc_notation import format_brackets
+from tests.annotation_app.conftest import PATIENCE_MS
 from tests.annotation_app.in_browser import errors_of, look
 from tests.annotation_app.making.test_lab_in_browser import (
     COMMAND,
@@ -40,6 +42,13 @@ pytestmark = [pytest.mark.slow, pytest.mark.firefox]
 
 TASKS = ("Describe", "Segment", "Ground", "Check", "Rate")
 PHONE = {"width": 390, "height": 844}
+
+
+def new_page(browser: Browser, **options: Any) -> Page:
+    """A page of somebody else's browser."""
+    context = browser.new_context(**options)
+    context.set_default_timeout(PATIENCE_MS)
+    return context.new_page()
 
 
 def draw(page: Page, name: str, *shares: tuple[float, float, float, float]) -> None:
@@ -151,7 +160,7 @@ def continue_treebank(browser: Browser, treebank: Path, folder: Path) -> list[Tr
     with running(open_instance(folder / "instance"), folder) as server:
         link = re.search(r"http://\S+/setup/\S+", server.told)
         assert link
-        page = browser.new_context().new_page()
+        page = new_page(browser)
         choose_login(page, link[0], "eve")
         agree(page, f"http://localhost:{server.port}/s/drone")
         page.goto(f"http://localhost:{server.port}/s/drone/segment")
@@ -185,14 +194,14 @@ def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
         for number, (way, thing, options) in enumerate(
             (("mouse", 1, {}), ("touch" if has_touch else "mouse", 1, phone), ("keys", 2, {}))
         ):
-            person = browser.new_context(**options).new_page()
+            person = new_page(browser, **options)
             choose_login(person, invited(page, "annotator"), f"ann-{number}")
             agree(person, address)
             if not number:
                 found += segment(person, address, WHAT)
             ground(person, address, way, thing)
             people.append(person)
-        judge = browser.new_context(accept_downloads=True).new_page()
+        judge = new_page(browser, accept_downloads=True)
         choose_login(judge, invited(page, "adjudicator"), "grace")
         judge.goto(f"http://localhost:{server.port}/dashboard/drone/queue")
         judge.get_by_role("link", name=COMMAND).click()
