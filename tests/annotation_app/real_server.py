@@ -89,6 +89,7 @@ def started(log: Path, *call: str, in_background: bool = False, **process: Any) 
                 told += line
                 if "Ctrl-C" in line:
                     break
+            given_up.cancel()  # it is up: a test may take longer
             found = re.search(r"localhost:(\d+)/", told)
             assert found, (told, log.read_text())
             yield Server(server, int(found[1]), told, log, clients)
