@@ -47,7 +47,7 @@ from annotation_app.store.installation import installation, now
 from annotation_app.store.models import Answer, Person, Study
 from annotation_app.tasks.agreement import CLAUSE_TYPE, FEWEST_ITEMS, WORDS
 from annotation_app.tasks.task_registry import task_of, tasks
-from annotation_app.web.public_links import public
+from annotation_app.web.public_links import is_of_this_computer, public
 from annotation_app.web.who_asks import changed_by, refused, required_reader, seen_by
 from annotation_app.work.handing_out import find_study
 from corpus_tools.corpus.corpus_model import Corpus
@@ -67,6 +67,7 @@ blueprint = Blueprint(
 )
 blueprint.register_error_handler(Refusal, refused)
 blueprint.add_app_template_filter(charts.span_words, "span")
+blueprint.add_app_template_test(is_of_this_computer, "of_this_computer")
 
 
 @blueprint.get("/")

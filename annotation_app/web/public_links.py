@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 import flask
 
@@ -34,6 +36,15 @@ def public(endpoint: str, **values: Any) -> str:
     if not address:
         return flask.url_for(endpoint, **values, _external=True)
     return address.rstrip("/") + flask.url_for(endpoint, **values).removeprefix(here(""))
+
+
+def is_of_this_computer(address: str) -> bool:
+    """Return whether nobody else's browser reaches an address."""
+    host = urlsplit(address).hostname or ""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost" or host.endswith(".localhost")
 
 
 def only_paths(app: WSGIApplication) -> WSGIApplication:

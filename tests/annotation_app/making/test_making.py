@@ -20,7 +20,14 @@ from annotation_app.studies.study_file import CONSENT, STATEMENT, KnownCommand
 from annotation_app.study_setup.study_reading import read_study
 from annotation_app.work.assigning import set_group
 from corpus_tools.tables.curve_file import Curve, write_curves
-from tests.annotation_app.browser import Browser, described, engine_of, row_in, rows_in
+from tests.annotation_app.browser import (
+    Browser,
+    described,
+    engine_of,
+    row_in,
+    rows_in,
+    session_of,
+)
 from tests.annotation_app.signing_in import Member, signed_in
 from tests.annotation_app.study_setup.clips import HEIGHT, WIDTH
 
@@ -74,6 +81,24 @@ def made_in(
 def test_the_last_page_says_who_can_take_part(admin: Member, role: Role, said: str) -> None:
     made(admin, role=role)
     assert said in admin.client.get("/admin/studies/arm/started").text
+
+
+@pytest.mark.parametrize(
+    ("host", "is_only_here"),
+    [
+        ("localhost", True),
+        ("127.0.0.1", True),
+        ("192.168.1.7", False),
+        ("lab.example.org", False),
+    ],
+)
+def test_the_last_page_says_if_nobody_else_reaches_the_address(
+    admin: Member, host: str, is_only_here: bool
+) -> None:
+    made(admin)
+    admin.client.set_cookie("session", session_of(admin), domain=host)
+    page = admin.client.get("/admin/studies/arm/started", headers={"Host": host}).text
+    assert ("Only browsers on this computer" in page) == is_only_here
 
 
 def test_the_usual_consent_is_read_in_the_studys_language(app: Flask, admin: Member) -> None:
