@@ -102,6 +102,7 @@ def make_study(page: Page, files: list[Path]) -> list[str]:
 
 def ground(page: Page, address: str, way: str, thing: int) -> None:
     """Watch the video and show what the cup is, in one of three ways."""
+    page.wait_for_load_state()
     page.goto(f"{address}/ground")
     play = page.get_by_role("button", name="Play the video")
     if way == "keys":
@@ -164,7 +165,7 @@ def continue_treebank(browser: Browser, treebank: Path, folder: Path) -> list[Tr
         choose_login(page, link[0], "eve")
         agree(page, f"http://localhost:{server.port}/s/drone")
         page.goto(f"http://localhost:{server.port}/s/drone/segment")
-        expect(page.locator(".notice")).to_contain_text("suggest")
+        expect(page.locator(".notice")).to_contain_text("start from nothing")
         expect(page.locator(".places .part")).to_have_count(2)
         with page.expect_navigation():
             page.get_by_role("button", name="Send", exact=True).click()
@@ -217,7 +218,7 @@ def test_a_drone_lab_goes_from_its_videos_to_agreed_groundings(
             person.context.close()
     rows = [row for row in csv.DictReader(io.StringIO(table)) if row["things"]]
     assert [(row["command"], row["labels"]) for row in rows] == [(COMMAND, "cup 1")]
-    drawn = json.loads((tmp_path / "studies/drone/drawn.json").read_text())["annotations"]
+    drawn = json.loads((tmp_path / "studies/drone-videos/drawn.json").read_text())["annotations"]
     assert [json.loads(row["boxes"]) for row in rows] == [[drawn[0]["bbox"]]]
     corpus = Corpus.load(tmp_path / "Corpus/drone")
     assert {command.text for command in corpus.commands.values()} == {COMMAND, "Fly on."}

@@ -159,9 +159,12 @@ def segment(page: Page, address: str, question: str) -> list[str]:
     place(page, (1, 2), question)
     expect(page.locator("#prompt")).to_contain_text("Every word has its place.")
     found = look(page, "segment")
-    page.get_by_role("button", name="Send", exact=True).click()
+    button = page.get_by_role("button", name="Send", exact=True)
     if question == WHERE:  # "the cup" says where without a word like "on"
-        page.get_by_role("button", name="Send it all the same").click()
+        button.click()
+        button = page.get_by_role("button", name="Send it all the same")
+    with page.expect_navigation():
+        button.click()
     expect(page.get_by_role("heading", level=1)).not_to_have_text("Segment")
     return found
 
