@@ -154,6 +154,7 @@ def test_pages_in_use_have_no_violations(site: Site, context: BrowserContext) ->
     assert found == []
 
 
+@pytest.mark.firefox
 def test_segment(site: Site, context: BrowserContext) -> None:
     page = site.open(context, "segment")
     start_from_nothing(page)

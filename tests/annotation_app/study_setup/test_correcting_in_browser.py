@@ -83,6 +83,7 @@ def go(page: Page, t: float) -> None:
     )
 
 
+@pytest.mark.firefox
 def test_steps_are_corrected_by_mouse_and_keys(context: BrowserContext, tmp_path: Path) -> None:
     with opened(context, study_with(tmp_path, ROWS)) as (app, page):
         page.set_viewport_size({"width": 1280, "height": 800})
