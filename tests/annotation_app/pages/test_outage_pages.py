@@ -172,7 +172,9 @@ def test_without_a_connection_there_is_a_page_of_ours(site: Site, chromium: Brow
     context.close()
 
 
-@pytest.mark.parametrize(("path", "status"), [("/nothing", 404), ("/dashboard/sea", 403), ("/s/sea", 500)])
+@pytest.mark.parametrize(
+    ("path", "status"), [("/nothing", 404), ("/dashboard/sea", 403), ("/s/sea", 500)]
+)
 def test_errors_are_pages_with_a_next_step(
     site: Site, context: BrowserContext, path: str, status: int
 ) -> None:
