@@ -3,8 +3,8 @@
 Playwright drives installed Firefox by WebDriver BiDi. From 1.59 on it sends, for every new
 context, ``emulation.setMediaFeaturesOverride``, even when no feature is to be overridden; Firefox
 153 answers "unknown command", and no context can be made. This relay stands between the two. It
-answers that command where it overrides nothing, and passes everything else on. A test that asks
-for a dark scheme in Firefox still fails, as it should.
+answers that command where Firefox is as it asks already (light, by `PREFERENCES`), and passes
+everything else on. A test that asks for a dark scheme in Firefox still fails, as it should.
 """
 
 from __future__ import annotations
@@ -22,15 +22,19 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 UNKNOWN = "emulation.setMediaFeaturesOverride"
+PREFERENCES = {"layout.css.prefers-color-scheme.content-override": 1, "ui.prefersReducedMotion": 1}
+"""Light, and without motion, of which Playwright tells Firefox nothing."""
 LISTENS = re.compile(r"(WebDriver BiDi listening on )(ws://\S+)")
 
 
 def answer_to(message: str) -> str | None:
-    """Return the answer to an override of nothing, or None for what Firefox is to answer."""
+    """Return the answer to an override by what is, or None for what Firefox is to answer."""
     if UNKNOWN not in message:
         return None
     command: dict[str, Any] = json.loads(message)
-    if command["method"] != UNKNOWN or any(command["params"]["features"].values()):
+    if command["method"] != UNKNOWN:
+        return None
+    if not {None, "light"}.issuperset(command["params"]["features"].values()):
         return None
     return json.dumps({"type": "success", "id": command["id"], "result": {}})
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -57,7 +57,11 @@ def launched(kind: str = "chromium") -> Iterator[Browser]:
     with sync_playwright() as playwright, TemporaryDirectory() as folder:
         if kind == "firefox":
             start = _relayed(file, Path(folder) / "firefox")
-            browser = playwright.firefox.launch(executable_path=start, channel="moz-firefox")
+            browser = playwright.firefox.launch(
+                executable_path=start,
+                channel="moz-firefox",
+                firefox_user_prefs=firefox_relay.PREFERENCES,
+            )
         else:
             browser = playwright.chromium.launch(executable_path=file, args=FLAGS)
         yield browser
@@ -87,6 +91,13 @@ def look(page: Page, name: str, impacts: tuple[str, ...] = ANY) -> list[str]:
         if PICTURES:
             page.screenshot(path=Path(PICTURES) / f"{name}-{width}.png", full_page=True)
     return found
+
+
+def schemes(page: Page) -> tuple[Literal["light", "dark"], ...]:
+    """The schemes that a test can ask a browser for: Playwright can't darken Firefox's pages."""
+    browser = page.context.browser
+    is_firefox = browser is not None and browser.browser_type.name == "firefox"
+    return ("light",) if is_firefox else ("light", "dark")
 
 
 def violations(page: Page, impacts: tuple[str, ...] = SERIOUS, **options: object) -> list[str]:

@@ -20,6 +20,7 @@ from tests.annotation_app.in_browser import (
     late,
     look,
     out_of_sight,
+    schemes,
     serving,
     sign_in,
 )
@@ -57,7 +58,7 @@ def opened(context: BrowserContext, url: str, task: str) -> Page:
 
 
 def looked_at(page: Page, name: str) -> None:
-    for scheme in ("light", "dark"):
+    for scheme in schemes(page):
         page.emulate_media(color_scheme=scheme)
         assert look(page, f"{name}-{scheme}", SERIOUS) == []
 

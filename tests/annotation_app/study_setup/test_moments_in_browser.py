@@ -18,6 +18,7 @@ from tests.annotation_app.in_browser import (
     late,
     look,
     out_of_sight,
+    schemes,
     serving,
     sign_in,
 )
@@ -109,7 +110,7 @@ def _write(page: Page) -> None:
     expect(page.get_by_label("Name of box 2")).to_be_visible()
     page.keyboard.press("Delete")
     expect(page.get_by_label("Name of box 2")).to_have_count(0)
-    for scheme in ("light", "dark"):
+    for scheme in schemes(page):
         page.emulate_media(color_scheme=scheme)
         assert look(page, f"moments-drawing-{scheme}", SERIOUS) == []
     page.keyboard.press("Escape")  # nothing is chosen any more
@@ -137,7 +138,7 @@ def _write(page: Page) -> None:
     )
     page.reload()  # the draft has all of it
     expect(page.get_by_label("Name of box 1")).to_have_value("cube")
-    for scheme in ("light", "dark"):
+    for scheme in schemes(page):
         page.emulate_media(color_scheme=scheme)
         assert look(page, f"moments-{scheme}", SERIOUS) == []
 

@@ -19,6 +19,7 @@ from tests.annotation_app.in_browser import (
     late,
     look,
     out_of_sight,
+    schemes,
     serving,
     sign_in,
 )
@@ -81,7 +82,7 @@ def test_somebody_cuts_an_episode(context: BrowserContext, tmp_path: Path) -> No
         page.evaluate("scrollTo(0, 0)")
         assert out_of_sight(page, *NEEDED, ".subtask:last-child .what") == []
         page.get_by_role("button", name="Redo").click()
-        for scheme in ("light", "dark"):
+        for scheme in schemes(page):
             page.emulate_media(color_scheme=scheme)
             assert look(page, f"subtasks-{scheme}", SERIOUS) == []
         page.get_by_role("button", name="Send").click()
