@@ -127,7 +127,7 @@ def test_the_bundled_treebank_has_what_its_readme_says():
     assert len({one.person for one in commands}) == 336
     assert sum(not one.trees for one in commands) == 334
     assert sum(bool(one.taken_back) for one in commands) == 707
-    assert len({one.split_group for one in commands}) == 28
+    assert len({one.split_group for one in commands}) == 33
     assert len(second) == 400
     land = next(one for one in commands if one.id == "p55-31")
     assert format_brackets(land.trees, positions=True).startswith("EVENT_1(r = Land@32")

@@ -268,7 +268,7 @@ def test_one_that_fails_does_not_stop_the_others(corpus, tmp_path):
         (["--out", "out", "--camera", "drone"], "drone"),
         (["--out", "/proc/videos"], "/proc/videos"),
         (["--corpus", "no_such_corpus", "--out", "out"], "no_such_corpus"),
-        (["--out", "out", "--only", "nothing*"], "nothing to render"),
+        (["--out", "out", "--only", "nothing*"], "no name like 'nothing*'"),
         (["one", "--corpus", "two", "--out", "out"], "either"),
     ],
 )
