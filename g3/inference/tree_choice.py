@@ -1,16 +1,14 @@
 """Plans for a command that can be read in several ways: its SDC trees are summed over.
 
 The share of a plan is that of what it leads to, summed over all trees. So a tree that is probably
-wrong decides nothing by itself. The most probable plan is chosen, by its share, its factors and
-all words of the text (:mod:`g3.inference.calibration`).
+wrong decides nothing by itself. The most probable of the trees' best plans is chosen, by its share,
+its factors and all words of the text (:mod:`g3.inference.calibration`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
-
-import numpy as np
 
 from g3.actions.forklift_actions import WAIT
 from g3.groundings import FloatArray
@@ -75,9 +73,10 @@ def all_plans(
 
 
 def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[int]:
-    """Return the plans of the tree that has the most probable one, the best first.
+    """Return the plans of the tree whose best one is most probable, the best first.
 
-    Plans for a single tree stay in their order.
+    Plans for a single tree stay in their order, and those for one of several are in that of their
+    fit, which counts the plans for all trees.
 
     Parameters
     ----------
@@ -93,10 +92,11 @@ def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[in
     list of int
         Their indices.
     """
-    if choices[0].tree == choices[-1].tree:
-        return list(range(len(choices)))[:top]
-    order = np.argsort(-odds, kind="stable").tolist()
-    return [i for i in order if choices[i].tree == choices[order[0]].tree][:top]
+    order = list(range(len(choices)))
+    if choices[0].tree != choices[-1].tree:
+        order.sort(key=lambda i: -choices[i].fit)
+    best = max({choices[i].tree: i for i in reversed(order)}.values(), key=lambda i: odds[i])
+    return [i for i in order if choices[i].tree == choices[best].tree][:top]
 
 
 def _share(

@@ -87,8 +87,7 @@ class Frame:
     down
         Whether something is put on the ground, and nothing else says where.
     frees
-        Whether what is taken off something is left on the ground: the forks are needed for another
-        load next, or nothing more is said of it.
+        Whether the forks are needed for another load next, so that what is taken is put down.
     """
 
     node: int
@@ -339,8 +338,7 @@ def _frame(tree: Tree, node: int) -> Frame:
         told,
         names_own_forks(tree, node),
         classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),
-        classes == {"taking", "placing"}
-        and (_are_needed(tree, node) or _is_left(tree, node, said)),
+        classes == {"taking", "placing"} and _are_needed(tree, node),
     )
 
 
@@ -355,25 +353,14 @@ def _clears(tree: Tree, node: int, classes: frozenset[str]) -> bool:
     """Check that a clause takes off what no later one puts down.
 
     That is several things, which the forks can't hold at once, or one where the next clause needs
-    the forks for another or nothing more is said of it.
+    the forks for another.
     """
     if classes != {"taking"} or not any(is_source(tree.nodes[n]) for n in ways(tree, node)):
         return False
     taken = tree.nodes[objects(tree, node)[0]]
     theme = group(taken)
     several = theme.number == "plural" or theme.quantifier in WORDS["universal"]
-    left = _is_left(tree, node, set(_relation(tree, node)))
-    return left or _are_needed(tree, node) or (several and not is_put_later(tree, node))
-
-
-def _is_left(tree: Tree, node: int, said: Collection[str]) -> bool:
-    """Check that something is taken off without a word of lifting, and nothing more said of it."""
-    removes = not said or not WORDS["removing"].isdisjoint(said)
-    sources = [tree.nodes[n] for n in ways(tree, node) if is_source(tree.nodes[n])]
-    spoken = set(said).union(*(bare_words(sdc.relation) for sdc in sources))
-    ground = any(is_floor(mark) for sdc in sources for mark in sdc.landmark1)
-    last = not any(own.objects or own.handles for own in later(tree, node))
-    return removes and bool(sources) and last and not (ground or "up" in spoken)
+    return _are_needed(tree, node) or (several and not is_put_later(tree, node))
 
 
 def _are_needed(tree: Tree, node: int) -> bool:

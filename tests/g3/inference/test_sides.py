@@ -111,7 +111,7 @@ def test_near_and_far_are_told_among_what_is_on_a_side(text, lifted, mirrored, g
     ("text", "action"),
     [
         ("Pick up the right pallet on the left truck", ("pick up", "box-1")),
-        ("Take the left pallet off the right truck", ("carry", "bricks-2")),
+        ("Take the left pallet off the right truck", ("pick up", "bricks-2")),
     ],
 )
 def test_sides_are_told_among_what_stands_there(text, action, grounder):

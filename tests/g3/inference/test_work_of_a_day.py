@@ -381,38 +381,6 @@ def test_what_is_taken_off_is_put_down_where_another_load_comes_next(verb, groun
     assert found == {"tires-1": None, "crate-1": "truck-1", "crate-2": "truck-1"}
 
 
-OFF = "l = OBJ(f = the tires), l2 = PATH(r = {}, l = OBJ(f = the left truck)))"
-
-
-@pytest.mark.parametrize(
-    ("words", "tree"),
-    [
-        ("take the tires off the left truck", "EVENT(r = take, " + OFF.format("off")),
-        ("get the tires down from the left truck", "EVENT(r = get, " + OFF.format("down from")),
-        ("the tires off the left truck", "EVENT(" + OFF.format("off")),
-    ],
-)
-def test_what_is_taken_off_is_left_on_the_ground(words, tree, grounder):
-    assert where(grounder, words, tree, **LOADED) == {"tires-1": None}
-
-
-@pytest.mark.parametrize(
-    ("words", "trees"),
-    [
-        ("lift the tires off the left truck", ["EVENT(r = lift, " + OFF.format("off")]),
-        ("get the tires up off the left truck", ["EVENT(r = get, " + OFF.format("up off")]),
-        (
-            "take the tires off the left truck and keep them",
-            ["EVENT(r = take, " + OFF.format("off"), "EVENT(r = keep, l = OBJ(f = them))"],
-        ),
-    ],
-)
-def test_what_is_lifted_or_kept_stays_on_the_forks(words, trees, grounder):
-    parse = told(words, "; ".join(trees))
-    result = grounder.follow(parse, world(**YARD | LOADED), least=0.0, insist=True)
-    assert followed(result).state.held == "tires-1"
-
-
 def test_several_loads_in_its_stead_go_where_it_was(grounder):
     found = where(
         grounder,
