@@ -5,9 +5,9 @@ command all plans that are compared are noted with their evidence and whether th
 sets by a model that has learned from ``--train``, of corpora by models and parsers that have not
 seen the scenario. A plan for an annotated command is right by half if it agrees with its known
 outcome alone, or with its annotated words alone. The weights are fitted to all plans, each command
-and each name counted the same. The table shows each name, left out in turn with those ``--with``
-it: plans that are right if each tree's best comes first, and the chosen ones. The last lines are
-for `g3.inference.calibration`.
+and each name counted the same. The table shows each name, left out in turn: the share of right
+plans where the first plan for the most probable tree is taken, and where weights of the others
+choose. The last lines are for `g3.inference.calibration`.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ class Compared:
 
     def choose(self, weights: FloatArray) -> int:
         """Return the index of the plan that weights prefer."""
-        choices = [Choice(tree, None, 0.0) for tree in self.trees]  # type: ignore[arg-type]
-        return best_plans(choices, self.evidence @ weights, 1)[0]
+        fits = self.evidence[:, list(WEIGHTS).index("fit")].tolist()
+        return best_plans(self.trees, fits, self.evidence @ weights, 1)[0]
 
 
 def of_set(name: str, grounder: Grounder) -> Iterator[Compared]:

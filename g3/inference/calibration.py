@@ -1,10 +1,10 @@
 """Calibrated probability that a plan does as the words say.
 
 Factors are not independent, and the search takes the best of many: the product of their
-probabilities says less than it seems. A logistic model of a plan's evidence is fitted to plans for
-commands of held-out scenarios, and to all plans that are compared for a text with several trees:
-the most probable one is chosen. All of these commands can be followed, so what makes no sense at
-all is less probable than the model says.
+probabilities says less than it seems. A logistic model of a plan's evidence is fitted to all plans
+that are compared for commands that imitate people. It also chooses among the trees of a text. All
+of these commands can be followed, so what makes no sense at all is less probable than the model
+says.
 """
 
 from __future__ import annotations

@@ -369,23 +369,22 @@ class Grounder:
                 raise AnswerError("nothing is asked about this clause", fix="give question.node")
             reply = replies.pop(asked.question.node)
             return self.answer(asked, reply, answers=known | replies, **options)
-        how = partial(
-            self._search,
+        readings = self._readings(
+            command,
+            parses,
             start=start,
             width=max(width, top),
             answers=answers,
             explain=explain,
             insist=insist,
-            text=_text(command),
         )
-        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(command, parses)]
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
         most = top if len(readings) == 1 else max(top, LOOKED_AT)
         choices, seen = _compared(readings, most, answers or {})
         if not choices:
             return readings[0][1].refused()
-        order = best_plans(choices, odds(seen), top)
+        order = best_plans([c.tree for c in choices], [c.fit for c in choices], odds(seen), top)
         reading, best = readings[choices[order[0]].tree][1], choices[order[0]]
         plans = tuple(
             _plan(reading, choices[i].hypothesis, seen[i], self.cost if explain else None)
@@ -425,17 +424,18 @@ class Grounder:
         tuple of list of Choice and ndarray
             The n plans, and their evidence, shape (n, len(WEIGHTS)).
         """
-        how = partial(
-            self._search,
-            start=state,
-            width=WIDTH,
-            answers=None,
-            explain=False,
-            insist=True,
-            text=_text(command),
+        readings = self._readings(
+            command, parses, start=state, width=WIDTH, answers=None, explain=False, insist=True
         )
-        readings = [(chance, how(sdcs)) for chance, sdcs in _trees(command, parses)]
         return _compared(readings, LOOKED_AT, {})
+
+    def _readings(
+        self, command: str | Sequence[SDC] | Parse, parses: int, **how: Any
+    ) -> list[tuple[float, _Reading]]:
+        """Return the trees of a command with their probabilities and plans, the best tree first."""
+        text = _text(command)
+        trees = _trees(command, parses)
+        return [(chance, self._search(sdcs, text=text, **how)) for chance, sdcs in trees]
 
     def answer(self, result: Result, reply: str, **options: Any) -> Result:
         """Follow a command again, with an answer in words to the question about it.

@@ -72,7 +72,9 @@ def all_plans(
     return choices
 
 
-def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[int]:
+def best_plans(
+    trees: Sequence[int], fits: Sequence[float], odds: FloatArray, top: int
+) -> list[int]:
     """Return the plans of the tree whose best one is most probable, the best first.
 
     Plans for a single tree stay in their order, and those for one of several are in that of their
@@ -80,10 +82,10 @@ def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[in
 
     Parameters
     ----------
-    choices
-        The plans.
+    trees, fits
+        Index of the tree of each plan, and how well it fits.
     odds
-        Logarithm of the odds that each is right, shape (choices,).
+        Logarithm of the odds that each is right, shape (plans,).
     top
         Number of plans to return.
 
@@ -92,11 +94,11 @@ def best_plans(choices: Sequence[Choice], odds: FloatArray, top: int) -> list[in
     list of int
         Their indices.
     """
-    order = list(range(len(choices)))
-    if choices[0].tree != choices[-1].tree:
-        order.sort(key=lambda i: -choices[i].fit)
-    best = max({choices[i].tree: i for i in reversed(order)}.values(), key=lambda i: odds[i])
-    return [i for i in order if choices[i].tree == choices[best].tree][:top]
+    order = list(range(len(trees)))
+    if trees[0] != trees[-1]:
+        order.sort(key=lambda i: -fits[i])
+    best = max({trees[i]: i for i in reversed(order)}.values(), key=lambda i: odds[i])
+    return [i for i in order if trees[i] == trees[best]][:top]
 
 
 def _share(

@@ -1,4 +1,4 @@
-"""What all words of a text say of whole plans."""
+"""Things that a text names, and their part in a plan."""
 
 import numpy as np
 
