@@ -22,8 +22,8 @@ from g3.groundings import Context, FloatArray, Grounding, Place, Trajectory, obj
 from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import LEAST_FIT, evidence, odds, plan_probability
 from g3.inference.clarification import Question, question_about, understood
+from g3.inference.plan_things import PlanEnd, left_aside, named_things, where_it_ends
 from g3.inference.potentials.cases import CommandCase
-from g3.inference.potentials.plan_things import PlanEnd, left_aside, named_things, where_it_ends
 from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.asked_kinds import asks_to_wait
 from g3.inference.problem.asked_spots import scene_asked

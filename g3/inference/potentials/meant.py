@@ -10,8 +10,8 @@ import numpy as np
 from g3.actions.robot_state import is_load
 from g3.geometry.plane import BoolArray
 from g3.groundings import Place
+from g3.inference.plan_things import NAMES
 from g3.inference.potentials.cases import CandidateCase, FactorCase
-from g3.inference.potentials.plan_things import NAMES
 from g3.inference.potentials.potential_registry import Measured, potential
 from g3.inference.problem.clause_roles import names_again
 from g3.inference.problem.command_tree import Tree

@@ -18,7 +18,7 @@ import numpy as np
 from g3.actions.robot_state import State, is_load
 from g3.geometry.footprints import centre
 from g3.groundings import PhysicalObject
-from g3.inference.potentials.plan_things import ALIKE
+from g3.inference.plan_things import ALIKE
 from g3.inference.problem.asked_spots import scene_asked
 from g3.inference.problem.clause_roles import is_source, stands_for_other
 from g3.inference.problem.command_tree import Tree

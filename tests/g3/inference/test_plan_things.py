@@ -1,5 +1,7 @@
 """Things that a text names, and their part in a plan."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from corpus_tools.following.plan_steps import carried_out
@@ -7,7 +9,7 @@ from g3.actions.action_kinds import Action
 from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import square
 from g3.actions.robot_state import start_state
-from g3.inference.potentials.plan_things import PlanEnd, left_aside, named_things, where_it_ends
+from g3.inference.plan_things import PlanEnd, left_aside, named_things, where_it_ends
 from tests.worlds import scene, thing
 
 TRUCK = thing("truck", "truck", 20, 0, (4, 6), (0, 1))
@@ -60,3 +62,15 @@ def test_things_without_a_part_in_a_plan_are_left_aside():
     assert left_aside(end(LIFT), named, START) == ("berm", "tires")
     assert left_aside(end(LIFT), named[:1], START) == ()
     assert left_aside(end(DRIVE), named, START) == ("crate", "tires")
+
+
+def test_a_named_place_is_where_a_plan_ends():
+    storage = replace(square(np.array([20.0, 12.0]), 0.0, 0), name="storage A")
+    start = start_state(replace(START.context, places=(storage,)))
+    named = named_things(("drive", "to", "the", "storage"), start)
+    assert named == [("storage", {"storage A"})]
+    there = PlanEnd(ON_GROUND, carried_out(start, ON_GROUND))
+    assert where_it_ends(there) == {"storage A"}
+    assert left_aside(PlanEnd(LIFT, carried_out(start, LIFT)), named, start) == ("storage",)
+    drive = (Action(DRIVE_TO, target=(storage,)),)
+    assert not left_aside(PlanEnd(drive, carried_out(start, drive)), named, start)

@@ -1,4 +1,4 @@
-"""Things that a text names, and those that have a part in a plan."""
+"""Things and named places that a text names, and those that have a part in a plan."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import numpy as np
 
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, is_load
-from g3.geometry.footprints import centre
-from g3.groundings import FloatArray
-from g3.inference.problem.grounding_problem import things_of
+from g3.geometry.footprints import centre, covers
+from g3.groundings import FloatArray, Path, Place
 from g3.language.lexicon.field_words import normalise
 from g3.language.lexicon.tables import WORDS
 from g3.language.lexicon.verb_classes import word_class
@@ -47,7 +46,7 @@ class PlanEnd(NamedTuple):
 
 
 def named_things(words: Sequence[str], state: State) -> list[tuple[str, frozenset[str]]]:
-    """Return nouns with the ids of the things that each names as well as any.
+    """Return nouns with the things (by id) and named places that each names as well as any.
 
     Words that name nothing are left out, and so is the robot.
 
@@ -60,7 +59,7 @@ def named_things(words: Sequence[str], state: State) -> list[tuple[str, frozense
     """
     labels = {
         o.id: tuple(o.labels) for o in state.context.objects if o.id != state.context.agent_id
-    }
+    } | {place.name: tuple(place.name.split()) for place in state.context.places if place.name}
     found = []
     for word in filter(_may_name, words):
         likely = {name: _naming(word, own) for name, own in labels.items()}
@@ -90,7 +89,7 @@ def left_aside(
 
 
 def about(plan: PlanEnd, start: State) -> set[str]:
-    """Return the ids of what is handled, near where that begins and ends, or driven to.
+    """Return ids and places of what is handled, near where that begins and ends, or driven to.
 
     Parameters
     ----------
@@ -104,7 +103,7 @@ def about(plan: PlanEnd, start: State) -> set[str]:
 
 
 def where_it_ends(plan: PlanEnd) -> set[str]:
-    """Return the ids of what is near where a load is put, and of what it is put on.
+    """Return the ids of what is near where a load is put, of what it is put on, and its place.
 
     Without loads, of what is near the robot; none where a load is lifted.
 
@@ -134,11 +133,13 @@ def _where_it_begins(plan: PlanEnd, start: State) -> set[str]:
 
 def _led_by(plan: PlanEnd) -> set[str]:
     """Return the ids of what the robot drives to, away from or past, wherever it ends."""
-    return {thing.id for action in plan.actions for thing in things_of(action.target)}
+    targets = [grounding for action in plan.actions for grounding in action.target]
+    return {g.name if isinstance(g, Place) else g.id for g in targets if not isinstance(g, Path)}
 
 
 def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[str]:
-    return {
+    there = {place.name for place in state.context.places if covers(place.prism, spot)}
+    return there | {
         o.id
         for o in state.context.objects
         if o.id not in but
