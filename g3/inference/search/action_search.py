@@ -391,7 +391,7 @@ def _each(
 ) -> list[Hypothesis]:
     """Return the hypotheses that carry out a request for each of its loads; none if none can be.
 
-    Loads for which there is no room, or no way, stay where they are, and are named.
+    The first load is carried in several ways, the others as in the best of them. Loads for which there is no room, or no way, stay where they are, and are named.
     """
     done = list(beam)
     first_actions: tuple[Action, ...] = ()
@@ -400,8 +400,9 @@ def _each(
     for load in request.loads:
         own = _of_load(tree, load, replace(problem, only=load[request.theme]), done[0], carried)
         # "On the ground" is near where a load was, not where the one before it was put.
-        again = [replace(hypothesis, goals=beam[0].goals) for hypothesis in done]
-        further = _steps(tree, request.clauses, again, own, width)
+        ways = 1 if carried else width
+        again = [replace(hypothesis, goals=beam[0].goals) for hypothesis in done[:ways]]
+        further = _steps(tree, request.clauses, again, own, ways)
         further = [hypothesis for hypothesis in further if hypothesis.state.held is None]
         if not carried:  # the others follow the first one: on the truck, or beside it
             first = load[request.theme]
