@@ -12,9 +12,7 @@ from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, is_load
 from g3.geometry.footprints import centre, covers
 from g3.groundings import FloatArray, Path, Place
-from g3.language.lexicon.field_words import normalise
-from g3.language.lexicon.tables import WORDS
-from g3.language.lexicon.verb_classes import word_class
+from g3.inference.problem.world_nouns import may_name
 from g3.language.similarity.presence import best_naming
 
 if TYPE_CHECKING:
@@ -61,7 +59,7 @@ def named_things(words: Sequence[str], state: State) -> list[tuple[str, frozense
         o.id: tuple(o.labels) for o in state.context.objects if o.id != state.context.agent_id
     } | {place.name: tuple(place.name.split()) for place in state.context.places if place.name}
     found = []
-    for word in filter(_may_name, words):
+    for word in filter(may_name, words):
         likely = {name: _naming(word, own) for name, own in labels.items()}
         best = max(likely.values(), default=0.0)
         if best >= NAMES:
@@ -152,19 +150,3 @@ def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[st
 @lru_cache(maxsize=65536)
 def _naming(word: str, labels: tuple[str, ...]) -> float:
     return best_naming(word, [labels])
-
-
-@lru_cache(maxsize=65536)
-def _may_name(word: str) -> bool:
-    """Check that a word may be a noun: it doesn't say how, where or what to do."""
-    others = (
-        WORDS["place_prepositions"],
-        WORDS["articles"],
-        WORDS["pronouns"],
-        WORDS["quantifiers"],
-        WORDS["existential"],
-    )
-    is_function_word = any(word in known for known in others)
-    return not (
-        is_function_word or word_class(word) or normalise(word) in WORDS["generic"] or len(word) < 3
-    )

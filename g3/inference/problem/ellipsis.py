@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 from g3.inference.problem.phrases import (
     arguments_of,
@@ -20,11 +21,11 @@ from g3.inference.problem.phrases import (
     tells_standing,
     verb_words,
 )
-from g3.inference.problem.world_nouns import Nouns
+from g3.inference.problem.world_nouns import Nouns, may_name
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words
-from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.verb_classes import HANDLING_VERBS
 from g3.language.parsing.words import cut
@@ -45,46 +46,72 @@ def restored(sdcs: Sequence[SDC], text: str, nouns: Nouns) -> tuple[SDC, ...]:
         What words may name in the world.
     """
     tokens = cut(text).spans
-    sdcs = _with_mention(sdcs, tokens, nouns)
+    sdcs = _with_mentions(sdcs, tokens, nouns)
     covered = {word.start for sdc in sdcs for word in all_words(sdc)}
     return tuple(_with_goal(sdc, tokens, covered, nouns) for sdc in sdcs)
 
 
-def _with_mention(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) -> Sequence[SDC]:
-    """Clauses after the load that words in no clause speak of: "the crate … no, lift *it*".
+def _with_mentions(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) -> Sequence[SDC]:
+    """Clauses after what words in no clause speak of: "*the tires* are mine, put *them* …".
 
-    What is taken back is still spoken of where a later clause names it by no noun.
+    What is taken back is still spoken of where a later clause names it by no noun. A load is added
+    only if no clause names one before.
     """
     leaves = [leaf for sdc in sdcs for leaf in _leaves(sdc)]
-    again = [leaf for leaf in leaves if is_pronoun(leaf) or is_nounless(leaf)]
-    first = min((leaf.words[0].start for leaf in again), default=-1)
-    if any(leaf.words[0].start < first and nouns.name_load(leaf.words) for leaf in leaves):
-        return sdcs
+    starts = {all_words(leaf)[0].start: leaf for leaf in leaves if _stands_for(leaf)}
+    first = min(starts, default=-1)
     covered = {word.start for sdc in sdcs for word in all_words(sdc)}
-    named = [
-        i
-        for i, token in enumerate(tokens)
-        if token.start < first and token.start not in covered and nouns.name_load((token,))
+    free = [token for token in tokens if token.start < first and token.start not in covered]
+    before = [leaf for leaf in leaves if all_words(leaf)[0].start < first]
+    has_load = any(nouns.name_load(leaf.words) for leaf in before if leaf.type == "OBJECT")
+    mentions = [
+        noun
+        for noun in _noun_phrases(free, nouns)
+        if not (has_load if nouns.name_load(noun[-1:]) else is_nounless(starts[first]))
     ]
-    if not named:
-        return sdcs
-    start = named[-1]
-    while start and tokens[start - 1].start not in covered and _tells(tokens[start - 1]):
-        start -= 1
-    mention = SDC("OBJECT", words=tuple(tokens[start : named[-1] + 1]))
-    return (mention, *sdcs)
+    spoken = (SDC("OBJECT", words=noun) for noun in mentions)
+    return (*(own if nouns.name_load(own.words[-1:]) else _place(own) for own in spoken), *sdcs)
+
+
+def _place(mark: SDC) -> SDC:
+    """A place about something, for what is no load."""
+    return SDC("PLACE", landmark1=(mark,))
+
+
+def _stands_for(leaf: SDC) -> bool:
+    """Check that a leaf means something without naming it: "them", "there", "both"."""
+    return is_pronoun(leaf) or is_there(leaf) or (leaf.type == "OBJECT" and is_nounless(leaf))
+
+
+def _noun_phrases(tokens: Sequence[Span], nouns: Nouns) -> list[tuple[Span, ...]]:
+    """Runs of words that end in names of things: "the far tire pallet"."""
+    found: list[tuple[Span, ...]] = []
+    run: list[Span] = []
+    for token, following in zip_longest(tokens, tokens[1:]):
+        names = _names(token, nouns)
+        run = [*run, token] if names or _tells(token) else []
+        ends = following is None or following.start > token.end + 1 or not _names(following, nouns)
+        if names and ends:
+            found.append(tuple(run))
+            run = []
+    return found
+
+
+def _names(token: Span, nouns: Nouns) -> bool:
+    """Check that a word names a thing of the world, and says not what to do."""
+    return may_name(bare(token.text)) and (nouns.name_load((token,)) or nouns.name_other((token,)))
 
 
 def _tells(token: Span) -> bool:
     """Check that a word before a noun belongs to it: "the far", "all"."""
     word = bare(token.text)
-    if word in WORDS["articles"] | WORDS["quantifiers"]:
+    if word in WORDS["determiners"] | WORDS["quantifiers"] or word in COUNTS["cardinals"]:
         return True
     return bool(concepts(field_words([token]))) and word not in WORDS["place_prepositions"]
 
 
 def _leaves(sdc: SDC) -> list[SDC]:
-    own = [sdc] if sdc.type == "OBJECT" and sdc.words else []
+    own = [sdc] if sdc.type in ("OBJECT", "PLACE") and not sdc.children() and all_words(sdc) else []
     return own + [leaf for part in sdc.children() for leaf in _leaves(part)]
 
 

@@ -91,7 +91,7 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
     text
         The command; empty where only its clauses are known.
     """
-    whole = map(_whole, _unbroken(sdcs, text))
+    whole = (_to_speaker(_whole(sdc), nouns) for sdc in _unbroken(sdcs, text))
     each = [own for sdc in whole for part in _in_order(sdc) for own in _for_each(part)]
     told = _without_empty_it(restored(each, text, nouns), nouns)
     shared = _shared([_fronted(sdc) for sdc in told])
@@ -128,6 +128,56 @@ def _unbroken(sdcs: Sequence[SDC], text: str) -> list[SDC]:
         return (own,) if sdc.is_implicit or all_words(own) else ()
 
     return [new for sdc in sdcs for new in mended(sdc)] if whole else list(sdcs)
+
+
+def _to_speaker(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause with who speaks as a person, where one is to be seen: "bring it [to me]".
+
+    Otherwise the speaker stands by the robot.
+    """
+    if not nouns.people:
+        return sdc
+    led = sdc.landmark2 if any(part.type == "OBJECT" for part in sdc.landmark1) else ()
+    given = [part for part in led if sdc.type == "EVENT" and _is_speaker(part)]
+    to_me = bool(given) or any(
+        map(_is_speaker, (m for p in arguments_of(sdc) for m in p.landmark1))
+    )
+    first, second = (
+        tuple(
+            _to(_as_person(part)) if part in given else _to_speaker(_as_person(part), nouns)
+            for part in own
+            if not (to_me and _is_here(part))
+        )
+        for own in (sdc.landmark1, sdc.landmark2)
+    )
+    return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _to(sdc: SDC) -> SDC:
+    return SDC("PATH", (), (Span(sdc.words[0].start, "to"),), landmark1=(sdc,))
+
+
+def _is_here(sdc: SDC) -> bool:
+    """Check that a clause says no more than "here"."""
+    return not sdc.landmark1 and bare_words(all_words(sdc))[-1:] == ["here"]
+
+
+def _as_person(sdc: SDC) -> SDC:
+    """An OBJECT that is who speaks as a person; any other clause as it is."""
+    if not _is_speaker(sdc):
+        return sdc
+    return SDC("OBJECT", words=(replace(all_words(sdc)[0], text="person"),))
+
+
+def _is_speaker(sdc: SDC) -> bool:
+    """Check that a landmark is who speaks, or where: "me", "my feet", "where [I am]"."""
+    if sdc.type == "EVENT":
+        subject, verb = subject_of(sdc), verb_of(tuple(verb_words(sdc)))
+        stands = "staying" in verb.classes or WORDS["stating"].issuperset(verb_words(sdc))
+        return subject is not None and not arguments_of(sdc) and stands and _is_speaker(subject)
+    words = bare_words(sdc.words)
+    own = words[:1] == ["my"] and WORDS["body"].issuperset(words[1:])
+    return sdc.type == "OBJECT" and bool(words) and (own or WORDS["speaker"].issuperset(words))
 
 
 def _in_order(sdc: SDC) -> tuple[SDC, ...]:

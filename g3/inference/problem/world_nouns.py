@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from g3.actions.grounding_candidates import carrier
-from g3.actions.robot_state import State, is_load
+from g3.actions.robot_state import State, is_load, names_person
 from g3.language.lexicon.field_words import bare, normalise
+from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.verb_classes import word_class
 from g3.language.similarity.presence import best_naming, is_called
 from g3.sdc.clauses import Span
 from g3.short_repr import short_repr
@@ -45,6 +47,11 @@ class Nouns:
     def others(self) -> frozenset[str]:
         """Normal forms of the labels that no load has."""
         return frozenset().union(*self._labels.values()) - self.loads
+
+    @cached_property
+    def people(self) -> frozenset[str]:
+        """Ids of the people that are to be seen."""
+        return frozenset(o.id for o in self.state.context.objects if names_person(o.labels))
 
     def name_load(self, words: Sequence[Span]) -> bool:
         """Check that words name a load: by a label, by its form, or by a word like one."""
@@ -85,3 +92,21 @@ class Nouns:
             if n not in (self.state.held, self.state.context.agent_id)
         )
         return any(self._labels[c.id].intersection(lower) for c in on if c is not None)
+
+
+@lru_cache(maxsize=65536)
+def may_name(word: str) -> bool:
+    """Check that a word may be a noun: it doesn't say how, where or what to do."""
+    others = (
+        WORDS["place_prepositions"],
+        WORDS["articles"],
+        WORDS["pronouns"],
+        WORDS["quantifiers"],
+        WORDS["existential"],
+        WORDS["subject_links"],
+        WORDS["stating"],
+    )
+    is_function_word = any(word in known for known in others)
+    return not (
+        is_function_word or word_class(word) or normalise(word) in WORDS["generic"] or len(word) < 3
+    )

@@ -400,10 +400,11 @@ def _each(
     for load in request.loads:
         own = _of_load(tree, load, replace(problem, only=load[request.theme]), done[0], carried)
         # "On the ground" is near where a load was, not where the one before it was put.
-        ways = 1 if carried else width
-        again = [replace(hypothesis, goals=beam[0].goals) for hypothesis in done[:ways]]
-        further = _steps(tree, request.clauses, again, own, ways)
-        further = [hypothesis for hypothesis in further if hypothesis.state.held is None]
+        again = [replace(hypothesis, goals=beam[0].goals) for hypothesis in done]
+        widths = (1, width) if carried else (width,)
+        tried = (_steps(tree, request.clauses, again[:most], own, most) for most in widths)
+        put = ([h for h in found if h.state.held is None] for found in tried)
+        further = next(filter(None, put), [])
         if not carried:  # the others follow the first one: on the truck, or beside it
             first = load[request.theme]
             further = [h for h in further if _is_raised(h, first) == _is_raised(further[0], first)]
@@ -515,7 +516,7 @@ def _step(
         spoken = before.referents if pronouns or own.takes_unnamed or stead else ()
         goals = before.goals if there else ()
         if said_there and not goals:
-            goals = _left(tree, root, before)
+            goals = _left(tree, root, before) or _spoken_of(tree, root, before)
         meant_before = _meant(before) if named else frozenset()
         meant = {
             n: tuple(
@@ -544,6 +545,13 @@ def _step(
             grounded[key] = arguments(tree, root, around)
         grown += islice(extend(tree, root, before, grounded[key], problem), width)
     return sorted(grown, key=lambda h: -h.score)[:width]
+
+
+def _spoken_of(tree: Tree, root: int, before: Hypothesis) -> tuple[Group, ...]:
+    """Return what places were about that were only named: "the barrel is full, put it there"."""
+    named = (n for n in range(root) if tree.nodes[n].type == "PLACE")
+    marks = (mark for place in named for mark in tree.below(place, ("l",), "OBJECT"))
+    return tuple(before.nodes[mark][0] for mark in marks if mark in before.nodes)
 
 
 def _left(tree: Tree, root: int, before: Hypothesis) -> tuple[Group, ...]:
