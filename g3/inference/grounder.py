@@ -511,7 +511,8 @@ class Grounder:
             return _Reading(tree, problem, words, why=why, missing=missing)
         problem = prepared(tree, problem)
         found = search(tree, start, problem, width=width)
-        if not any(map(does_something, found[:1])) and not asks_to_wait(tree):
+        leaves = any(frame(tree, node).negated for node in asked(tree))
+        if not (leaves or asks_to_wait(tree) or any(map(does_something, found[:1]))):
             why = "there is nothing in it that the robot could do"
             return _Reading(tree, problem, words, why=why)
         return _Reading(tree, problem, words, found, missing=missing)

@@ -57,7 +57,8 @@ _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 def asked_kinds(tree: Tree, root: int) -> Kinds:
     """The kinds of actions that a top-level clause asks for; none where it leaves that open."""
     if negated(tree.nodes[root]):
-        return frozenset({WAIT}) if _stays_put(tree, root) else frozenset()
+        stays = _stays_put(tree, root) or only_forbids(tree)
+        return frozenset({WAIT}) if stays else frozenset()
     readings = (kinds for reads in _READINGS if (kinds := reads(tree, root)))
     return next(readings, frozenset())
 
@@ -66,6 +67,11 @@ def asks_to_wait(tree: Tree) -> bool:
     """Check that a command asks for nothing but waiting."""
     wanted = [n for n in asked(tree) if asked_kinds(tree, n) or not negated(tree.nodes[n])]
     return bool(wanted) and all(asked_kinds(tree, root) == {WAIT} for root in wanted)
+
+
+def only_forbids(tree: Tree) -> bool:
+    """Check that a command asks for nothing but leaving things: "don't start yet"."""
+    return all(frame(tree, n).negated for n in asked(tree))
 
 
 def _stays_put(tree: Tree, root: int) -> bool:

@@ -190,8 +190,7 @@ class Tree:
             or self.below(n, ("l", "l2"), "PLACE", "PATH")
         }
         forbidden = {c for n in moved if negated(self.nodes[n]) for c in self.all_below(n)}
-        puts = [n for n in tops if "placing" in self.verbs[n].classes]
-        wanted = [c for n in puts if not negated(self.nodes[n]) for c in self.all_below(n)]
+        wanted = [c for n in moved if not negated(self.nodes[n]) for c in self.all_below(n)]
         first = {self.antecedents[n][0].index for n in wanted if self.antecedents.get(n)}
         asked = {noun for n in moved if not negated(self.nodes[n]) for noun in self._about(n)}
         again = {n for n in forbidden for noun in (self._noun(n),) if noun and noun in asked}

@@ -322,10 +322,7 @@ def _frame(tree: Tree, node: int) -> Frame:
         tuple(_relation(tree, node)[verb.start :]),
         classes,
         bool(guessed),
-        remains
-        or spared
-        or any(negated(tree.nodes[n]) for n in (*outer, node))
-        or any(_names_none(tree.nodes[n]) for n in (*named, *places)),
+        remains or spared or any(negated(tree.nodes[n]) for n in (*outer, node)),
         tuple(subjects(tree, node)),
         named,
         places,
@@ -340,13 +337,6 @@ def _frame(tree: Tree, node: int) -> Frame:
         classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),
         classes == {"taking", "placing"} and _are_needed(tree, node),
     )
-
-
-def _names_none(sdc: SDC) -> bool:
-    """Check that what a clause is about is nothing: "no crate is to be moved"."""
-    none = WORDS["nothing"] | WORDS["negating_nouns"]
-    nowhere = sdc.type == "PLACE" and "nowhere" in bare_words(sdc.relation)
-    return nowhere or not none.isdisjoint(noun_words(sdc)[:1])
 
 
 def _clears(tree: Tree, node: int, classes: frozenset[str]) -> bool:

@@ -391,7 +391,8 @@ def _each(
 ) -> list[Hypothesis]:
     """Return the hypotheses that carry out a request for each of its loads; none if none can be.
 
-    The first load is carried in several ways, the others as in the best of them. Loads for which there is no room, or no way, stay where they are, and are named.
+    The first load is carried in several ways, the others in one, where that can be. Loads for which
+    there is no room, or no way, stay where they are, and are named.
     """
     done = list(beam)
     first_actions: tuple[Action, ...] = ()

@@ -567,7 +567,10 @@ def _naming_load(sdc: SDC, tree: Tree, nouns: Nouns) -> SDC | None:
 def _forbidden(tree: Tree, node: int, problem: GroundingProblem) -> set[str]:
     """Return the ids of the loads that an OBJECT rules out."""
     words = noun_words(tree.nodes[node])
-    if is_pronoun(tree.nodes[node]) or not words or not {"else", *WORDS["rest"]}.isdisjoint(words):
+    names_none = WORDS["nothing"].issuperset(words) or not {"else", *WORDS["rest"]}.isdisjoint(
+        words
+    )
+    if is_pronoun(tree.nodes[node]) or names_none:
         return set()
     if not WORDS["anything"].isdisjoint(words):
         return {thing.id for thing, _ in loads_named(tree, node, problem)}
