@@ -282,7 +282,7 @@ def _frame(tree: Tree, node: int) -> Frame:
     end = goal_within(tree, node)
     leads = bool(places or paths) or end is not None
     remains = "staying" in verb.classes and bool(subjects(tree, node))
-    classes = verb.classes
+    classes, comes_off = verb.classes, False
     if subjects(tree, node):
         comes_off = not leads and any(is_source(tree.nodes[n]) for n in ways(tree, node))
         classes = frozenset(("taking", "placing") if comes_off else ("carrying",))
@@ -335,7 +335,7 @@ def _frame(tree: Tree, node: int) -> Frame:
         told,
         names_own_forks(tree, node),
         classes == {"placing"} and bool(places) and all(_is_down(tree.nodes[n]) for n in places),
-        classes == {"taking", "placing"} and _are_needed(tree, node),
+        comes_off or (classes == {"taking", "placing"} and _are_needed(tree, node)),
     )
 
 

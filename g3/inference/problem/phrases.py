@@ -88,7 +88,13 @@ def is_there(sdc: SDC) -> bool:
     if joins(sdc) or sdc.landmark1:
         return joins(sdc) and all(map(is_pronoun, sdc.landmark1))
     words = field_words(all_words(sdc))
-    return not {"there", "same"}.isdisjoint(words) or concepts(words) == {"on"}
+    return not {"there", "same"}.isdisjoint(words) or is_on_top(sdc)
+
+
+def is_on_top(sdc: SDC) -> bool:
+    """Check that a PLACE is on something that isn't named: "on top", "aboard"."""
+    on = sdc.type == "PLACE" and concepts(field_words(all_words(sdc))) == {"on"}
+    return on and not sdc.landmark1
 
 
 def joins(sdc: SDC) -> bool:

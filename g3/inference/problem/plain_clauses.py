@@ -42,7 +42,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from g3.inference.problem.clause_roles import is_source
+from g3.inference.problem.clause_roles import is_goal, is_source
 from g3.inference.problem.ellipsis import repeated, restored
 from g3.inference.problem.phrases import (
     arguments_of,
@@ -455,8 +455,8 @@ def _aside(sdc: SDC) -> SDC:
     if mark is None or not (mark.words and sdc.relation):
         return sdc
     words = bare_words(mark.words)
-    telling = set(words) - WORDS["articles"] - WORDS["stressing"] - {"far"}
-    if not telling or words[-1] not in telling or not telling <= WORDS["side_nouns"]:
+    telling = set(words) - WORDS["articles"] - WORDS["stressing"] - {"far", "side"}
+    if not telling or words[-1] not in {*telling, "side"} or not telling <= WORDS["side_nouns"]:
         return sdc
     return replace(sdc, relation=tuple(sorted((*sdc.relation, *mark.words))), landmark1=())
 
@@ -464,13 +464,48 @@ def _aside(sdc: SDC) -> SDC:
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
-    sdc = _put_on(_staying(_joining(measures_apart(_light(sdc))), nouns), nouns)
+    sdc = _up_or_off(_put_on(_staying(_joining(measures_apart(_light(sdc))), nouns), nouns), nouns)
     for moved in (_onto, _result):
         sdc = moved(sdc, nouns) or sdc
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
     )
     return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _up_or_off(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause whose words are only ways of loads: "crates on, tires off", "the crate goes up".
+
+    Without a landmark "up" is on what carries them.
+    """
+    said, subject = verb_words(sdc), subject_of(sdc)
+    if subject is None and said and WORDS["ways_of_loads"].issuperset(said):
+        way = SDC("PATH" if _leads_off(said) else "PLACE", (), sdc.relation)
+        sdc = replace(sdc, relation=(), landmark2=(way, *sdc.landmark2))
+    elif subject is None and said:
+        return sdc
+    things = [part for part in sdc.landmark1 if part.type == "OBJECT"]
+    moved = tuple(things) if subject is None else (subject,)
+    ways = [_aboard(part) for part in arguments_of(sdc) if part not in moved]
+    if not moved or not all(_names_load(part, nouns) or is_pronoun(part) for part in moved):
+        return sdc
+    off = any(is_source(part) or _leads_off(verb_words(part)) for part in ways)
+    if off and not any(is_goal(part) or part.type == "PLACE" for part in ways):
+        come = sdc.relation or (Span(all_words(sdc)[0].start, "come"),)
+        return replace(sdc, figure=moved, relation=come, landmark1=tuple(ways), landmark2=())
+    own = moved if subject is None else ()
+    return replace(sdc, landmark1=(*own, *ways), landmark2=())
+
+
+def _leads_off(words: Sequence[str]) -> bool:
+    return bool(words) and {"off", "down"}.issuperset(words)
+
+
+def _aboard(part: SDC) -> SDC:
+    """A way up without a landmark as the place on top; others as they are."""
+    if part.landmark1 or part.type not in ("PATH", "PLACE") or verb_words(part) != ["up"]:
+        return part
+    return SDC("PLACE", (), (replace(part.relation[0], text="on"),))
 
 
 def _fronted(sdc: SDC) -> SDC:

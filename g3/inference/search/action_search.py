@@ -17,7 +17,7 @@ import numpy as np
 
 from g3.actions.action_kinds import Action, agent_of, possible_actions, result
 from g3.actions.forklift_actions import WAIT
-from g3.actions.grounding_candidates import carrier, deck_row
+from g3.actions.grounding_candidates import carrier, deck_row, is_surface
 from g3.actions.motions import Motions
 from g3.actions.robot_state import State, is_load
 from g3.features.bodies import IntArray
@@ -41,6 +41,7 @@ from g3.inference.problem.grounding_problem import (
 from g3.inference.problem.later_sides import is_seen_later
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.phrases import (
+    is_on_top,
     is_pronoun,
     is_stead,
     is_there,
@@ -516,7 +517,9 @@ def _step(
     for before in beam:
         spoken = before.referents if pronouns or own.takes_unnamed or stead else ()
         goals = before.goals if there else ()
-        if said_there and not goals:
+        if any(is_on_top(tree.nodes[n]) for n in below):
+            goals = _carriers(before, problem.state)
+        elif said_there and not goals:
             goals = _left(tree, root, before) or _spoken_of(tree, root, before)
         meant_before = _meant(before) if named else frozenset()
         meant = {
@@ -546,6 +549,15 @@ def _step(
             grounded[key] = arguments(tree, root, around)
         grown += islice(extend(tree, root, before, grounded[key], problem), width)
     return sorted(grown, key=lambda h: -h.score)[:width]
+
+
+def _carriers(before: Hypothesis, start: State) -> tuple[Group, ...]:
+    """Return what the loads that were handled stood or stand on; all that carries if nothing."""
+    handled = [action.object_id for action in before.actions if action.object_id]
+    under = [carrier(state, load) for load in handled for state in (start, before.state)]
+    known = tuple((thing,) for thing in under if thing is not None)
+    things = (o for o in start.context.objects if not is_load(start, o.id))
+    return known or tuple((o,) for o in things if is_surface(o))
 
 
 def _spoken_of(tree: Tree, root: int, before: Hypothesis) -> tuple[Group, ...]:

@@ -199,7 +199,8 @@ def _names_again(sdc: SDC) -> bool:
     """Check that an OBJECT stands for loads spoken of before: "them", "both", "all of them"."""
     again = WORDS["universal"] | WORDS["it"] | {"of", "those", "these"}
     again |= {word for word, count in COUNTS["counts"].items() if count > 1}
-    return is_pronoun(sdc) or again.issuperset(noun_words(sdc))
+    says_which = bool(sdc.relation) and not is_partitive(sdc)
+    return is_pronoun(sdc) or (not says_which and again.issuperset(noun_words(sdc)))
 
 
 def _moved(before: State, now: State) -> frozenset[str]:
@@ -231,7 +232,7 @@ def _members(
             other = names_other(noun_leaf(tree.nodes[node]))
             loads = ([n for n in best if not other or n not in moved] or best)[:1]
         found += [name for name in loads if name not in found]
-    return tuple(_but_there(tree, own, problem, found))
+    return tuple(_but_there(tree, own, problem, found, meant))
 
 
 def _aboard(tree: Tree, node: int, problem: GroundingProblem) -> tuple[str, ...]:
@@ -254,8 +255,6 @@ def _antecedents(
     """Return the loads that a pronoun for several stands for; None if it is none."""
     sdc = tree.nodes[node]
     words = set(noun_words(sdc))
-    if sdc.relation and not is_partitive(sdc):
-        return None
     if not _names_again(sdc):
         return None
     before = [x.index for x in tree.antecedents.get(node, ()) if x.index in meant]
@@ -481,12 +480,19 @@ def _within(
     return [load for load in loads if load[0].id in there] or loads
 
 
-def _but_there(tree: Tree, own: Frame, problem: GroundingProblem, loads: list[str]) -> list[str]:
+def _but_there(
+    tree: Tree,
+    own: Frame,
+    problem: GroundingProblem,
+    loads: list[str],
+    meant: Mapping[int, tuple[Group, float]],
+) -> list[str]:
     """Leave out the loads that are on what they are to be put on, unless all are."""
     goals = [n for n in (*own.places, *own.paths) if _leads_onto(tree.nodes[n])]
     for node in [mark for goal in goals for mark in _marks(tree, goal)][:1]:
-        beam = ground_thing(tree, node, problem)
-        best = {t.id for c in beam[:1] for t in things_of(c.group)}
+        spoken = [meant[x.index][0] for x in tree.antecedents.get(node, ()) if x.index in meant]
+        groups = spoken or [c.group for c in ground_thing(tree, node, problem)]
+        best = {thing.id for group in groups[:1] for thing in things_of(group)}
         loads = [n for n in loads if problem.carriers.get(n) not in best and n not in best] or loads
     return loads
 
