@@ -281,7 +281,8 @@ def _frame(tree: Tree, node: int) -> Frame:
         places = tuple(n for n in places if tree.nodes[n].landmark1)  # not "turn to the right"
     end = goal_within(tree, node)
     leads = bool(places or paths) or end is not None
-    remains = "staying" in verb.classes and bool(subjects(tree, node))
+    stays = "staying" in verb.classes and "placing" not in verb.classes  # not "must stand there"
+    remains = stays and bool(subjects(tree, node))
     classes, comes_off = verb.classes, False
     if subjects(tree, node):
         comes_off = not leads and any(is_source(tree.nodes[n]) for n in ways(tree, node))

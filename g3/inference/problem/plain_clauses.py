@@ -62,7 +62,7 @@ from g3.inference.problem.phrases import (
     with_each,
 )
 from g3.inference.problem.statements import names_nothing, without_statements
-from g3.inference.problem.world_nouns import Nouns
+from g3.inference.problem.world_nouns import Nouns, may_name
 from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
@@ -464,13 +464,40 @@ def _aside(sdc: SDC) -> SDC:
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
-    sdc = _up_or_off(_put_on(_staying(_joining(measures_apart(_light(sdc))), nouns), nouns), nouns)
+    told = measures_apart(_light(_without_times(sdc, nouns)))
+    sdc = _up_or_off(_put_on(_staying(_joining(told), nouns), nouns), nouns)
     for moved in (_onto, _result):
         sdc = moved(sdc, nouns) or sdc
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (sdc.landmark1, sdc.landmark2)
     )
     return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _without_times(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause without when or why it is said: "before noon", "by the time I'm done"."""
+    first, second = (
+        tuple(part for part in own if not _is_time(part, nouns))
+        for own in (sdc.landmark1, sdc.landmark2)
+    )
+    return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _is_time(part: SDC, nouns: Nouns) -> bool:
+    """Check that an argument is an EVENT that neither ends what is done nor names what there is."""
+    if (
+        part.type != "EVENT"
+        or not part.relation
+        or not WORDS["when_or_why"].issuperset(verb_words(part))
+    ):
+        return False
+    return not any(_names_a_thing(inner, nouns) for inner in part.children())
+
+
+def _names_a_thing(sdc: SDC, nouns: Nouns) -> bool:
+    said = [word for word in sdc.words if may_name(bare(word.text))]
+    own = any(nouns.name_load((word,)) or nouns.name_other((word,)) for word in said)
+    return own or any(_names_a_thing(part, nouns) for part in sdc.children())
 
 
 def _up_or_off(sdc: SDC, nouns: Nouns) -> SDC:
