@@ -28,7 +28,7 @@ from g3.geometry.relations import OTHER_PLACE_M
 from g3.groundings import FloatArray, Path, PhysicalObject
 from g3.inference.potentials.cases import ActionCase, PathCase
 from g3.inference.potentials.potential_registry import added, added_by
-from g3.inference.problem.clause_roles import is_source, names_again
+from g3.inference.problem.clause_roles import names_again
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame, in_order, told_side
@@ -186,7 +186,7 @@ def extend(
             (*before.actions, actions[a]),
             nodes,
             (*before.referents, *referent),
-            (*before.goals, *((goal.group,) if goal else ())),
+            (*before.goals, *((goal.group,) if goal and goal.nodes else ())),
             {**before.reasons, **_reasons(root, factors, cost, ranked, a)},
             {**before.choices, **choices},
             {**before.problems, **_problems(found, theme, goal)} if problem.explain else {},
@@ -518,9 +518,9 @@ def _step(
         spoken = before.referents if pronouns or own.takes_unnamed or stead else ()
         goals = before.goals if there else ()
         if any(is_on_top(tree.nodes[n]) for n in below):
-            goals = _carriers(before, problem.state)
+            goals = _carriers(before, problem.state, before.state) or _decks(problem.state)
         elif said_there and not goals:
-            goals = _left(tree, root, before) or _spoken_of(tree, root, before)
+            goals = _carriers(before, problem.state) or _spoken_of(tree, root, before)
         meant_before = _meant(before) if named else frozenset()
         meant = {
             n: tuple(
@@ -551,13 +551,16 @@ def _step(
     return sorted(grown, key=lambda h: -h.score)[:width]
 
 
-def _carriers(before: Hypothesis, start: State) -> tuple[Group, ...]:
-    """Return what the loads that were handled stood or stand on; all that carries if nothing."""
+def _carriers(before: Hypothesis, *states: State) -> tuple[Group, ...]:
+    """Return what the loads that were handled stand on in some states."""
     handled = [action.object_id for action in before.actions if action.object_id]
-    under = [carrier(state, load) for load in handled for state in (start, before.state)]
-    known = tuple((thing,) for thing in under if thing is not None)
-    things = (o for o in start.context.objects if not is_load(start, o.id))
-    return known or tuple((o,) for o in things if is_surface(o))
+    under = [carrier(state, load) for load in handled for state in states]
+    return tuple((thing,) for thing in under if thing is not None)
+
+
+def _decks(state: State) -> tuple[Group, ...]:
+    things = (o for o in state.context.objects if not is_load(state, o.id))
+    return tuple((o,) for o in things if is_surface(o))
 
 
 def _spoken_of(tree: Tree, root: int, before: Hypothesis) -> tuple[Group, ...]:
@@ -565,19 +568,6 @@ def _spoken_of(tree: Tree, root: int, before: Hypothesis) -> tuple[Group, ...]:
     named = (n for n in range(root) if tree.nodes[n].type == "PLACE")
     marks = (mark for place in named for mark in tree.below(place, ("l",), "OBJECT"))
     return tuple(before.nodes[mark][0] for mark in marks if mark in before.nodes)
-
-
-def _left(tree: Tree, root: int, before: Hypothesis) -> tuple[Group, ...]:
-    """Return what loads were taken off before: "take it off the truck, put the crate there"."""
-    sources = (
-        mark
-        for n in before.nodes
-        if n < root and tree.nodes[n].type == "EVENT"
-        for way in frame(tree, n).ways
-        if is_source(tree.nodes[way])
-        for mark in tree.below(way, ("l",), "OBJECT")
-    )
-    return tuple(before.nodes[mark][0] for mark in sources if mark in before.nodes)
 
 
 def _places(now: State, before: State) -> tuple[tuple[object, ...], ...]:
