@@ -57,7 +57,7 @@ def _with_mentions(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) ->
     What is taken back is still spoken of where a later clause names it by no noun. A load is added
     only if no clause names one before.
     """
-    leaves = [leaf for sdc in sdcs for leaf in _leaves(sdc)]
+    leaves = [leaf for sdc in sdcs for leaf in (*_leaves(sdc), *_goals_alone(sdc))]
     starts = {all_words(leaf)[0].start: leaf for leaf in leaves if _stands_for(leaf)}
     first = min(starts, default=-1)
     covered = {word.start for sdc in sdcs for word in all_words(sdc)}
@@ -69,6 +69,11 @@ def _with_mentions(sdcs: Sequence[SDC], tokens: Sequence[Span], nouns: Nouns) ->
         for noun in _noun_phrases(free, nouns)
         if not (has_load if nouns.name_load(noun[-1:]) else is_nounless(starts[first]))
     ]
+    bare_goal, loads = starts.get(first), [n for n in mentions if nouns.name_load(n[-1:])]
+    if bare_goal is not None and bare_goal.type == "EVENT":
+        theme = tuple(SDC("OBJECT", words=noun) for noun in loads[-1:])
+        told = replace(bare_goal, landmark1=(*theme, *bare_goal.landmark1))
+        return tuple(told if sdc is bare_goal else sdc for sdc in sdcs)
     spoken = (SDC("OBJECT", words=noun) for noun in mentions)
     return (*(own if nouns.name_load(own.words[-1:]) else _place(own) for own in spoken), *sdcs)
 
@@ -78,9 +83,15 @@ def _place(mark: SDC) -> SDC:
     return SDC("PLACE", landmark1=(mark,))
 
 
+def _goals_alone(sdc: SDC) -> tuple[SDC, ...]:
+    """A telegram that says no more than where something goes: "in the truck, quick"."""
+    parts = arguments_of(sdc) if _is_telegram(sdc) else ()
+    return (sdc,) if parts and all(part.type in ("PLACE", "PATH") for part in parts) else ()
+
+
 def _stands_for(leaf: SDC) -> bool:
     """Check that a leaf means something without naming it: "them", "there", "both"."""
-    return is_pronoun(leaf) or is_there(leaf) or (leaf.type == "OBJECT" and is_nounless(leaf))
+    return leaf.type == "EVENT" or is_pronoun(leaf) or is_there(leaf) or (leaf.type == "OBJECT" and is_nounless(leaf))
 
 
 def _noun_phrases(tokens: Sequence[Span], nouns: Nouns) -> list[tuple[Span, ...]]:
