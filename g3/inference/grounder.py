@@ -402,7 +402,10 @@ class Grounder:
             _nothing_about(left_aside(_end(best.hypothesis), reading.named, start)),
         )
         note = "; ".join(filter(None, notes))
-        question = question_about(reading.tree, best.hypothesis, start, answers or {})
+        acts = does_something(best.hypothesis)
+        question = (
+            question_about(reading.tree, best.hypothesis, start, answers or {}) if acts else None
+        )
         return Result(reading.tree.sdcs, plans, note, question, reading.missing, start)
 
     def compared(

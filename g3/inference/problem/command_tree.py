@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar
@@ -190,11 +190,18 @@ class Tree:
             or self.below(n, ("l", "l2"), "PLACE", "PATH")
         }
         forbidden = {c for n in moved if negated(self.nodes[n]) for c in self.all_below(n)}
-        wanted = [c for n in moved if not negated(self.nodes[n]) for c in self.all_below(n)]
-        first = {self.antecedents[n][0].index for n in wanted if self.antecedents.get(n)}
+        goals = {n for n in moved if self.below(n, ("l", "l2"), "PLACE", "PATH")}
+        puts = {n for n in tops if "placing" in self.verbs[n].classes}
+        led = {c for n in goals if negated(self.nodes[n]) for c in self.all_below(n)}
+        first = self._spoken_again(puts) | self._spoken_again(goals).intersection(led)
         asked = {noun for n in moved if not negated(self.nodes[n]) for noun in self._about(n)}
         again = {n for n in forbidden for noun in (self._noun(n),) if noun and noun in asked}
         return frozenset(forbidden.intersection(first) | again)
+
+    def _spoken_again(self, nodes: Iterable[int]) -> set[int]:
+        """Return what pronouns stand for in those clauses that ask for something."""
+        wanted = (c for n in nodes if not negated(self.nodes[n]) for c in self.all_below(n))
+        return {self.antecedents[n][0].index for n in wanted if self.antecedents.get(n)}
 
     def _about(self, node: int) -> list[tuple[str, ...]]:
         """The OBJECTs that an EVENT is about, as words without articles."""

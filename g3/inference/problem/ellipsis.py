@@ -91,7 +91,9 @@ def _goals_alone(sdc: SDC) -> tuple[SDC, ...]:
 
 def _stands_for(leaf: SDC) -> bool:
     """Check that a leaf means something without naming it: "them", "there", "both"."""
-    return leaf.type == "EVENT" or is_pronoun(leaf) or is_there(leaf) or (leaf.type == "OBJECT" and is_nounless(leaf))
+    if leaf.type == "OBJECT":
+        return is_pronoun(leaf) or is_nounless(leaf)
+    return leaf.type == "EVENT" or is_there(leaf)
 
 
 def _noun_phrases(tokens: Sequence[Span], nouns: Nouns) -> list[tuple[Span, ...]]:
