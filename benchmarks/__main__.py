@@ -35,6 +35,7 @@ jobs
 cold_start
 app_dashboard --databases sqlite --answers 1000 100000
 app_drags
+app_try
 app --databases postgresql --processes 2 --workers 200 --no-kill --think 0
 app --databases postgresql --processes 4 --workers 1000 --no-kill --seconds 90
 peers --folder {folder}

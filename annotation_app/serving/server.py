@@ -185,7 +185,7 @@ def serve(
         _warm_up(config)
         listening()
         with app.app_context():
-            if attempts().folder.is_dir():  # somebody has tried commands here before
+            if config.open_trying or attempts().folder.is_dir():  # others try none, or seldom
                 attempts().warm_up()
             while not end.is_set():
                 connections.wait(WAIT_S)

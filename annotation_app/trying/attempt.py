@@ -1,4 +1,4 @@
-"""Following one command, in a process of its own that gives way to the server's.
+"""Following one command, in processes that give way to the server's: one plans, one films.
 
 An attempt is a folder. ``state.json`` says what there is so far, as :class:`Shown` has it;
 ``tree.svg`` and ``video.mp4`` with its log come one after the other. The scene of a scenario is a
@@ -10,18 +10,18 @@ from __future__ import annotations
 import logging
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import msgspec
 import numpy as np
 
 from annotation_app.trying.start_scene import (
     Area,
-    Look,
-    kept_look,
+    camera_of,
     on_map,
     scenario_state,
     scenarios,
@@ -41,16 +41,21 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-STATE, TREE, VIDEO = "state.json", "tree.svg", "video.mp4"
+STATE, TREE, VIDEO, LEFT = "state.json", "tree.svg", "video.mp4", "left"
 PLANS = 10
 """Number of plans that are compared for a clause's other meanings."""
 FPS, SIZE = 10, (640, 480)
 """Small, as somebody waits for it."""
 SAME_M = 0.1
 """Places whose middles are as near are one."""
+WARMING = (
+    "Pick up the box pallet on the left, then put it down beside the person",
+    "Take both tire pallets to the truck and go past the shelf",
+)
 TELL_S = 0.3
 """Seconds between reports of progress, at least."""
 
+Actions: TypeAlias = "Sequence[Action]"
 Phase = Literal["waiting", "learning", "reading", "moving", "drawing", "done"]
 
 
@@ -129,19 +134,21 @@ def write_state(folder: Path, shown: Shown) -> None:
     write_bytes(folder / STATE, msgspec.json.encode(shown))
 
 
-def attempt(folder: Path, model: Path | None) -> None:
-    """Follow the command of an attempt's folder, and film what the robot does."""
-    shown = read_state(folder)
-    if shown is None:
-        return
-    progress = _Progress(folder, shown)
-    try:
-        _follow(progress, model)
-    except CorpusError as error:
-        progress.update(problem=str(error))
-    except Exception:
-        log.exception("an attempt failed")
-        progress.update(problem="Something went wrong here. Try another command.")
+def plan(folder: Path, model: Path | None) -> Actions | None:
+    """Plan the command of an attempt's folder; return the actions to carry out, if any."""
+    progress = _Progress.of(folder)
+    if progress is not None:
+        with progress.told():
+            return _plan_of(progress, model)
+    return None
+
+
+def film(folder: Path, actions: Actions) -> None:
+    """Carry the actions of an attempt out, and film it, unless people have left it."""
+    progress = _Progress.of(folder)
+    if progress is not None and not is_left(folder):
+        with progress.told():
+            _film(progress, actions)
 
 
 class _Progress:
@@ -149,6 +156,23 @@ class _Progress:
 
     def __init__(self, folder: Path, shown: Shown) -> None:
         self.folder, self.shown, self.told_at = folder, shown, 0.0
+
+    @classmethod
+    def of(cls, folder: Path) -> _Progress | None:
+        shown = read_state(folder)
+        return None if shown is None else cls(folder, shown)
+
+    @contextmanager
+    def told(self) -> Iterator[None]:
+        """Report what goes wrong in the block to those who wait."""
+        try:
+            yield
+        except CorpusError as error:
+            self.update(phase="done", problem=str(error))
+        except Exception:
+            log.exception("an attempt failed")
+            problem = "Something went wrong here. Try another command."
+            self.update(phase="done", problem=problem)
 
     def update(self, **changes: Any) -> None:
         self.shown = msgspec.structs.replace(self.shown, **changes)
@@ -160,13 +184,8 @@ class _Progress:
             write_state(self.folder, msgspec.structs.replace(self.shown, done=done, total=total))
 
 
-def _follow(progress: _Progress, model: Path | None) -> None:
-    from corpus_tools.following.plan_execution import (  # noqa: PLC0415 - only the process that tries has all this
-        run_plan,
-        why_not,
-    )
-    from corpus_tools.video.manifest import Settings  # noqa: PLC0415
-    from g3.sdc.sdc_drawing import to_svg  # noqa: PLC0415
+def _plan_of(progress: _Progress, model: Path | None) -> Actions | None:
+    from g3.sdc.sdc_drawing import to_svg  # noqa: PLC0415 - only the process that plans has all this
 
     asked, folder = progress.shown.asked, progress.folder
     progress.update(phase="learning")
@@ -181,22 +200,46 @@ def _follow(progress: _Progress, model: Path | None) -> None:
     except AnswerError as error:
         result, unclear = grounder.follow(asked.text, start, **how_to), str(error)
     write_bytes(folder / TREE, to_svg(result.sdcs).encode())
-    progress.update(plan=_plan(result, start, kept_look(asked.scenario)))
+    shown = _plan(result, start)
     if result.plan is None or unclear:
-        progress.update(phase="done", problem=unclear)
-        return
-    progress.update(phase="moving")
-    if problem := why_not(start, result.plan.actions):
-        progress.update(phase="done", problem=f"The plan can't be carried out: {problem}")
-        return
+        progress.update(plan=shown, phase="done", problem=unclear)
+        return None
+    progress.update(plan=shown, phase="waiting")
+    return result.plan.actions
+
+
+def leave(folder: Path) -> None:
+    """Note that nobody waits for an attempt any more."""
+    (folder / LEFT).touch()
+
+
+def is_left(folder: Path) -> bool:
+    """Check that nobody waits for an attempt any more."""
+    return (folder / LEFT).exists()
+
+
+def _film(progress: _Progress, actions: Actions) -> None:
+    from corpus_tools.following.plan_execution import run_plan, why_not  # noqa: PLC0415 - as above
+    from corpus_tools.video.manifest import Settings  # noqa: PLC0415
 
     def on_frame(film: Film, k: int, _picture: Image) -> None:
+        if is_left(progress.folder):
+            raise CorpusError("Another command was tried before the video was made.")
+        if progress.shown.phase != "drawing":
+            progress.update(phase="drawing")
         progress.step("drawing", k, len(film.recording.t_ns))
 
-    progress.update(phase="drawing")
-    how = Settings("overview", SIZE, FPS)
+    progress.update(phase="moving")
+    start = scenario_state(progress.shown.asked.scenario)
+    if problem := why_not(start, actions):
+        progress.update(phase="done", problem=f"The plan can't be carried out: {problem}")
+        return
     done = run_plan(
-        start, result.plan.actions, video=folder / VIDEO, settings=how, on_frame=on_frame
+        start,
+        actions,
+        video=progress.folder / VIDEO,
+        settings=Settings("overview", SIZE, FPS),
+        on_frame=on_frame,
     )
     if done.failure is not None:
         problem = f"The plan couldn't be carried out to its end: {done.failure}"
@@ -218,12 +261,22 @@ def _grounder(model: Path | None, on_progress: OnProgress) -> Grounder:
     return _grounders[model]
 
 
+def first_scenario() -> str:
+    """Return the scenario that the page shows first."""
+    return min(scenarios())
+
+
 def warm_up(model: Path | None) -> None:
-    """Load the model and the language, and follow a command, so that the first one isn't slow."""
+    """Load the model and the language, and plan commands, so that the first one isn't slow."""
+    from g3.sdc.sdc_drawing import to_svg  # noqa: PLC0415 - as above
+
     try:
         grounder = _grounder(model, lambda _what, _done, _total: None)
-        start = scenario_state(next(iter(sorted(scenarios()))))
-        grounder.follow("Go to the truck", start, top=PLANS, parses=1)
+        start = scenario_state(first_scenario())
+        for text in WARMING:
+            shown = grounder.follow(text, start, top=PLANS, parses=1, insist=True)
+            _plan(shown, start)
+            to_svg(shown.sdcs)
     except CorpusError:
         log.info("the model that follows commands isn't ready", exc_info=True)
 
@@ -236,13 +289,14 @@ def prepare(folder: Path, scenario: str) -> None:
         log.info("a scene wasn't prepared", exc_info=True)
 
 
-def _plan(result: Result, start: State, look: Look | None) -> Plan:
+def _plan(result: Result, start: State) -> Plan:
     """Return the shown part of a result."""
     from g3.actions.action_words import described  # noqa: PLC0415 - as above
 
     places = _Places(start)
     question = result.question
     clauses = list(_clauses(result, places))
+    camera = camera_of(start)
     plan = result.plan
     return Plan(
         note=result.note,
@@ -253,7 +307,7 @@ def _plan(result: Result, start: State, look: Look | None) -> Plan:
         node=question.node if question else 0,
         options=list(question.options) if question else [],
         missing=list(result.missing),
-        places=[Area.of(place, start, look) for place in places.found],
+        places=[Area.of(place, start, camera) for place in places.found],
     )
 
 

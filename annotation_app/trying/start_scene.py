@@ -39,14 +39,14 @@ class Area(msgspec.Struct, frozen=True):
     footprint: Corners
 
     @classmethod
-    def of(cls, place: Place, start: State, look: Look | None) -> Area:
+    def of(cls, place: Place, start: State, camera: Camera | None) -> Area:
         """Return a place of a world as its scene shows it."""
         outline: Any = []
-        if look is not None:
+        if camera is not None:
             corners = np.column_stack(
                 (place.prism.xy, np.full(len(place.prism.xy), place.prism.z_min))
             )
-            pixels, ahead = look.camera.project(corners, SIZE)
+            pixels, ahead = camera.project(corners, SIZE)
             outline = [] if (ahead <= 0).any() else np.round(pixels, 1).tolist()
         return cls(place.name, outline, on_map(place.prism.xy, start))
 
@@ -114,7 +114,7 @@ def write_scene(folder: Path, scenario: str) -> None:
     """Write a scenario's scene, with its picture if pictures can be rendered."""
     import cv2  # noqa: PLC0415 - as above
 
-    look = kept_look(scenario)
+    look = look_of(scenario)
     folder.mkdir(parents=True, exist_ok=True)
     if look is not None:
         _, content = cv2.imencode(".png", look.picture[..., ::-1])
@@ -143,12 +143,15 @@ def scene_of(start: State, look: Look | None) -> Scene:
             # What is low comes first, so that loads stand on what carries them.
             for thing in sorted(start.context.objects, key=lambda o: (o.prism.z_min, o.id))
         ],
-        [Area.of(place, start, look) for place in start.context.places if place.name],
+        [
+            Area.of(place, start, look.camera if look else None)
+            for place in start.context.places
+            if place.name
+        ],
     )
 
 
-@functools.lru_cache(maxsize=8)
-def kept_look(scenario: str) -> Look | None:
+def look_of(scenario: str) -> Look | None:
     """Render a scenario's start; None where nothing can be rendered."""
     try:
         return _look(scenario_state(scenario))
@@ -170,6 +173,14 @@ def _look(start: State) -> Look:
     world = build_world(still.start, site=start.site)
     with open_frames(world, still, how.camera, how.size, how.quality) as frames:
         return Look(frames.frame(0), frames.objects.copy(), frames.cameras[0])
+
+
+def camera_of(start: State) -> Camera:
+    """Return the camera of a start's picture, without the picture."""
+    from corpus_tools.video.drawing.camera import CAMERAS  # noqa: PLC0415 - as above
+    from corpus_tools.video.manifest import Settings  # noqa: PLC0415
+
+    return CAMERAS[Settings().camera](_still(start), SIZE)[0]
 
 
 def _still(start: State) -> Recording:

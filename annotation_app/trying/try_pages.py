@@ -36,13 +36,15 @@ Node: TypeAlias = Annotated[str, msgspec.Meta(pattern="^[0-9]{1,3}$")]
 class TryRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A command, the scenario to follow it in, and its clauses' meanings after a question.
 
-    With `insist` it is done with what there is, where something isn't there.
+    With `insist` it is done with what there is, where something is missing. No video is made any
+    more of the attempt that it `leaves`.
     """
 
     scenario: Name
     text: Annotated[str, msgspec.Meta(max_length=LONGEST_COMMAND)]
     answers: Annotated[dict[Node, Name], msgspec.Meta(max_length=20)] = {}
     insist: bool = False
+    leaves: Name = ""
 
 
 @blueprint.get("/try")
@@ -68,6 +70,7 @@ def try_() -> ResponseReturnValue:
     if request.scenario not in scenarios():
         raise Refusal(422, "There is no such scenario. Choose another one.")
     answers = {int(node): thing for node, thing in request.answers.items()}
+    attempts().leave(request.leaves)
     name = attempts().submit(Asked(request.scenario, text, answers, request.insist))
     return flask.jsonify({"id": name})
 

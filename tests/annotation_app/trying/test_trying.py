@@ -18,7 +18,8 @@ from annotation_app.trying import attempt_queue as queue
 from annotation_app.trying.attempt import (
     Asked,
     Shown,
-    attempt,
+    film,
+    plan,
     prepare,
     read_state,
     write_state,
@@ -108,7 +109,7 @@ def test_a_scene_has_outlines_and_a_place_has_its_name(
     folder = tmp_path / "one"
     folder.mkdir()
     write_state(folder, Shown(Asked(AISLES, "Put the boxes down beside the barrel.", insist=True)))
-    attempt(folder, tmp_path)
+    plan(folder, tmp_path)
     shown = read_state(folder)
     assert shown is not None
     assert shown.plan is not None
@@ -164,7 +165,7 @@ def test_what_is_not_there_is_told_and_can_be_insisted_on(
     folder = tmp_path / "one"
     folder.mkdir()
     write_state(folder, Shown(Asked(SCENARIO, "Lift the elephant.")))
-    attempt(folder, tmp_path)
+    plan(folder, tmp_path)
     shown = read_state(folder)
     assert shown is not None
     assert (shown.phase, shown.problem) == ("done", "")
@@ -181,7 +182,7 @@ def test_a_question_is_answered_in_words_or_asked_again(
 
     def shown_after(answers: dict[int, str]) -> Shown:
         write_state(tmp_path, Shown(Asked(SCENARIO, "Go to the trailer.", answers)))
-        attempt(tmp_path, tmp_path)
+        plan(tmp_path, tmp_path)
         shown = read_state(tmp_path)
         assert shown is not None
         assert shown.plan is not None
@@ -208,7 +209,9 @@ def test_what_the_forks_cannot_reach_is_said_and_nothing_moves(
     folder = tmp_path / "one"
     folder.mkdir()
     write_state(folder, Shown(Asked("yard_put_tires_on_truck", "Pick up the boxes.", insist=True)))
-    attempt(folder, tmp_path)
+    actions = plan(folder, tmp_path)
+    assert actions is not None
+    film(folder, actions)
     shown = read_state(folder)
     assert shown is not None
     assert shown.plan is not None
