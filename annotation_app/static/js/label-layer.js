@@ -49,6 +49,7 @@ export function labelLayer() {
       if (!spot) continue;
       group.setAttribute("transform", `translate(${spot.x * unit} ${spot.y * unit}) scale(${unit})`);
       const [rect, text] = group.children;
+      text.textContent = label.text;
       for (const [name, value] of Object.entries({ width: spot.w, height: spot.h, rx: 5 })) rect.setAttribute(name, value);
       for (const [name, value] of Object.entries({ x: spot.w / 2, y: spot.h / 2 })) text.setAttribute(name, value);
       if (spot.line) {

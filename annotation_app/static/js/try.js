@@ -5,10 +5,13 @@ import { labelLayer, unitOf } from "./label-layer.js";
 import { boxAround } from "./labels.js";
 import { here, send } from "./server.js";
 
-const LOOK_MS = 400;
+const LOOK_MS = 250;
 const MARGIN_M = 2;
+const ASPECT = 4 / 3;
+const NARROW_PX = 500; // below, names would cover one another
 const PHASES = {
   waiting: "Waiting until the model is ready, or for those who came before",
+  queued: "The plan is there. Its video waits for those that came before",
   learning: "Getting the model ready; the very first time it is trained, which takes some minutes",
   reading: "Looking for what the words mean",
   moving: "Carrying the plan out in the simulated world",
@@ -51,6 +54,7 @@ async function look() {
   $("picture").hidden = false;
   $("picture").replaceChildren(h("p", { class: "note" }, "The picture is being made."));
   $("map").replaceChildren();
+  $("key").replaceChildren();
   for (;;) {
     const { status, data } = await send("GET", `/api/try/scenes/${scenario}`).catch(() => ({ status: 0, data: {} }));
     if (scenario !== $("scenario").value) return;
@@ -79,17 +83,22 @@ function mark(plan) {
     for (const thing of things) share.set(thing, Math.max(probability, share.get(thing) ?? 0));
   }
   const likeliest = new Set(candidates[0]?.things ?? []);
-  const unnamed = (plan?.places ?? []).map((place, i) => ({ ...place, key: `place ${i}` })).filter(({ key }) => share.has(key));
-  const isNamed = new Set(unnamed.map(({ name }) => name));
+  const isNamed = new Set(world.places.map(({ name }) => name));
+  const places = (plan?.places ?? []).map((place, i) => ({ ...place, key: `place ${i}`, id: isNamed.has(place.name) ? place.name : `place ${i}` }));
+  const inPlan = places.filter(({ key }) => share.has(key));
+  const isMeant = new Set(inPlan.map(({ id }) => id));
+  const things = world.things.map((thing) => ({ ...thing, key: `object ${thing.id}`, id: `object ${thing.id}`, kind: "object" }));
+  const others = world.places.map((place) => ({ ...place, key: place.name, id: place.name }));
+  const numbers = new Map([...new Set([...things, ...others, ...places].map(({ id }) => id))].map((id, i) => [id, i + 1]));
   const shapes = [
-    ...world.things.map((thing) => ({ ...thing, key: `object ${thing.id}`, kind: "object" })),
-    ...world.places.filter(({ name }) => !isNamed.has(name)).map((place) => ({ ...place, key: place.name, kind: "place", outlines: [place.outline] })),
-    ...unnamed.map((place) => ({ ...place, kind: "place", outlines: [place.outline] })),
-  ].map((shape) => ({
-    ...shape,
-    isChosen: likeliest.has(shape.key),
-    text: share.has(shape.key) ? `${shape.name} ${percent(share.get(shape.key))}` : shape.name,
-  }));
+    ...things,
+    ...[...others.filter(({ id }) => !isMeant.has(id)), ...inPlan].map((place) => ({ ...place, kind: "place", outlines: [place.outline] })),
+  ].map((shape) => {
+    const part = share.has(shape.key) ? percent(share.get(shape.key)) : "";
+    const isUnnamed = shape.kind === "place" && !isNamed.has(shape.name);
+    const text = `${shape.name} ${part}`.trim();
+    return { ...shape, isChosen: likeliest.has(shape.key), part, text, short: isUnnamed ? part : text, number: numbers.get(shape.id) };
+  });
   if (world.width) {
     const frame = { x: 0, y: 0, w: world.width, h: world.height };
     const inPicture = shapes.map((shape) => ({ ...shape, parts: shape.outlines.filter((part) => part.length) }));
@@ -100,14 +109,27 @@ function mark(plan) {
   }
   const onMap = shapes.map((shape) => ({ ...shape, parts: [shape.footprint.map(([x, y]) => [x, -y])] }));
   const around = boxAround(onMap.flatMap(({ parts }) => parts[0]));
-  const frame = { x: around.x - MARGIN_M, y: around.y - MARGIN_M, w: around.w + 2 * MARGIN_M, h: around.h + 2 * MARGIN_M };
+  const [w, tall] = [around.w + 2 * MARGIN_M, around.h + 2 * MARGIN_M];
+  const wide = Math.max(w, tall * ASPECT);
+  const frame = { x: around.x - MARGIN_M - (wide - w) / 2, y: around.y - MARGIN_M, w: wide, h: tall };
   $("map").replaceChildren(drawing("map", frame, onMap));
+  $("key").replaceChildren(...explained(shapes));
 }
 
 /** Labels of what a clause may mean have the best spots, then those of places. */
-const rank = ({ isChosen, text, kind }) => (isChosen ? 0 : text.includes("%") ? 1 : kind === "place" ? 2 : 3);
+const rank = ({ isChosen, part, kind }) => (isChosen ? 0 : part ? 1 : kind === "place" ? 2 : 3);
 
-/** Shapes over a picture or on a map, with their names. */
+/** What the numbers stand for; things of the same name share a line. */
+function explained(shapes) {
+  const lines = new Map();
+  for (const shape of [...shapes].sort((a, b) => rank(a) - rank(b))) {
+    const key = `${shape.text} ${shape.isChosen}`;
+    lines.set(key, { ...shape, all: [...(lines.get(key)?.all ?? []), shape.number] });
+  }
+  return [...lines.values()].map(({ text, all, isChosen }) => h("li", { class: isChosen ? "chosen" : "" }, h("b", {}, all.join(", ")), ` ${text}`));
+}
+
+/** Shapes over a picture or on a map, with their names, or with numbers where these have no room. */
 function drawing(kind, frame, shapes) {
   const layer = s("svg", { class: kind, viewBox: `${frame.x} ${frame.y} ${frame.w} ${frame.h}`, "aria-hidden": "true" });
   const seen = shapes.filter(({ parts }) => parts.length);
@@ -118,19 +140,28 @@ function drawing(kind, frame, shapes) {
   }
   const caps = labelLayer();
   layer.append(caps.element);
-  const labels = seen
-    .map(({ key, kind: sort, text, parts, isChosen }) => ({ id: key, kind: sort, text, box: boxAround(parts[0]), isChosen }))
-    .sort((a, b) => rank(a) - rank(b));
-  new ResizeObserver(() => unitOf(layer) && caps.put(labels, frame, unitOf(layer))).observe(layer);
+  const sorted = [...seen].sort((a, b) => rank(a) - rank(b));
+  const put = () => {
+    const unit = unitOf(layer);
+    if (!unit) return;
+    const isNarrow = layer.getBoundingClientRect().width < NARROW_PX;
+    $("key").hidden = !isNarrow;
+    const isAsked = sorted.some(({ part }) => part);
+    const labels = sorted.map(({ id, kind: sort, short, number, part, parts, isChosen }) =>
+      ({ id, kind: sort, text: isNarrow ? String(number) : short, box: boxAround(parts[0]), isChosen, isMinor: isAsked && !part }));
+    caps.put(labels, frame, unit);
+  };
+  new ResizeObserver(put).observe(layer);
   return layer;
 }
 
 async function begin(asked) {
+  const leaves = current ?? "";
   current = null;
   clear();
   mark(null);
   busy({ phase: "waiting", done: 0, total: 0 });
-  const { status, data } = await send("POST", "/api/try", asked).catch(() => ({ status: 0, data: {} }));
+  const { status, data } = await send("POST", "/api/try", { ...asked, leaves }).catch(() => ({ status: 0, data: {} }));
   if (status !== 200) {
     busy(null);
     complain(data.error ?? "The server can't be reached. Try again.");
@@ -168,12 +199,12 @@ function complain(message) {
 }
 
 function busy(state) {
-  $("go").disabled = Boolean(state);
+  $("go").disabled = Boolean(state) && !state.plan; // the next one needn't wait for a video
   $("under-way").hidden = !state;
   if (!state) return;
   $("film").hidden = false;
   $("film").querySelector(".screen")?.remove();
-  const words = PHASES[state.phase] ?? "";
+  const words = PHASES[state.phase === "waiting" && state.plan ? "queued" : state.phase] ?? "";
   if ($("phase").textContent !== words) {
     $("phase").textContent = words;
     announce(words);

@@ -13,11 +13,31 @@ from playwright.sync_api import BrowserContext, Route, expect
 from annotation_app.serving.factory import create_app
 from annotation_app.trying.attempt_queue import attempts
 from tests.annotation_app.browser import engine_of, installation_of
-from tests.annotation_app.in_browser import errors_of, late, serving, violations, width_of
+from tests.annotation_app.in_browser import (
+    drawn_anew,
+    errors_of,
+    late,
+    serving,
+    violations,
+    width_of,
+)
 
 pytestmark = pytest.mark.slow
 
 PATIENCE_MS = 180_000
+COVERED = """() => ["#picture", "#map"].flatMap(where => {
+  const boxes = of => [...document.querySelectorAll(`${where} ${of}`)].map(
+    one => one.getBoundingClientRect());
+  const share = (a, b) =>
+    Math.max(0, Math.min(a.right, b.right) - Math.max(a.left, b.left)) *
+    Math.max(0, Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top)) / (b.width * b.height);
+  const caps = boxes(".cap:not(.left-out) rect"), places = boxes(".place-shape");
+  return caps.flatMap((cap, i) => [
+    ...caps.slice(i + 1).map(other => share(cap, other)).filter(part => part > 0.02),
+    ...places.map(place => share(cap, place)).filter(part => part > 0.5),
+  ].map(part => `${where}: ${part}`));
+})"""
+"""Shares of labels, and of places, that a label hides."""
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +111,42 @@ def test_a_command_is_followed_and_filmed(address: str, context: BrowserContext)
     assert width_of(page) <= 360
     assert found == []
     assert errors == []
+
+
+def test_labels_hide_nothing_on_a_telephone(address: str, context: BrowserContext) -> None:
+    page = context.new_page()
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"{address}/try")
+    expect(page.locator("#picture img")).not_to_have_js_property(
+        "naturalWidth", 0, timeout=PATIENCE_MS
+    )
+    command = "Put the box pallet down beside the barrel, then go to the charging station"
+    page.get_by_label("What is the robot").fill(command)
+    page.keyboard.press("Enter")
+    clauses = page.locator("[data-node]")
+    expect(clauses.first).to_be_visible(timeout=PATIENCE_MS)
+    for clause in clauses.all():
+        clause.click()
+        number = page.locator("#key .chosen b").first.inner_text().split(", ")[0]
+        chosen = page.locator("#map .labels .chosen text")
+        expect(chosen.filter(has_text=number).first).to_be_visible()
+        drawn_anew(page)
+        assert page.evaluate(COVERED) == []
+    page.set_viewport_size({"width": 1280, "height": 800})
+    expect(page.locator("#key")).to_be_hidden()
+    expect(page.locator("#map .labels .chosen text").first).to_contain_text("%")
+
+
+def test_the_next_command_waits_for_no_video(address: str, context: BrowserContext) -> None:
+    page = context.new_page()
+    page.goto(f"{address}/try")
+    page.get_by_label("World").select_option("dock_pick_up_tires")
+    steps = page.locator("#found ol li")
+    for load in ("boxes", "tires") * 4:
+        page.get_by_label("What is the robot").fill(f"Pick up the {load}")
+        page.keyboard.press("Enter")
+        expect(steps.filter(has_text=f"{load}-1")).to_be_visible(timeout=PATIENCE_MS)
+    expect(page.get_by_label("The robot carries the plan out")).to_be_visible(timeout=PATIENCE_MS)
 
 
 def test_a_world_that_cannot_be_shown_is_told_of_once(
