@@ -46,7 +46,7 @@ from g3.language.parsing.parser import parse_unsure
 
 COMMANDS = 200
 """Weight of each name as a number of commands, compared with the prior of the weights."""
-DEFAULT = (*SETS[16:18], SETS[19], *SETS[21:])
+DEFAULT = (*SETS[16:18], SETS[19], *SETS[21:24])
 """Sets that nobody has read are left for tests."""
 
 

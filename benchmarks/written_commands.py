@@ -56,7 +56,7 @@ SETS = (
     *("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"),
     *("tenth", "eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
     *("seventeenth", "eighteenth", "nineteenth", "twentieth", "twenty_first", "twenty_second"),
-    "twenty_third",
+    *("twenty_third", "twenty_fourth", "twenty_fifth"),
 )
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]

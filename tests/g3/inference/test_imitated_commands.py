@@ -4,7 +4,8 @@ import pytest
 
 from benchmarks.written_commands import SETS, by_model, followed, records_of
 
-READ = tuple(name for name in SETS if name not in ("twelfth", "fourteenth", "nineteenth"))
+UNREAD = ("twelfth", "fourteenth", "nineteenth", "twenty_first", "twenty_fifth")
+READ = tuple(name for name in SETS if name not in UNREAD)
 """The other three sets are clean: nobody has read which of their plans are wrong."""
 EVERY = 40
 
