@@ -22,9 +22,11 @@ _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 
 def is_source(sdc: SDC) -> bool:
     """Check that a PATH or a PLACE tells where something is taken from: "off the truck"."""
-    named = concepts(field_words(sdc.relation))
-    emptied = sdc.type == "PATH" and field_words(sdc.relation) == ("of",)  # "clear it of crates"
-    return emptied or ("from" in named and "to" not in named)
+    said = field_words(sdc.relation)
+    named = concepts(said)
+    emptied = sdc.type == "PATH" and said == ("of",)  # "clear it of crates"
+    aside = "from" in said and SIDES & concepts(said[: said.index("from")])  # "left from the cone"
+    return emptied or ("from" in named and "to" not in named and not aside)
 
 
 def is_company(path: SDC) -> bool:

@@ -692,17 +692,28 @@ def _put_on(sdc: SDC, nouns: Nouns) -> SDC:
 
 
 def _staying(sdc: SDC, nouns: Nouns) -> SDC:
-    """A clause that asks to wait, without what isn't there: "stay there", "wait for the boss"."""
-    parts = arguments_of(sdc)
-    if "staying" not in verb_of(tuple(verb_words(sdc))).classes or subject_of(sdc):
+    """A clause that asks to wait, without what isn't there, or to turn, without "on the spot"."""
+    parts, classes = arguments_of(sdc), verb_of(tuple(verb_words(sdc))).classes
+    if not classes & {"staying", "turning"} or subject_of(sdc):
         return sdc
-    if any(part.type == "OBJECT" and not names_nothing(part, nouns) for part in parts):
+    waits = "staying" in classes
+    if waits and any(p.type == "OBJECT" and not names_nothing(p, nouns) for p in parts):
         return sdc
+    aside = {
+        part
+        for part in parts
+        if (names_nothing(part, nouns) or is_there(part) if waits else _is_where_it_is(part))
+    }
     first, second = (
-        tuple(part for part in own if not (names_nothing(part, nouns) or is_there(part)))
-        for own in (sdc.landmark1, sdc.landmark2)
+        tuple(part for part in own if part not in aside) for own in (sdc.landmark1, sdc.landmark2)
     )
     return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _is_where_it_is(part: SDC) -> bool:
+    """Check that a place is where the robot is: "on the spot"."""
+    at = part.type == "PLACE" and bool(part.landmark1)
+    return at and WORDS["start"].issuperset(bare_words(all_words(part)))
 
 
 def _onto(sdc: SDC, nouns: Nouns) -> SDC | None:

@@ -12,6 +12,7 @@ _PARTS = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d]+|°")
 _AND_A = ["and", "a"]
 _BETWEEN = WORDS["an"] | WORDS["whole"] | {"of", "more"}
 """What may stand between a number and what it counts: "half a metre", "a quarter of a turn"."""
+TEN = 10.0
 LEAST_DEGREES = 10.0
 """Without a unit so much and more are degrees, where something turns."""
 
@@ -44,6 +45,8 @@ def radians_said(words: Sequence[str]) -> float | None:
     3.14
     >>> round(radians_said(["a", "quarter", "turn"]), 2), round(radians_said(["180"]), 2)
     (1.57, 3.14)
+    >>> round(radians_said("one-eight-zero degrees".split()), 2)
+    3.14
     >>> radians_said(["turn", "left"])
     """
     values = _values(words)
@@ -102,6 +105,8 @@ def _values(words: Sequence[str]) -> list[float | str]:
             found.append(value)
         elif part in VALUES["fractions"] or part == "hundred":
             found[-1] = before * value
+        elif value < TEN and (before % TEN or not value):
+            found[-1] = before * TEN + value  # "one eight zero"
         else:
             found[-1] = before + value
     return found

@@ -132,3 +132,22 @@ def test_what_goes_elsewhere_is_not_ruled_out(grounder):
     )
     found = grounder.follow(told(text, tree), world(**YARD), least=0.0)
     assert near(found, "crate-1", "barrel-1")
+
+
+def test_who_turns_on_the_spot_goes_nowhere(grounder):
+    tree = "EVENT(r = Turn around, l = PLACE(r = on, l = OBJ(f = the spot)))"
+    found = grounder.follow(told("Turn around on the spot", tree), world(**YARD), least=0.0)
+    pose = followed(found).state.pose
+    assert pose.tolist() == pytest.approx([0, 0, np.pi])
+
+
+def test_left_from_is_a_side(grounder):
+    tree = (
+        "EVENT(r = Put, l = OBJ(f = the crate), l2 = PLACE(r = left {}, l = OBJ(f = the barrel)))"
+    )
+    of, apart = (
+        grounder.follow(told(f"Put the crate left {word} the barrel", tree.format(word)), there)
+        for word, there in (("of", world(**YARD)), ("from", world(**YARD)))
+    )
+    ends = [centre(followed(found).state.thing("crate-1").prism) for found in (of, apart)]
+    assert ends[0].tolist() == pytest.approx(ends[1].tolist())
