@@ -265,7 +265,7 @@ def _with_plain_phrases(sdc: SDC, nouns: Nouns, *, aside: bool = True) -> SDC:
     if is_event:
         apart = _same_place(_each_apart(sdc, nouns), nouns)
         return _one_place(_one_deck(_from_there(_with_company(apart, nouns))))
-    sdc = _noun_apart(_on_what_carries(sdc, nouns), nouns)
+    sdc = _in_what_carries(_noun_apart(_on_what_carries(sdc, nouns), nouns), nouns)
     return _aside(sdc) if aside else _side_apart(sdc)
 
 
@@ -277,6 +277,15 @@ def _on_what_carries(sdc: SDC, nouns: Nouns) -> SDC:
     if not _names_load(sdc.figure[0], nouns) or not (is_floor(mark) or _names_other(mark, nouns)):
         return sdc
     return replace(sdc, relation=(replace(sdc.relation[0], text="on"),))
+
+
+def _in_what_carries(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause that leads into what has a deck as one that leads onto it: "in the truck"."""
+    inside = WORDS["inside"].intersection(verb_words(sdc)[-1:])
+    marks = [noun_leaf(mark).words for mark in sdc.landmark1]
+    if sdc.type == "EVENT" or not inside or not marks or not all(map(nouns.name_deck, marks)):
+        return sdc
+    return replace(sdc, relation=(*sdc.relation[:-1], replace(sdc.relation[-1], text="on")))
 
 
 def _noun_apart(sdc: SDC, nouns: Nouns) -> SDC:
@@ -516,6 +525,8 @@ def _up_or_off(sdc: SDC, nouns: Nouns) -> SDC:
     ways = [_aboard(part) for part in arguments_of(sdc) if part not in moved]
     if not moved or not all(_names_load(part, nouns) or is_pronoun(part) for part in moved):
         return sdc
+    if any(is_source(part) and part.landmark1 for part in ways):  # "down" "from the truck"
+        ways = [part for part in ways if part.landmark1 or not _leads_off(verb_words(part))]
     off = any(is_source(part) or _leads_off(verb_words(part)) for part in ways)
     if off and not any(is_goal(part) or part.type == "PLACE" for part in ways):
         come = sdc.relation or (Span(all_words(sdc)[0].start, "come"),)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-from g3.actions.grounding_candidates import carrier
+from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State, is_load, names_person
 from g3.language.lexicon.field_words import bare, normalise
 from g3.language.lexicon.tables import WORDS
@@ -72,6 +72,13 @@ class Nouns:
         if likeness < LIKELY or not self.loads.isdisjoint(map(normalise, said)):
             return False
         return likeness > self._likeness(said[-1], of_loads=True)
+
+    def name_deck(self, words: Sequence[Span]) -> bool:
+        """Check that words name what is no load and can carry one."""
+        decks = (o for o in self.state.context.objects if is_surface(o))
+        own = {label for o in decks for label in self._labels[o.id]} - self.loads
+        said = {normalise(bare(word.text)) for word in words[-1:]}
+        return self.name_other(words) and not own.isdisjoint(said)
 
     def _likeness(self, noun: str, *, of_loads: bool) -> float:
         things = self.state.context.objects

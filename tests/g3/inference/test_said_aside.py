@@ -151,3 +151,12 @@ def test_left_from_is_a_side(grounder):
     )
     ends = [centre(followed(found).state.thing("crate-1").prism) for found in (of, apart)]
     assert ends[0].tolist() == pytest.approx(ends[1].tolist())
+
+
+@pytest.mark.parametrize("into", ["in", "Inside", "into"])
+@pytest.mark.parametrize("deck", ["truck", "lorry"])
+def test_in_what_has_a_deck_is_on_it(into, deck, grounder):
+    text = f"Put the crate {into} the {deck}"
+    tree = f"EVENT(r = Put, l = OBJ(f = the crate), l2 = PATH(r = {into}, l = OBJ(f = the {deck})))"
+    found = grounder.follow(told(text, tree), world(**YARD), least=0.0)
+    assert under(found, "crate-1") == "truck-1"
