@@ -220,7 +220,13 @@ def _table_2(
     check_judgments(rated.judgments, {command.video for command in rated.commands.values()})
     with Executor(workers) as executor:
         results = table_2(rated.judgments, seed=seed, draws=draws, executor=executor, **options)
-    metadata = {"table": 2, "corpus": rated.name, "seed": seed, "draws": draws}
+    metadata: dict[str, object] = {
+        "table": 2,
+        "corpus": rated.name,
+        "is_authored": rated.is_authored,
+        "seed": seed,
+        "draws": draws,
+    }
     return _table("Table 2", lambda form: render(results, form, metadata))
 
 

@@ -82,7 +82,13 @@ def table_2(
         results = make(
             rated.judgments, study=study, models=models, seed=seed, draws=draws, executor=executor
         )
-    metadata = {"table": 2, "corpus": corpus, "seed": seed, "draws": draws}
+    metadata: dict[str, object] = {
+        "table": 2,
+        "corpus": corpus,
+        "is_authored": rated.is_authored,
+        "seed": seed,
+        "draws": draws,
+    }
     text = render(results, form, metadata, verbose=verbose, terminal=modes.is_terminal(out))
     modes.write(text, out)
 

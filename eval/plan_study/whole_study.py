@@ -234,6 +234,8 @@ class Study:
     compared_by_people: Sequence[Comparison] = ()
     compared: Sequence[Comparison] = ()
     """Each two configurations on the commands that both have, by people and by the judge."""
+    is_authored: bool = False
+    """True if the commands are of an authored corpus."""
 
 
 def go_on(
@@ -272,6 +274,7 @@ def go_on(
         known_validity(corpora.values(), **options),
         compare_people(study_pairs, records, judgments, **options) if judgments else (),
         compare_judge(both, **options),
+        corpora[settings.test].is_authored,
     )
 
 
@@ -307,7 +310,7 @@ def render(study: Study, form: Literal["text", "json"], *, terminal: bool = Fals
     about |= {"seed": study.settings.seed}
     if form == "json":
         validity = None if study.validity is None else summary(study.validity)
-        people = [_flat(row) for row in study.people] or None
+        people = [_flat(row, study.is_authored) for row in study.people] or None
         content = {
             "study": str(study.file),
             "pairs": len(study.pairs),
@@ -322,7 +325,7 @@ def render(study: Study, form: Literal["text", "json"], *, terminal: bool = Fals
             "failures": [{"run": r.run, "failure": r.failure} for r in study.records if r.failure],
         }
         return document(content, about)
-    tables = {"People's judgments": _people(study.people)} if study.people else {}
+    tables = {"People's judgments": _people(study)} if study.people else {}
     if study.compared_by_people:
         tables[f"People's judgments: {TITLE}"] = comparison_table(study.compared_by_people)
     tables["The automatic judge (a program, not people)"] = _automatic(study.automatic)
@@ -371,18 +374,19 @@ def _notes(study: Study) -> list[str]:
     return lines
 
 
-def _people(rows: Sequence[RatedRow]) -> Table:
-    headings = ("Agree", "95%", "Scenarios, raters", "Majority", "Paper", "n", "Rated pairs")
+def _people(study: Study) -> Table:
+    papers = () if study.is_authored else ("Paper",)
+    headings = ("Agree", "95%", "Scenarios, raters", "Majority", *papers, "n", "Rated pairs")
     table = figure_table(("Configuration", *headings))
-    for row in rows:
-        paper = beside(PAPER.get(row.configuration), row.rated)
+    for row in study.people:
+        paper = _paper(row, study.is_authored)
         table.add_row(
             row.configuration if row.configuration in PAPER else f"known {row.configuration}",
             f"{row.share.value:.2f}",
             interval(row.share),
             interval(row.two_way),
             f"{row.majority:.2f}",
-            "" if paper is None else f"{paper:.2f}",
+            *("" if paper is None else f"{paper:.2f}" for _ in papers),
             str(row.judgments),
             f"{row.rated} of {row.n}",
         )
@@ -399,7 +403,11 @@ def _automatic(rows: Sequence[Row]) -> Table:
     return table
 
 
-def _flat(row: RatedRow) -> dict[str, object]:
+def _paper(row: RatedRow, is_authored: bool) -> float | None:
+    return beside(PAPER.get(row.configuration), row.rated, is_authored=is_authored)
+
+
+def _flat(row: RatedRow, is_authored: bool) -> dict[str, object]:
     return {
         "configuration": row.configuration,
         "judge": "people",
@@ -412,7 +420,7 @@ def _flat(row: RatedRow) -> dict[str, object]:
         "n": row.judgments,
         "rated": row.rated,
         "pairs": row.n,
-        "paper": beside(PAPER.get(row.configuration), row.rated),
+        "paper": _paper(row, is_authored),
     }
 
 

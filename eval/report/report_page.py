@@ -26,8 +26,8 @@ from eval.report.plan_results import WHOLE, Compared, PlanRow, Plans, calibratio
 from eval.report.report_contents import Contents
 from eval.statistics.estimates import FEWEST_BESIDE, beside
 from eval.statistics.ratings import judged_by
-from eval.table_1.correspondence import PAPER_TABLE_1, Row
-from eval.table_1.correspondence_table import render
+from eval.table_1.correspondence import Row
+from eval.table_1.correspondence_table import paper_figures, render
 from eval.table_1.learning_curve import curve_plot
 from eval.table_2 import rating_table as rated
 from eval.table_2.rating_shares import Results
@@ -108,7 +108,9 @@ def page(contents: Contents, plots: Mapping[str, Plot]) -> str:
         measures=MEASURES,
         wrong_plans=WRONG_PLANS,
         calibration=calibration_error(contents.reliability).value,
-        table_2_notes=table_2_notes(contents.table_2) if contents.table_2 else [],
+        table_2_notes=(
+            table_2_notes(contents.table_2, contents.is_authored) if contents.table_2 else []
+        ),
         validity_notes=notes(contents.validity) if contents.validity else [],
         agreements=_agreements(contents.validity),
         verdicts=VERDICTS,
@@ -176,8 +178,8 @@ def _of_table_1(contents: Contents) -> list[Line]:
 
 
 def _paper_1(row: Row, contents: Contents) -> float | None:
-    """Return the paper's F-score beside a row, but for authored corpora."""
-    return None if contents.is_authored else beside(PAPER_TABLE_1[row.type].f, row.n)
+    """Return the paper's F-score beside a row."""
+    return paper_figures(row, contents.is_authored)["f"]
 
 
 def _of_table_2(results: Results, *, is_authored: bool) -> list[Line]:
@@ -185,7 +187,7 @@ def _of_table_2(results: Results, *, is_authored: bool) -> list[Line]:
         Line(
             f"{row.configuration} video",
             {"other videos": row.share, "and other raters": row.two_way},
-            None if is_authored else paper_2(row, results.study),
+            paper_2(row, results.study, is_authored),
         )
         for row in results.rows
     ]
@@ -206,8 +208,8 @@ def _of_table_3(rows: Sequence[PlanRow], plans: Plans) -> list[Line]:
 
 def paper_figure(row: PlanRow, plans: Plans) -> float | None:
     """Return the paper's figure beside a row, where the corpora are alike."""
-    is_alike = row.subset == WHOLE and plans.has_paper
-    return beside(PAPER_TABLE_3.get(row.configuration), row.n) if is_alike else None
+    printed = PAPER_TABLE_3.get(row.configuration) if row.subset == WHOLE else None
+    return beside(printed, row.n, is_authored=not plans.has_paper)
 
 
 def name_of(row: PlanRow) -> str:
@@ -305,7 +307,8 @@ def _files(contents: Contents, plots: Mapping[str, Plot]) -> dict[str, str]:
         columns = ("type", "sdcs", "error", "low", "high", "reason")
         texts["learning-curve.csv"] = delimited(points, {}, columns=columns)
     if contents.table_2:
-        ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"])}
+        authored: dict[str, object] = {"is_authored": contents.is_authored}
+        ratings = {"table": 2, "corpus": str(contents.provenance["corpus_hash"]), **authored}
         texts["table-2.csv"] = rated.render(contents.table_2, "csv", ratings)
         texts["table-2.tex"] = rated.render(contents.table_2, "latex", ratings)
     if contents.plans:
@@ -341,7 +344,8 @@ def _document(contents: Contents) -> str:
         "examples": [{"video": e.name, "command": e.command} for e in contents.shown],
     }
     if contents.table_2:
-        made["table_2"] = json.loads(rated.render(contents.table_2, "json", {}))
+        authored = {"is_authored": contents.is_authored}
+        made["table_2"] = json.loads(rated.render(contents.table_2, "json", authored))
     if contents.validity:
         made["judge_validity"] = judge_report.summary(contents.validity)
     return document(made, {})

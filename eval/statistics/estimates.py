@@ -84,8 +84,8 @@ ALIKE = 1e-12
 """Largest difference of figures that are equal up to rounding."""
 
 
-def beside(paper: float | None, n: int) -> float | None:
-    """Return the paper's figure to show beside one of ours, or None beside one of too few.
+def beside(paper: float | None, n: int, *, is_authored: bool) -> float | None:
+    """Return the paper's figure to show beside one of ours, or None where they aren't comparable.
 
     Parameters
     ----------
@@ -93,8 +93,16 @@ def beside(paper: float | None, n: int) -> float | None:
         The paper's figure; None where it has none.
     n
         Number of our examples, pairs or commands.
+    is_authored
+        True if ours is of an authored corpus, or of simulated raters.
     """
-    return paper if n >= FEWEST_BESIDE else None
+    return paper if n >= FEWEST_BESIDE and not is_authored else None
+
+
+NO_PAPER = (
+    "paper: not beside authored commands or simulated ratings; its figures are in docs/results.md"
+)
+"""Note under a table without the paper's figures."""
 
 
 def ratio(numerator: FloatArray, denominator: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from corpus_tools.corpus.estimate import Estimate, explained
 from corpus_tools.runtime.text_tables import figure_table
-from eval.statistics.estimates import FEWEST_BESIDE, FIGURES, beside
+from eval.statistics.estimates import FEWEST_BESIDE, FIGURES, NO_PAPER, beside
 from eval.table_1.correspondence import PAPER_SOURCE, PAPER_TABLE_1, Row
 from eval.table_1.given_predictions import OURS, ComparedType
 from eval.tables.comparison_report import comparison_table, records
@@ -52,7 +52,7 @@ def render(
     compared: Sequence[ComparedType] = (),
     terminal: bool = False,
 ) -> str:
-    """Render Table 1 in one of the formats, with the paper's figures beside.
+    """Render Table 1 in one of the formats, with the paper's figures unless it is authored.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def render(
         files of several runs can be put together) or ``latex`` (a tabular for booktabs).
     metadata
         Metadata to record with the figures: corpus, model, seeds. In JSON they stand at the top
-        level.
+        level. ``is_authored`` is true of an authored corpus.
     others
         The rows of other models by name, on the same examples.
     compared
@@ -75,13 +75,14 @@ def render(
         If a key of the metadata is also the name of a column, or no such format exists.
     """
     models = {OURS: rows, **others} if others else {"": rows}
+    is_authored = bool(metadata.get("is_authored"))
     if format == "text":
         return _text(models, compared, metadata, terminal=terminal)
     if format == "json":
-        return document(_content(rows, others, compared), metadata)
+        return document(_content(rows, others, compared, is_authored), metadata)
     if format == "csv":
         named = [
-            {"model": name, **_flat(row)}
+            {"model": name, **_flat(row, is_authored)}
             for name, rows_of_model in models.items()
             for row in rows_of_model
         ]
@@ -105,26 +106,32 @@ def _figures(row: Row) -> dict[str, object]:
     return record
 
 
-def _paper(row: Row) -> dict[str, float | None]:
+def paper_figures(row: Row, is_authored: bool) -> dict[str, float | None]:
     """Return the paper's figures beside a row."""
-    return {name: beside(one, row.n) for name, one in PAPER_TABLE_1[row.type]._asdict().items()}
+    papers = PAPER_TABLE_1[row.type]._asdict().items()
+    return {name: beside(one, row.n, is_authored=is_authored) for name, one in papers}
 
 
-def _nested(row: Row) -> dict[str, object]:
-    return _figures(row) | {"paper": _paper(row) | {"source": PAPER_SOURCE}}
+def _nested(row: Row, is_authored: bool) -> dict[str, object]:
+    return _figures(row) | {"paper": paper_figures(row, is_authored) | {"source": PAPER_SOURCE}}
 
 
-def _flat(row: Row) -> dict[str, object]:
-    return _figures(row) | {f"paper_{name}": value for name, value in _paper(row).items()}
+def _flat(row: Row, is_authored: bool) -> dict[str, object]:
+    papers = paper_figures(row, is_authored).items()
+    return _figures(row) | {f"paper_{name}": value for name, value in papers}
 
 
 def _content(
-    rows: Sequence[Row], others: Mapping[str, Sequence[Row]], compared: Sequence[ComparedType]
+    rows: Sequence[Row],
+    others: Mapping[str, Sequence[Row]],
+    compared: Sequence[ComparedType],
+    is_authored: bool,
 ) -> dict[str, object]:
-    content: dict[str, object] = {"rows": [_nested(row) for row in rows]}
+    content: dict[str, object] = {"rows": [_nested(row, is_authored) for row in rows]}
     if others:
         content["others"] = {
-            name: [_nested(row) for row in rows_of_model] for name, rows_of_model in others.items()
+            name: [_nested(row, is_authored) for row in rows_of_model]
+            for name, rows_of_model in others.items()
         }
         content["comparisons"] = [
             {"type": c.type, **record} for c in compared for record in records(c.comparisons)
@@ -140,8 +147,10 @@ def _text(
     terminal: bool,
 ) -> str:
     title = "Performance at predicting the correspondence variable"
+    is_authored = bool(metadata.get("is_authored"))
+    papers = f"paper: {PAPER_SOURCE}, on its own corpus; none where n < {FEWEST_BESIDE}"
     tables = {
-        f"{title}: {name}" if name else title: _table(rows, terminal=terminal)
+        f"{title}: {name}" if name else title: _table(rows, is_authored, terminal=terminal)
         for name, rows in models.items()
     }
     tables |= {f"Accuracy compared, {c.type}": comparison_table(c.comparisons) for c in compared}
@@ -149,7 +158,7 @@ def _text(
         "95%: percentile interval of a bootstrap over clusters of examples",
         *explained(_estimates(models).values()),
         *left_out(_estimates(models), metadata.get("draws", "the")),
-        f"paper: {PAPER_SOURCE}, on its own corpus; none where n < {FEWEST_BESIDE}",
+        NO_PAPER if is_authored else papers,
         *([COMPARED] if compared else []),
     ]
     return table_text(tables, notes, metadata, terminal=terminal)
@@ -165,7 +174,7 @@ def _estimates(models: Mapping[str, Sequence[Row]]) -> dict[str, Estimate]:
     }
 
 
-def _table(rows: Sequence[Row], *, terminal: bool) -> Table:
+def _table(rows: Sequence[Row], is_authored: bool, *, terminal: bool) -> Table:
     table = figure_table(("Type", *HEADINGS, "n", "True", "Commands"))
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
@@ -173,25 +182,28 @@ def _table(rows: Sequence[Row], *, terminal: bool) -> Table:
         name = row.type.capitalize() if row.type == "overall" else row.type
         counts = (str(row.n), str(row.positives), str(row.commands))
         table.add_row(name, *(figure(e.value) for e in estimates), *counts, style="bold")
-        table.add_row("  95%", *(interval(e, between) for e in estimates))
-        paper = map(figure, _paper(row).values())
-        table.add_row("  paper", *paper, style="dim", end_section=True)
+        bounds = (interval(e, between) for e in estimates)
+        table.add_row("  95%", *bounds, end_section=is_authored)
+        if not is_authored:
+            paper = map(figure, paper_figures(row, is_authored).values())
+            table.add_row("  paper", *paper, style="dim", end_section=True)
     return table
 
 
 def _latex(rows: Sequence[Row], metadata: Mapping[str, object], model: str) -> str:
     cells: list[tuple[str, ...]] = []
+    is_authored = bool(metadata.get("is_authored"))
     for row in rows:
         estimates: list[Estimate] = [getattr(row, name) for name in FIGURES]
-        paper = map(figure, _paper(row).values())
         if row.type == "overall":
             cells.append(RULE)
         name = row.type.capitalize() if row.type == "overall" else row.type
-        cells += [
-            (name, *map(estimate, estimates), str(row.n)),
-            (r"\quad paper$^\dagger$", *paper, ""),
-        ]
-    about = [*comments(metadata), f"Rows marked with a dagger: {PAPER_SOURCE}."]
+        cells.append((name, *map(estimate, estimates), str(row.n)))
+        if not is_authored:
+            paper = map(figure, paper_figures(row, is_authored).values())
+            cells.append((r"\quad paper$^\dagger$", *paper, ""))
+    about = comments(metadata)
+    about += [] if is_authored else [f"Rows marked with a dagger: {PAPER_SOURCE}."]
     about += [f"Model: {model}."] if model else []
     about += explained(_estimates({model: rows}).values())
     return tabular(("SDC type", *HEADINGS, "$n$"), cells, comments=about)

@@ -126,6 +126,7 @@ def set_up_model(choices: Choices) -> tuple[GroundingModel, Sequence[Example], M
         "protocol": "a trained model on a test corpus",
         "train_corpus": card["corpus_hash"],
         "test_corpus": corpus.hash,
+        "is_authored": corpus.is_authored,
         "feature_sets": list(model.space_.sets),
         "l2": model.l2,
         "model_training": card["training"],
@@ -141,7 +142,11 @@ def _one_corpus(choices: Choices) -> DividedExamples:
     if choices.tested_negatives != choices.negatives:
         tested = _examples(corpus, choices.tested_negatives, choices)
     scenario_names = sorted(set(scenarios(items)))
-    metadata = {**_training(choices), "corpus": corpus.hash}
+    metadata = {
+        **_training(choices),
+        "corpus": corpus.hash,
+        "is_authored": corpus.is_authored,
+    }
     if choices.division == "cv":
         metadata |= {
             "protocol": "leave one scenario out",
@@ -188,6 +193,7 @@ def _two_corpora(choices: Choices) -> DividedExamples:
         "protocol": "a training and a test corpus",
         "train_corpus": train.hash,
         "test_corpus": test.hash,
+        "is_authored": test.is_authored,
         **_sides(items, split),
     }
     return DividedExamples(items, [split], metadata)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from corpus_tools.corpus.estimate import Estimate, explained, named
 from corpus_tools.runtime.text_tables import figure_table
 from corpus_tools.simulation.simulated_raters import STUDY as SIMULATED
-from eval.statistics.estimates import FEWEST_BESIDE, beside
+from eval.statistics.estimates import FEWEST_BESIDE, NO_PAPER, beside
 from eval.statistics.ratings import judged_by
 from eval.table_2.rating_shares import Configuration, Results, Row
 from eval.tables.formats import (
@@ -45,28 +45,35 @@ def render(
     verbose: bool = False,
     terminal: bool = False,
 ) -> str:
-    """Render Table 2 in one of the formats, with the paper's figures beside.
+    """Render Table 2 in one of the formats, with the paper's figures unless it is authored.
 
-    A text has the intervals and shares by other methods where `verbose` asks for them.
+    A text has the intervals and shares by other methods where `verbose` asks for them. The
+    metadata's ``is_authored`` is true of an authored corpus.
     """
+    is_authored = bool(metadata.get("is_authored"))
     about = {"judged_by": judged_by(results.study), "study": results.study, **metadata}
     if form == "json":
-        return document(_content(results), about)
+        return document(_content(results, is_authored), about)
     if form == "csv":
         both = _of_both(results)
-        rows = [{**_flat(row, results.study), **both} for row in results.rows]
+        rows = [{**_flat(row, results.study, is_authored), **both} for row in results.rows]
         return delimited(rows, about, columns=(*COLUMNS, *both))
     if form == "latex":
-        return _latex(results, about)
-    return _text(results, about, verbose=verbose, terminal=terminal)
+        return _latex(results, about, is_authored)
+    return _text(results, about, is_authored, verbose=verbose, terminal=terminal)
 
 
-def paper_figure(row: Row, study: str) -> float | None:
+def paper_figure(row: Row, study: str, is_authored: bool) -> float | None:
     """Return the paper's figure beside a row; none beside simulated raters' judgments."""
-    return None if study == SIMULATED else beside(PAPER[row.configuration], row.pairs)
+    is_invented = is_authored or study == SIMULATED
+    return beside(PAPER[row.configuration], row.pairs, is_authored=is_invented)
 
 
-def notes(results: Results) -> list[str]:
+def _has_paper(results: Results, is_authored: bool) -> bool:
+    return not is_authored and results.study != SIMULATED
+
+
+def notes(results: Results, is_authored: bool = False) -> list[str]:
     """Return notes on the figures, and on their difference from the paper's."""
     videos = (f"{r.configuration} {r.videos}, shown with {r.shown}" for r in results.rows)
     result = [
@@ -76,12 +83,12 @@ def notes(results: Results) -> list[str]:
         "independent: Wilson's interval, too narrow, for judgments of a video are alike",
         "majority, weighed: part of the pairs, by most judgments or by Dawid and Skene's model",
     ]
-    if results.study != SIMULATED:
-        result.append(
-            f"paper: {PAPER_SOURCE}. It doesn't state which judgments it counts, nor whether it "
-            "counts single ones or pairs: each rater who differs lowers a share of judgments, and "
-            f"is outvoted in a majority. It is left out beside fewer than {FEWEST_BESIDE} pairs"
-        )
+    papers = (
+        f"paper: {PAPER_SOURCE}. It doesn't state which judgments it counts, nor whether it "
+        "counts single ones or pairs: each rater who differs lowers a share of judgments, and "
+        f"is outvoted in a majority. It is left out beside fewer than {FEWEST_BESIDE} pairs"
+    )
+    result.append(papers if _has_paper(results, is_authored) else NO_PAPER)
     if any(row.model is not None for row in results.rows):
         result.append(
             "GEE: estimating equations with videos as clusters; crossed model: linear, with random "
@@ -123,7 +130,7 @@ def _bounds(one: Estimate) -> dict[str, object]:
     return {part: getattr(one, part) for part in BOUNDED}
 
 
-def _content(results: Results) -> dict[str, object]:
+def _content(results: Results, is_authored: bool) -> dict[str, object]:
     rows = [
         {
             "configuration": row.configuration,
@@ -137,7 +144,7 @@ def _content(results: Results) -> dict[str, object]:
             "shown": row.shown,
             "gee": row.model,
             "crossed": row.crossed,
-            "paper": paper_figure(row, results.study),
+            "paper": paper_figure(row, results.study, is_authored),
         }
         for row in results.rows
     ]
@@ -147,17 +154,17 @@ def _content(results: Results) -> dict[str, object]:
         "odds_ratio": None if results.link is None else results.link.odds_ratio(),
         "repeats": results.repeats,
         "left_out": results.left_out,
-        "notes": notes(results),
+        "notes": notes(results, is_authored),
     }
 
 
-def _flat(row: Row, study: str) -> dict[str, object]:
+def _flat(row: Row, study: str, is_authored: bool) -> dict[str, object]:
     result: dict[str, object] = {
         "configuration": row.configuration,
         "precision": row.share.value,
         **_bounds(row.share),
         **named({"weighed": row.weighed}),
-        "paper": paper_figure(row, study),
+        "paper": paper_figure(row, study, is_authored),
     }
     result |= {name: getattr(row, name) for name in (*COUNTS, "shown")}
     for name in ("wilson", "exact", "two_way"):
@@ -181,17 +188,21 @@ def _of_both(results: Results) -> dict[str, object]:
 
 
 def _text(
-    results: Results, metadata: Mapping[str, object], *, verbose: bool, terminal: bool
+    results: Results,
+    metadata: Mapping[str, object],
+    is_authored: bool,
+    *,
+    verbose: bool,
+    terminal: bool,
 ) -> str:
     has_models = any(row.model is not None for row in results.rows)
-    has_paper = results.study != SIMULATED
-    papers = ("Paper",) if has_paper else ()
+    papers = ("Paper",) if _has_paper(results, is_authored) else ()
     table = figure_table(
         ("Video", "Agree", "95%", "Videos, raters", "Majority", *papers, "n", "Pairs")
     )
     others = figure_table(("Video", "Independent", "Weighed", *(MODELS if has_models else ())))
     for row in results.rows:
-        paper = [figure(paper_figure(row, results.study))] if has_paper else []
+        paper = (figure(paper_figure(row, results.study, is_authored)) for _ in papers)
         table.add_row(
             row.configuration,
             f"{row.share.value:.3f}",
@@ -211,21 +222,22 @@ def _text(
     tables = {f"{judges} who agree that the video shows the command": table}
     if has_models or verbose:
         tables["By other methods"] = others
-    return table_text(tables, notes(results), metadata, terminal=terminal)
+    return table_text(tables, notes(results, is_authored), metadata, terminal=terminal)
 
 
-def _latex(results: Results, metadata: Mapping[str, object]) -> str:
+def _latex(results: Results, metadata: Mapping[str, object], is_authored: bool) -> str:
+    papers = ("Paper",) if _has_paper(results, is_authored) else ()
     cells = [
         (
             row.configuration,
             estimate(row.share, "{:.3f}"),
             f"{row.majority:.2f}",
-            figure(paper_figure(row, results.study)),
+            *(figure(paper_figure(row, results.study, is_authored)) for _ in papers),
             str(row.n),
             *(estimate(one, "{:.3f}") for one in (row.model, row.crossed) if one),
         )
         for row in results.rows
     ]
     has_models = any(row.model is not None for row in results.rows)
-    headings = ("Video", "Agree", "Majority", "Paper", "$n$", *(MODELS if has_models else ()))
-    return tabular(headings, cells, comments=[*comments(metadata), *notes(results)])
+    headings = ("Video", "Agree", "Majority", *papers, "$n$", *(MODELS if has_models else ()))
+    return tabular(headings, cells, comments=[*comments(metadata), *notes(results, is_authored)])

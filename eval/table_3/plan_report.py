@@ -261,10 +261,13 @@ def _lines(all_rows: Sequence[Row], result: EndToEnd, *, verbose: bool) -> Itera
 
 def _papers(own: Sequence[Row], subset: Subset, result: EndToEnd) -> Mapping[str, float]:
     """Return the paper's figures beside rows; they are of its own corpus, or one like it."""
-    if subset != "all" or "gold" not in result.outcomes or result.metadata.get("is_authored"):
+    if subset != "all" or "gold" not in result.outcomes:
         return {}
+    is_authored = bool(result.metadata.get("is_authored"))
     papers = {str(row["configuration"]): row["n"] for row in own}
-    shown = {name: beside(PAPER.get(name), n) for name, n in papers.items()}
+    shown = {
+        name: beside(PAPER.get(name), n, is_authored=is_authored) for name, n in papers.items()
+    }
     return {name: one for name, one in shown.items() if one is not None}
 
 

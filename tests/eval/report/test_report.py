@@ -305,7 +305,7 @@ def test_new_worlds_come_first_and_names_are_told_apart(plans, tmp_path):
 
 
 def test_the_papers_figures_are_not_beside_a_handful(report):
-    assert [beside(0.9, n) for n in (6, 9, 10)] == [None, None, 0.9]
+    assert [beside(0.9, n, is_authored=False) for n in (6, 9, 10)] == [None, None, 0.9]
     page = (report / "report.html").read_text()
     table = page[page.index('<section id="table-2">') :].partition("</table>")[0]
     assert re.findall('<td class="ref">([^<]*)</td>', table) == ["–", "–"]  # a pair of videos each

@@ -76,6 +76,19 @@ def test_the_papers_figures_are_not_beside_a_handful():
     assert [line.count("0.") for line in latex] == [4, 0]
 
 
+def test_the_papers_figures_are_not_beside_an_authored_corpus():
+    about = {"is_authored": True}
+    papers = [one["paper"] for one in json.loads(render(ROWS, "json", about))["rows"]]
+    assert {paper[name] for paper in papers for name in FIGURES} == {None}
+    for form in ("text", "latex"):
+        rows = [line.split() for line in render(ROWS, form, about).splitlines()]
+        assert not any(
+            "paper" in row[:1] or row[:2] == [r"\quad", "paper$^\\dagger$"] for row in rows
+        )
+    (record, *_) = csv.DictReader(io.StringIO(render(ROWS, "csv", about)))
+    assert {record[f"paper_{name}"] for name in FIGURES} == {""}
+
+
 def test_table_for_a_file_is_plain_and_fits_80_columns():
     assert render(ROWS, "text", {}).isascii()
     text = render(ROWS, "text", {"corpus": "wärehouse"})

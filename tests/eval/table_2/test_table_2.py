@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.authored.bundled import open_corpus
 from eval.cli.eval_commands import evaluate
 from eval.statistics.ratings import check_judgments, of_study, ratings_of, repeated
@@ -152,8 +153,8 @@ def test_units_are_pairs():
 
 
 @pytest.fixture(scope="module")
-def corpus(tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder: Path = tmp_path_factory.mktemp("corpora") / "rated"
+def rated_corpus() -> Corpus:
+    """An authored corpus with ratings."""
     authored = open_corpus("warehouse")
     videos = sorted({command.video for command in authored.commands.values()})
     rated = [
@@ -162,7 +163,15 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> str:
         )
         for j in judgments()
     ]
-    replace(authored, judgments=tuple(rated)).save(folder)
+    return replace(authored, judgments=tuple(rated))
+
+
+@pytest.fixture(scope="module")
+def corpus(tmp_path_factory: pytest.TempPathFactory, rated_corpus: Corpus) -> str:
+    """A corpus whose commands people typed, with ratings."""
+    folder: Path = tmp_path_factory.mktemp("corpora") / "rated"
+    typed = {id_: replace(c, subject="A1") for id_, c in rated_corpus.commands.items()}
+    replace(rated_corpus, commands=typed, annotations=()).save(folder)
     return str(folder)
 
 
@@ -192,6 +201,16 @@ def test_the_command(corpus: str):
     assert "judged_by: people" in text
     assert run("--table", "2", "--corpus", corpus, "--jobs", "2") == text
     assert r"\begin{tabular}" in run("--table", "2", "--corpus", corpus, "--format", "latex")
+
+
+def test_the_papers_figures_are_not_beside_authored_commands(rated_corpus: Corpus, tmp_path: Path):
+    rated_corpus.save(tmp_path / "authored")
+    text = run("table2", "--corpus", str(tmp_path / "authored"), "--draws", "20")
+    assert "judged_by: people" in text
+    assert "Paper" not in text
+    found = json.loads(run("table2", "--corpus", str(tmp_path / "authored"), "--json"))
+    assert [row["paper"] for row in found["rows"]] == [None, None]
+    assert "Paper" not in run("table2", "--corpus", str(tmp_path / "authored"), "--format", "latex")
 
 
 def test_planning(corpus: str):
