@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 
 from benchmarks.written_commands import FOLDER, learned_cost, parser_of, state_of
-from g3.actions.action_words import described
+from g3.actions.action_words import PlanWords
 from g3.actions.robot_state import State
 from g3.inference.grounder import Grounder
 
@@ -105,7 +105,7 @@ def handled(grounder: Grounder, command: Forbidden) -> list[str]:
     """Return the actions of a command's plan that handle what it rules out."""
     plan = grounder.follow(command.text, command.state, least=0.0, insist=True).plan
     actions = plan.actions if plan else ()
-    return [described(a) for a in actions if a.object_id in command.but]
+    return [PlanWords().action(a) for a in actions if a.object_id in command.but]
 
 
 def main() -> None:

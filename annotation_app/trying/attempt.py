@@ -28,14 +28,14 @@ from annotation_app.trying.start_scene import (
     write_scene,
 )
 from g3.errors import AnswerError, CorpusError
-from g3.groundings import FloatArray, Grounding, PhysicalObject, Place
+from g3.groundings import Grounding, PhysicalObject, Place
 from g3.storage.atomic_file import write_bytes
 
 if TYPE_CHECKING:
     from corpus_tools.runtime.progress import OnProgress
     from corpus_tools.video.drawing.canvas import Image
     from corpus_tools.video.films import Film
-    from g3.actions.action_kinds import Action
+    from g3.actions.action_words import PlanWords
     from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Result
 
@@ -291,16 +291,16 @@ def prepare(folder: Path, scenario: str) -> None:
 
 def _plan(result: Result, start: State) -> Plan:
     """Return the shown part of a result."""
-    from g3.actions.action_words import described  # noqa: PLC0415 - as above
+    from g3.actions.action_words import PlanWords  # noqa: PLC0415 - as above
 
-    places = _Places(start)
-    question = result.question
+    plan, question = result.plan, result.question
+    words = PlanWords(start, plan.actions if plan else (), points=False)
+    places = _Places(words)
     clauses = list(_clauses(result, places))
     camera = camera_of(start)
-    plan = result.plan
     return Plan(
         note=result.note,
-        steps=[described(places.named(a), plan.state.frame) for a in plan.actions] if plan else [],
+        steps=list(map(words.action, plan.actions)) if plan else [],
         probability=plan.probability if plan else 0.0,
         clauses=clauses,
         question=question.text if question else "",
@@ -312,42 +312,14 @@ def _plan(result: Result, start: State) -> Plan:
 
 
 class _Places:
-    """The places of a result, each once, with names for those that have none of their own."""
+    """The places of a result, each once, in words."""
 
-    def __init__(self, start: State) -> None:
-        self.start, self.found = start, list[Place]()
+    def __init__(self, words: PlanWords) -> None:
+        self._words, self.found = words, list[Place]()
 
     def called(self, place: Place) -> Place:
-        """Return a place with a name: its own, that of the place around it, or what is near."""
-        if place.name:
-            return place
-        middle: FloatArray = place.prism.xy.mean(axis=0)
-        for around in self.start.context.places:
-            if around.name and _is_within(middle, around.prism.xy):
-                return replace(place, name=around.name)
-        return replace(place, name=self._beside(middle))
-
-    def _beside(self, middle: FloatArray) -> str:
-        """Say where a point (2,) is beside the nearest thing, as the robot sees it at the start."""
-        context = self.start.context
-        things = [thing for thing in context.objects if thing.id != context.agent_id]
-        if not things:
-            return "a place"
-        at = [thing.prism.xy.mean(axis=0) for thing in things]
-        nearest = int(np.argmin([np.hypot(*(middle - xy)) for xy in at]))
-        here, there = on_map(np.array([middle, at[nearest]]), self.start)
-        right, ahead = here[0] - there[0], here[1] - there[1]
-        if abs(right) > abs(ahead):
-            side = "right of" if right > 0 else "left of"
-        else:
-            side = "behind" if ahead > 0 else "in front of"
-        return f"a place {np.hypot(right, ahead):.0f} m {side} {things[nearest].id}"
-
-    def named(self, action: Action) -> Action:
-        """Return an action whose places have names."""
-        target = tuple(self.called(t) if isinstance(t, Place) else t for t in action.target)
-        place = None if action.place is None else self.called(action.place)
-        return replace(action, target=target, place=place)
+        """Return a place with its words as its name."""
+        return replace(place, name=self._words.group((place,)) or "a place")
 
     def key(self, thing: Grounding) -> str:
         """Return what a thing or place is known by on the page."""
@@ -368,16 +340,6 @@ class _Places:
         if isinstance(thing, PhysicalObject):
             return f"{' '.join(thing.labels)} ({thing.id})"
         return "what the robot does"
-
-
-def _is_within(point: FloatArray, corners: FloatArray) -> bool:
-    """Check that a point (2,) is in a polygon (n, 2), which may have any order of turns."""
-    (x, y), (ax, ay) = point, corners.T
-    bx, by = np.roll(ax, -1), np.roll(ay, -1)
-    crossed = (ay > y) != (by > y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        right = x < ax + (y - ay) * (bx - ax) / (by - ay)
-    return bool(np.count_nonzero(crossed & right) % 2)
 
 
 def _clauses(result: Result, places: _Places) -> Iterator[Clause]:

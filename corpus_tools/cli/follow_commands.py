@@ -249,7 +249,7 @@ def _show_plans(result: Result, shown: Shown) -> None:
             say(f"  it can't be carried out: {plan.why_not}")
         is_asked = shown.asks and not (shown.yes or shown.plan_only or plan.why_not)
         if shown.search["explain"] or is_asked:
-            say(*(f"  {line}" for line in explained(plan, result.sdcs)))
+            say(*(f"  {line}" for line in explained(plan)))
     if result.note:
         note(f"ct: {result.note}")
     if result.question is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,6 @@ import numpy as np
 from corpus_tools.corpus.answer_records import PlaceInScene, PlanStep, SceneShown, ThingInScene
 from g3.actions import grounding_candidates as candidates
 from g3.actions.action_kinds import KINDS, Action, ActionKind, move, result
-from g3.actions.action_words import described, grounded
 from g3.actions.forklift_actions import BACK_UP, DRIVE_BETWEEN, LOWER_FORKS
 from g3.actions.robot_state import State, loads_of_context
 from g3.errors import FormatError
@@ -18,10 +18,7 @@ from g3.geometry.footprints import centre, covers, extent
 from g3.geometry.plane import rotate
 from g3.groundings import FloatArray, PhysicalObject, Place, object_ids
 from g3.inference.grounder import Plan, Result
-from g3.inference.problem.command_tree import Tree
-from g3.inference.problem.frames import asked
 from g3.inference.reasons.aspects import aspects
-from g3.sdc.clauses import SDC
 from g3.sdc.sdc_notation import to_json
 from g3.short_repr import short_repr
 
@@ -258,21 +255,17 @@ def _amount(step: PlanStep, kind: ActionKind) -> float:
     return -abs(step.amount) if kind in BACKWARDS else step.amount
 
 
-def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
+def explained(plan: Plan) -> list[str]:
     """Describe the grounding of each clause of a command, with its reason, in lines for people."""
-    tree = Tree(tuple(sdcs))
-    doing = (n for n in asked(tree) if tree.nodes[n].type in ("EVENT", "PATH"))
-    actions = dict(zip(doing, plan.actions, strict=True))
-    lines = []
+    words, lines = plan.words, []
+    actions = defaultdict[int, list[str]](list)
+    for clause, action in zip(plan.clauses, plan.actions, strict=True):
+        actions[clause].append(words.action(action))
     for grounding in plan.groundings:
-        action = actions.get(grounding.node)
-        frame = plan.state.frame
-        what = described(action, frame) if action else grounded(grounding.group, frame)
+        what = "; ".join(actions[grounding.node]) or words.group(grounding.group)
         rival, other = "", grounding.rival
         if other is not None:
-            called = (
-                described(other, frame) if isinstance(other, Action) else grounded(other, frame)
-            )
+            called = words.action(other) if isinstance(other, Action) else words.group(other)
             rival = f", rather than {called}"
         lines.append(f"{grounding.text!r}: {what} (fits {grounding.probability:.2f}){rival}")
         why = [aspect.text for aspect in aspects(grounding.reasons, grounding.sdc)]
@@ -284,7 +277,7 @@ def explained(plan: Plan, sdcs: Sequence[SDC]) -> list[str]:
 
 def sentence(plan: Plan) -> str:
     """Describe the actions of a plan one after the other."""
-    return "; ".join(described(action, plan.state.frame) for action in plan.actions)
+    return "; ".join(map(plan.words.action, plan.actions))
 
 
 def as_record(result: Result, asked: str = "") -> dict[str, object]:
@@ -301,7 +294,7 @@ def as_record(result: Result, asked: str = "") -> dict[str, object]:
         "plans": [
             {
                 "probability": round(plan.probability, 4),
-                "actions": [described(action, plan.state.frame) for action in plan.actions],
+                "actions": list(map(plan.words.action, plan.actions)),
                 "why_not": plan.why_not,
                 "groundings": [
                     {

@@ -6,7 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from importlib.resources import files
 from typing import Any, ClassVar, Generic, TypeVar
@@ -25,7 +25,7 @@ from eval.language_model.chat_endpoint import Endpoint, Message, ask, forecast, 
 from eval.parsing.parser_registry import ParseTask, TextParser
 from eval.table_3.grounder_registry import PlanGrounder, PlanTask, Proposal
 from g3.actions.action_kinds import KINDS, ActionKind
-from g3.actions.action_words import described
+from g3.actions.action_words import MAP, PlanWords
 from g3.actions.forklift_actions import DRIVE_BETWEEN
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State
@@ -277,7 +277,8 @@ def _takes(kind: ActionKind) -> str:
 def _done(plan: JudgedPlan, start: State) -> Sequence[str]:
     """Describe an execution by its traces, for a log has no actions."""
     execution = plan.execution
-    lines = [f"action: {described(action)}" for action in plan.actions]
+    words = PlanWords(replace(start, frame=MAP), plan.actions)
+    lines = [f"action: {words.action(action)}" for action in plan.actions]
     for load in execution.carried:
         after = execution.end.thing(load.id)
         if load.lowered is None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from g3 import html_view
 from g3.actions.action_kinds import Action, move, result
-from g3.actions.action_words import MAP, described, grounded
+from g3.actions.action_words import PlanWords
 from g3.actions.robot_state import State, start_state
 from g3.data_frames import data_frame
 from g3.errors import AnswerError, ModelError
@@ -174,6 +174,10 @@ class Plan:
     why_not
         Why it can't be carried out, such as a load that the forks don't reach; empty if nothing
         speaks against it, or nobody has looked.
+    clauses
+        Index of the clause that each action is for; "put both on it" has two.
+    start
+        The state before the plan, which names its places; None if that isn't known.
     """
 
     actions: tuple[Action, ...]
@@ -183,6 +187,13 @@ class Plan:
     state: State
     evidence: tuple[float, ...] = ()
     why_not: str = ""
+    clauses: tuple[int, ...] = ()
+    start: State | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def words(self) -> PlanWords:
+        """Descriptions of its actions and groundings."""
+        return PlanWords(self.start, self.actions)
 
 
 @short_repr
@@ -223,12 +234,12 @@ class Result:
     def to_pandas(self) -> pd.DataFrame:
         """Return a row for each clause of the best plan: its words and its groundings."""
         found = self.plan.groundings if self.plan else ()
-        frame = self.plan.state.frame if self.plan else MAP
+        words = self.plan.words if self.plan else PlanWords()
         return data_frame(
             {
                 "words": clause.text,
                 "clause": clause.sdc.type,
-                "grounded_in": grounded(clause.group, frame),
+                "grounded_in": words.group(clause.group),
                 "probability": clause.probability,
             }
             for clause in found
@@ -245,10 +256,10 @@ class Result:
         if self.start is not None:
             marks = plan_marks(self.start, plan.actions, groups)
             said.append(scene_svg(self.start.context, marks))
-        frame = plan.state.frame
-        steps = [(n, described(a, frame)) for n, a in enumerate(plan.actions, start=1)]
+        words = plan.words
+        steps = [(n, words.action(a)) for n, a in enumerate(plan.actions, start=1)]
         rows = [
-            (c.text, c.sdc.type, grounded(c.group, frame), f"{c.probability:.2f}")
+            (c.text, c.sdc.type, words.group(c.group), f"{c.probability:.2f}")
             for c in plan.groundings
         ]
         if plan.why_not:
@@ -662,4 +673,6 @@ def _plan(reading: _Reading, hypothesis: Hypothesis, seen: FloatArray, cost: Cos
         tuple(groundings),
         hypothesis.state,
         tuple(seen.tolist()),
+        clauses=hypothesis.clauses,
+        start=problem.state,
     )

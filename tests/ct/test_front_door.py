@@ -17,7 +17,6 @@ import ct
 from corpus_tools.cli.console import run
 from corpus_tools.corpus.corpus_model import Corpus
 from corpus_tools.importers.importer_registry import importers
-from g3.actions.action_words import described
 from g3.annotation import Command
 from g3.errors import CorpusError, ModelError
 from g3.inference.grounder import Grounder, open_model
@@ -194,7 +193,7 @@ def test_a_command_is_followed(corpus, follower):
     assert result.plan is not None
     html = result._repr_html_()
     assert html.count("<svg") == 2
-    assert f"<td>{described(result.plan.actions[0])}</td>" in html
+    assert f"<td>{result.plan.words.action(result.plan.actions[0])}</td>" in html
     assert "<polyline" in html
     text = ct.follow(corpus[0], model=follower, top=2)  # an entry has its own world
     assert text.start is not None

@@ -79,7 +79,9 @@ class Hypothesis:
     state
         The state after the plan.
     actions
-        The plan, an action for each clause.
+        The plan.
+    clauses
+        The top-level clause of each action.
     nodes
         Groundings of the clauses, and their factors' log-probabilities.
     referents
@@ -100,6 +102,7 @@ class Hypothesis:
     score: float
     state: State
     actions: tuple[Action, ...] = ()
+    clauses: tuple[int, ...] = ()
     nodes: Mapping[int, tuple[Group, float]] = field(default_factory=dict)
     referents: tuple[Group, ...] = ()
     goals: tuple[Group, ...] = ()
@@ -184,6 +187,7 @@ def extend(
             float(total[i]),
             after,
             (*before.actions, actions[a]),
+            (*before.clauses, root),
             nodes,
             (*before.referents, *referent),
             (*before.goals, *((goal.group,) if goal and goal.nodes else ())),
@@ -346,7 +350,7 @@ def search(
         best = beam[0]  # all hypotheses carry the same loads, those that the best one means
         swapped = exchange(tree, left[0], best.state, problem)
         if swapped is not None:
-            beam, left = [_exchanged(best, *swapped)], left[1:]
+            beam, left = [_exchanged(best, left[0], *swapped)], left[1:]
             continue
         request = next_request(tree, left, problem, best.state, best.nodes)
         beam = _each(tree, request, beam, problem, width) or _steps(
@@ -357,7 +361,10 @@ def search(
 
 
 def _exchanged(
-    before: Hypothesis, actions: tuple[Action, ...], nodes: Mapping[int, tuple[Group, float]]
+    before: Hypothesis,
+    root: int,
+    actions: tuple[Action, ...],
+    nodes: Mapping[int, tuple[Group, float]],
 ) -> Hypothesis:
     """Return a hypothesis that continues with an exchange of two loads."""
     return replace(
@@ -365,6 +372,7 @@ def _exchanged(
         score=before.score + sum(score for _, score in nodes.values()),
         state=after_actions(before.state, actions),
         actions=(*before.actions, *actions),
+        clauses=(*before.clauses, *(root for _ in actions)),
         nodes={**before.nodes, **nodes},
     )
 
@@ -448,8 +456,14 @@ def _in_row(
         for load, place in zip(loads, places, strict=False)
         for action in actions
     )
-    state = after_actions(before.state, steps)
-    return replace(done, state=state, actions=(*before.actions, *steps))
+    first = len(before.actions)
+    clauses = done.clauses[first : first + len(actions)] * (len(steps) // len(actions))
+    return replace(
+        done,
+        state=after_actions(before.state, steps),
+        actions=(*before.actions, *steps),
+        clauses=(*before.clauses, *clauses),
+    )
 
 
 def _of_load(

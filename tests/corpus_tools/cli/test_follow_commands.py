@@ -264,6 +264,17 @@ def test_plans_name_places_and_say_others_in_the_frame_of_the_scenario(model):
     assert np.hypot(x - 8, y - 7) < 5, "the barrel is at 8, 7 in the scenario's file"
 
 
+def test_a_plan_for_several_loads_is_explained(model):
+    court = ("--scenario", "court_take_tires_to_issue")
+    done = run("Put both tire pallets on the truck", *court, *model, "--plan-only", "--explain")
+    assert done.exit_code == 0, done.output
+    plan, _, explained = done.stdout.partition("\n")
+    steps = plan.partition("  (")[0].split("; ")
+    assert {step.partition(" onto ")[0] for step in steps} == {"carry tires-1", "carry tires-2"}
+    assert all(" onto truck-1 at (" in step for step in steps)
+    assert f"'Put both tire pallets on the truck': {'; '.join(steps)} (fits" in explained
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
 def test_no_training_is_announced_where_a_model_is_kept(trained, tmp_path, monkeypatch):
     corpus = open_corpus("warehouse")
