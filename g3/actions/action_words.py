@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from g3.actions.action_kinds import Action
-from g3.actions.grounding_candidates import LEVEL_M, ground
+from g3.actions.grounding_candidates import ground
 from g3.actions.robot_state import State, names_person
 from g3.geometry.footprints import covers
 from g3.geometry.plane import convex_hull, point_gap, rotate
-from g3.geometry.relations import rests_on
+from g3.geometry.relations import LEVEL_M, rests_on
 from g3.groundings import FloatArray, Grounding, Path, Place
 
 Frame = tuple[float, float, float]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -13,7 +15,7 @@ import numpy.typing as npt
 from corpus_tools.world.state.recording import Recording, heading
 from corpus_tools.world.state.shapes import shape_of
 from corpus_tools.world.state.solids import extents
-from corpus_tools.world.state.thing_kinds import kind_of
+from corpus_tools.world.state.thing_kinds import PERSON, Kind, kind_of
 from g3.geometry.plane import BoolArray, rotate
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
@@ -101,17 +103,38 @@ class _Scope(NamedTuple):
     """Distance from the robot's middle to the box of things that are in it, whole."""
     named_m: float
     """The same for things that move or that steps name."""
+    share: float
+    """Part of the picture's width from which on the robot is large enough; 0 if it is only a
+    choice where there is no other."""
 
 
 SCOPES = (
-    _Scope(1.0, 3.0, 1.2, 1.6, 3.0),
-    _Scope(0.5, 1.5, 0.8, 1.6, 3.0),
-    _Scope(0.5, 1.5, 0.4, 1.6, 2.0),
-    _Scope(0.3, 0.8, 0.1, 1.6, 1.6),
+    _Scope(1.0, 3.0, 1.2, 1.6, 3.0, 0.21),
+    _Scope(0.5, 1.5, 0.8, 1.6, 3.0, 0.21),
+    _Scope(0.5, 1.5, 0.4, 1.6, 2.0, 0.21),
+    _Scope(0.3, 0.8, 0.1, 1.6, 1.6, 0.195),
+    _Scope(0.2, 0.5, 0.1, 1.2, 1.2, 0.0),
 )
-"""Choices of :func:`track`: it takes the first in which the robot is large enough, or the last."""
-ROBOT_SHARE = 0.21
-"""Part of the picture's width from which on the robot is large enough."""
+"""Choices of :func:`track`: those in which the robot is large enough, preferably the first."""
+LEAST_SHARE = 0.2
+"""Part of it to which the robot may shrink where the camera draws back from things that are cut."""
+STEADY = math.radians(20)
+"""Least turn within the time of smoothing where it doesn't draw back."""
+SMALLEST, BACKWARDS = 1.25, 5
+"""Most that it may shrink, as a ratio, and number of distances that are compared."""
+ASIDE = np.array(list(product(np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 7))))
+"""Compared positions across and down, as parts of the room that there is to both sides."""
+ASIDE_LOSS, BACK_LOSS, LEAP_LOSS = 0.1, 3.0, 0.3
+"""Losses for being at the end of that room, for each ratio, and for a leap, by square metres."""
+VIEWS, STEP_M = 100, 0.6
+"""Number of positions that are kept of each time, and length of a step that is no leap, in metres:
+of as long a way as the robot goes from one time to the next."""
+SCOPE_LOSS = 0.1
+"""Loss for each scope in which the robot is larger than in the first one that is large enough."""
+PERSON_LOSS, DECK_LOSS, OTHER_LOSS = 1.0, 0.6, 0.03
+"""Losses for people, trucks and trailers, and other things that the picture's edge cuts."""
+EDGE = 0.02
+"""Part of the picture's half within which things that are whole aren't quite sure to be."""
 SMOOTH_S = 2.0
 """Time over which its movement is smoothed, in seconds."""
 OPENING_S = 2.0
@@ -151,24 +174,44 @@ def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     named = _named(recording)
     wide = [i for i, item in enumerate(recording.start.objects) if moved[i] or item.id in named]
     centres = np.arange(0.0, t[-1] + LOOK_AGAIN_S, LOOK_AGAIN_S)
-    near = []
+    views, losses = [], []
+    corners_of = _Corners(recording)
+    yaw = np.unwrap(heading(recording.orientation[:, robot]))
+    kinds = [kind_of(item.labels) for item in recording.start.objects]
+    cut_losses = np.array([_loss_of_cutting(kind) for kind in kinds])
     for centre in centres:
         now = _window(t, centre, centre)
+        things = [corners_of(i, now) for i in range(len(moved))]
+        turns = yaw[_window(t, centre - SMOOTH_S / 2, centre + SMOOTH_S / 2)]
+        is_steady = bool(np.ptp(turns) < STEADY)  # else the robot may be seen narrower soon
+        here: list[FloatArray] = []
+        loss: list[FloatArray] = []
         for scope in SCOPES:
+            if here and not scope.share:
+                continue
             window = _window(t, centre - scope.before_s, centre + scope.after_s)
             way = recording.position[window, robot]
-            points = [_padded(_placed(recording, robot, window), scope.around_m)]
+            points = [_padded(corners_of(robot, window), scope.around_m)]
             for i in range(len(moved)):
-                corners = _placed(recording, i, window)
+                corners = corners_of(i, window)
                 reach = scope.named_m if i in wide else scope.beside_m
                 if i != robot and _gap(way, corners) < reach:
                     points.append(corners)
             camera = _framing(np.concatenate(points), ahead, size)
-            pixels, _ = camera.project(_placed(recording, robot, now), size)
-            if np.ptp(pixels[:, 0]) >= ROBOT_SHARE * size[0]:
-                break
-        near.append(camera.position)
-    path = np.stack([np.interp(t, centres, column) for column in np.array(near).T], axis=1)
+            pixels, robot_m = camera.project(things[robot], size)
+            share = float(np.ptp(pixels[:, 0])) / size[0]
+            if share < scope.share:
+                continue
+            farthest = max(share / LEAST_SHARE, 1.0) if is_steady else 1.0
+            seen = _views(np.concatenate(points), camera, float(robot_m.mean()), farthest, size)
+            cut = _cuts(things, camera, seen.aside, size) @ cut_losses
+            here.append(camera.position + seen.aside @ camera.axes)
+            loss.append(seen.losses + cut + SCOPE_LOSS * len(here))
+        least = np.argsort(np.concatenate(loss), kind="stable")[:VIEWS]
+        views.append(np.concatenate(here)[least])
+        losses.append(np.concatenate(loss)[least])
+    near = _steadiest(views, losses)
+    path = np.stack([np.interp(t, centres, column) for column in near.T], axis=1)
     path = _smooth(t, path, seconds=SMOOTH_S)
     start = np.clip((t - OPENING_S) / OPENING_S, 0.0, 1.0)
     share = (start * start * (3 - 2 * start))[:, None]
@@ -217,6 +260,11 @@ def _robot(recording: Recording) -> int:
     return [item.id for item in recording.start.objects].index(recording.start.agent_id)
 
 
+def _floor(recording: Recording) -> float:
+    """Return the height of the ground, on which the robot stands."""
+    return recording.start.objects[_robot(recording)].prism.z_min
+
+
 def _looking(recording: Recording) -> FloatArray:
     """Return a direction down and to where the robot looks at the start, or aside, shape (3,).
 
@@ -260,7 +308,7 @@ def _is_behind(recording: Recording, i: int, points: FloatArray, ahead: FloatArr
     towards = np.array([*rotate(-ahead[:2], turn), -ahead[2]])
     local = points - place
     local[:, :2] = rotate(local[:, :2], np.full(len(local), turn))
-    ground = recording.start.objects[_robot(recording)].prism.z_min - float(place[2])
+    ground = _floor(recording) - float(place[2])
     behind = np.zeros(len(points), dtype=bool)
     for extent in extents(kind_of(item.labels), shape_of(item), ground):
         faces = (np.array(extent).T[:, None] - local) / np.where(towards == 0, 1e-12, towards)
@@ -277,9 +325,10 @@ def _lifts(recording: Recording) -> npt.NDArray[np.intp]:
 
 
 def _window(t: FloatArray, first_s: float, last_s: float) -> slice:
-    """Return the indices of the moments between two times, or of the next one."""
-    first, last = np.searchsorted(t, (first_s, last_s))
-    return slice(int(first), max(int(last), int(first) + 1))
+    """Return the indices of the moments between two times, or of the next one, or the last."""
+    first, last = np.searchsorted(t, (first_s, last_s)).tolist()
+    first = min(first, len(t) - 1)
+    return slice(first, max(last, first + 1))
 
 
 def _padded(points: FloatArray, around_m: float) -> FloatArray:
@@ -299,6 +348,80 @@ def _framing(points: FloatArray, ahead: FloatArray, size: tuple[int, int]) -> Ca
     depth = local[:, 2] - z
     position = np.array([*(_middle(local[:, i], depth) for i in range(2)), z]) @ unit.axes
     return Camera(position, position + ahead, OVERVIEW_FOVY)
+
+
+class _Views(NamedTuple):
+    """Positions of a camera from which all that it has to show is in the picture."""
+
+    aside: FloatArray
+    """How far they are right of, below and ahead of a camera's, in metres, shape (n, 3)."""
+    losses: FloatArray
+    """Losses for being far from the middle, or farther back than need be, shape (n,)."""
+
+
+def _views(
+    points: FloatArray, camera: Camera, robot_m: float, farthest: float, size: tuple[int, int]
+) -> _Views:
+    """Return positions that show points (n, 3), as near as a camera or farther back.
+
+    `robot_m` is the robot's distance. `farthest` is how much smaller it may become.
+    """
+    local = (points - camera.position) @ camera.axes.T
+    slope_y = math.tan(OVERVIEW_FOVY / 2) * (1 - 2 * MARGIN)
+    slopes = np.array([slope_y * size[0] / size[1], slope_y])
+    smaller = np.linspace(1.0, min(farthest, SMALLEST), BACKWARDS)[:, None]
+    back = (smaller - 1.0) * robot_m
+    reach = slopes * (local[:, 2:] + back[..., None])
+    low, high = (local[:, :2] - reach).max(axis=1), (local[:, :2] + reach).min(axis=1)
+    middle, half = (low + high)[:, None] / 2, np.maximum(high - low, 0.0)[:, None] / 2
+    aside = np.concatenate(
+        (middle + half * ASIDE, np.broadcast_to(-back[:, None], (BACKWARDS, len(ASIDE), 1))), axis=2
+    )
+    losses = ASIDE_LOSS * (ASIDE**2).sum(axis=1) + BACK_LOSS * (smaller - 1.0)
+    return _Views(aside.reshape(-1, 3), losses.ravel())
+
+
+def _cuts(
+    things: Sequence[FloatArray], camera: Camera, aside: FloatArray, size: tuple[int, int]
+) -> BoolArray:
+    """Check which things the picture's edge cuts, from n positions aside of a camera.
+
+    Things are corners, each (k, 3). The result has the shape (n, things).
+    """
+    local = (np.concatenate(things) - camera.position) @ camera.axes.T
+    ahead = local[:, 2] - aside[:, 2:]
+    focal = size[1] / 2 / math.tan(camera.fovy / 2)
+    edge = np.array(size) / 2 * (1 - EDGE)
+    pixels = (local[:, :2] - aside[:, None, :2]) * (focal / np.maximum(ahead, 1e-6))[..., None]
+    first = np.cumsum([0, *map(len, things[:-1])])
+    low, high = np.minimum.reduceat(pixels, first, 1), np.maximum.reduceat(pixels, first, 1)
+    is_whole = ((low >= -edge) & (high <= edge)).all(axis=2)
+    is_out = ((high <= -edge) | (low >= edge)).any(axis=2)
+    return ~(is_whole | is_out | (np.minimum.reduceat(ahead, first, 1) <= 0))
+
+
+def _loss_of_cutting(kind: Kind) -> float:
+    """Return the loss for a thing of a kind that the picture's edge cuts."""
+    if kind.name == PERSON.name:
+        return PERSON_LOSS
+    return OTHER_LOSS if kind.deck is None else DECK_LOSS
+
+
+def _steadiest(positions: Sequence[FloatArray], losses: Sequence[FloatArray]) -> FloatArray:
+    """Return one of the positions (n, 3) for each time: a way of little loss, without leaps.
+
+    Losses have the shape (n,). A leap is a step farther than the robot goes meanwhile.
+    """
+    total, before = losses[0], []
+    for last, here, loss in zip(positions, positions[1:], losses[1:], strict=False):
+        leaps = np.linalg.norm(here[:, None] - last, axis=2)
+        through = total + LEAP_LOSS * np.maximum(leaps - STEP_M, 0.0) ** 2
+        before.append(through.argmin(axis=1))
+        total = loss + through.min(axis=1)
+    chosen = [int(total.argmin())]
+    for back in reversed(before):
+        chosen.append(int(back[chosen[-1]]))
+    return np.stack([of[i] for of, i in zip(positions, reversed(chosen), strict=True)])
 
 
 def _is_cut(camera: Camera, corners: FloatArray, size: tuple[int, int]) -> bool:
@@ -354,18 +477,41 @@ def _corners(recording: Recording, i: int) -> FloatArray:
     return _placed(recording, i, slice(0, len(recording.t_ns)))
 
 
+class _Corners:
+    """Corners of objects at the moments of windows; those of still ones are kept."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        poses = np.concatenate((recording.position, recording.orientation), axis=2)
+        self._is_still = (poses == poses[0]).all(axis=(0, 2))
+        self._kept: dict[int, FloatArray] = {}
+
+    def __call__(self, i: int, window: slice) -> FloatArray:
+        """Return the corners of an object at moments of a window, shape (n, 3)."""
+        if not self._is_still[i]:
+            return _placed(self._recording, i, window)
+        if i not in self._kept:
+            self._kept[i] = _placed(self._recording, i, slice(0, 1))
+        return self._kept[i]
+
+
 def _placed(recording: Recording, i: int, window: slice) -> FloatArray:
     """Repeat a pose from the first to the last moment of a window."""
     last = min(window.stop, len(recording.t_ns)) - 1
     moments = np.unique(np.linspace(min(window.start, last), last, 50).astype(int))
-    shape, poses = shape_of(recording.start.objects[i]), recording.position[moments, i]
+    item, poses = recording.start.objects[i], recording.position[moments, i]
+    shape = shape_of(item)
     if (poses == poses[0]).all():
         moments, poses = moments[:1], poses[:1]
     yaw = heading(recording.orientation[moments, i])
-    edges = np.stack((shape.low, shape.high), axis=1)
-    box = np.stack(np.meshgrid(*edges, indexing="ij"), axis=-1).reshape(8, 3)
-    xy = rotate(box[None, :, :2], np.repeat(yaw[:, None], 8, axis=1))
-    z = np.broadcast_to(box[None, :, 2:], (len(yaw), 8, 1))
+    ground = _floor(recording) - float(recording.position[0, i, 2])
+    boxes = np.array(extents(kind_of(item.labels), shape, ground))
+    corners = np.concatenate(
+        [np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(8, 3) for box in boxes]
+    )
+    n = len(corners)
+    xy = rotate(corners[None, :, :2], np.repeat(yaw[:, None], n, axis=1))
+    z = np.broadcast_to(corners[None, :, 2:], (len(yaw), n, 1))
     placed: FloatArray = (np.concatenate((xy, z), axis=-1) + poses[:, None]).reshape(-1, 3)
     return placed
 
