@@ -214,8 +214,8 @@ def track(recording: Recording, size: tuple[int, int]) -> list[Camera]:
     path = np.stack([np.interp(t, centres, column) for column in near.T], axis=1)
     path = _smooth(t, path, seconds=SMOOTH_S)
     start = np.clip((t - OPENING_S) / OPENING_S, 0.0, 1.0)
-    share = (start * start * (3 - 2 * start))[:, None]
-    path = whole.position * (1 - share) + path * share
+    nearer = (start * start * (3 - 2 * start))[:, None]
+    path = whole.position * (1 - nearer) + path * nearer
     return [Camera(position, position + ahead, OVERVIEW_FOVY) for position in path]
 
 
