@@ -51,7 +51,7 @@ def show(path: Path, id: str | None, form: str) -> None:  # noqa: A002 (the argu
 @CORPUS
 @FORMAT
 def stats(path: Path, form: str) -> None:
-    """Count what is in a corpus, beside the paper's figures (4.1).
+    """Count what is in a corpus, beside the paper's figures (4.1) unless it is authored.
 
     \b
     Examples:

@@ -17,7 +17,7 @@ from typing import Any
 import msgspec
 
 from corpus_tools.corpus import corpus_records as records
-from corpus_tools.corpus.corpus_model import Corpus
+from corpus_tools.corpus.corpus_model import INVENTED, Corpus
 from corpus_tools.corpus.corpus_records import SDCRecord
 from corpus_tools.corpus.corpus_tables import is_as_written, read_arrays
 from corpus_tools.corpus.decoding import command, read_manifest
@@ -68,6 +68,8 @@ class Statistics(msgspec.Struct, frozen=True):
     judgments_different: int
     scenarios: tuple[str, ...]
     outcomes: dict[str, int]
+    is_authored: bool
+    """True if authors or a program wrote all commands; the paper's counts aren't beside then."""
 
 
 class Tally:
@@ -127,8 +129,10 @@ def statistics(corpus: Corpus) -> Statistics:
 def of_annotations(tally: Tally, commands: Iterable[Command]) -> dict[str, Any]:
     """Return the fields of `Statistics` that depend on commands and their annotations."""
     typed, videos, subjects, scenarios = 0, set(), set(), set()
+    is_authored = True
     for each in commands:
         typed += 1
+        is_authored &= each.subject.startswith(INVENTED)
         scenarios.add(each.scenario)
         if each.id in tally.commands:
             videos.add(each.video)
@@ -150,6 +154,7 @@ def of_annotations(tally: Tally, commands: Iterable[Command]) -> dict[str, Any]:
             for source in SOURCES
         },
         "scenarios": tuple(sorted(scenarios)),
+        "is_authored": is_authored and typed > 0,
     }
 
 

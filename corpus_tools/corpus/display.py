@@ -107,7 +107,7 @@ def _example(commands: Mapping[str, Command]) -> tuple[str, str]:
 
 
 def statistics_table(statistics: Statistics) -> str:
-    """Format the counts, with the paper's beside them where it gives any."""
+    """Format the counts, with the paper's beside them unless the commands are authored."""
     s = statistics
     rows: list[tuple[str, ...]] = [
         ("", "corpus", "paper"),
@@ -135,7 +135,7 @@ def statistics_table(statistics: Statistics) -> str:
         ("  of a command with another video", str(s.judgments_different), ""),
         *((f"outcomes, {name}", str(n), "") for name, n in s.outcomes.items()),
     ]
-    return "\n".join(columns(rows))
+    return "\n".join(columns([row[:2] for row in rows] if s.is_authored else rows))
 
 
 def _command(corpus: Corpus, command: Command) -> str:

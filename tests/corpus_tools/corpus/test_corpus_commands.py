@@ -61,6 +61,12 @@ def test_stats_as_a_table_has_the_papers_figures(corpus_path):
     assert rows["commands per video"][-2:] == ["1.0", "13"]
 
 
+def test_stats_of_an_authored_corpus_are_without_the_papers_figures():
+    lines = [line.split() for line in run("stats", "warehouse").output.splitlines()]
+    assert ["videos", "28"] in lines
+    assert json.loads(run("stats", "warehouse", "--json").output)["is_authored"]
+
+
 def test_stats_as_json(corpus_path):
     counted = json.loads(run("stats", corpus_path, "--format", "json").output)
     assert counted["hash"] == Corpus.load(corpus_path).hash
