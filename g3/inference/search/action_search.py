@@ -80,8 +80,6 @@ class Hypothesis:
         The state after the plan.
     actions
         The plan.
-    clauses
-        The top-level clause of each action.
     nodes
         Groundings of the clauses, and their factors' log-probabilities.
     referents
@@ -97,12 +95,13 @@ class Hypothesis:
         Where reasons are requested, the problems in which clauses were grounded.
     undone
         Ids of loads that were meant, and for which there is no room or no way.
+    clauses
+        The top-level clause of each action.
     """
 
     score: float
     state: State
     actions: tuple[Action, ...] = ()
-    clauses: tuple[int, ...] = ()
     nodes: Mapping[int, tuple[Group, float]] = field(default_factory=dict)
     referents: tuple[Group, ...] = ()
     goals: tuple[Group, ...] = ()
@@ -110,6 +109,7 @@ class Hypothesis:
     choices: Mapping[int, Choices] = field(default_factory=dict)
     problems: Mapping[int, GroundingProblem] = field(default_factory=dict)
     undone: tuple[str, ...] = ()
+    clauses: tuple[int, ...] = ()
 
 
 def _problems(
@@ -187,7 +187,6 @@ def extend(
             float(total[i]),
             after,
             (*before.actions, actions[a]),
-            (*before.clauses, root),
             nodes,
             (*before.referents, *referent),
             (*before.goals, *((goal.group,) if goal and goal.nodes else ())),
@@ -195,6 +194,7 @@ def extend(
             {**before.choices, **choices},
             {**before.problems, **_problems(found, theme, goal)} if problem.explain else {},
             before.undone,
+            (*before.clauses, root),
         )
 
 
