@@ -22,7 +22,6 @@ import numpy as np
 from annotation_app.trying.start_scene import (
     Area,
     camera_of,
-    on_map,
     scenario_state,
     scenarios,
     write_scene,
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from corpus_tools.runtime.progress import OnProgress
     from corpus_tools.video.drawing.canvas import Image
     from corpus_tools.video.films import Film
+    from g3.actions.action_kinds import Action
     from g3.actions.action_words import PlanWords
     from g3.actions.robot_state import State
     from g3.inference.grounder import Grounder, Result
