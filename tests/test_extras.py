@@ -23,7 +23,7 @@ from tests.annotation_app.rendered import render
 from tests.test_containerfile import values
 
 ALONE = (
-    "app", "cluster", "embeddings", "language", "llm", "parquet", "plot", "render", "speed",
+    "app", "cluster", "embeddings", "language", "llm", "parquet", "plot", "render",
     "study",
 )  # fmt: skip
 RUN = """

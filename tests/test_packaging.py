@@ -17,7 +17,7 @@ from corpus_tools.runtime.extras import extra_of
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("annotation_app", "corpus_tools", "ct", "eval", "g3")
 RUNTIME = (
-    "", "app", "cluster", "embeddings", "language", "llm", "parquet", "plot", "render", "speed",
+    "", "app", "cluster", "embeddings", "language", "llm", "parquet", "plot", "render",
     "study",
 )  # fmt: skip
 OF_EPISODES = ("hdf5", "hub", "rlds", "ros")

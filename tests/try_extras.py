@@ -28,7 +28,7 @@ from tests.lerobot_datasets import new_dataset  # noqa: E402 - as above
 from tests.tiny_corpus import tiny_corpus  # noqa: E402 - runs as a script
 
 EXTRAS = (
-    "study", "plot", "speed", "language", "render", "parquet", "app", "cluster", "embeddings",
+    "study", "plot", "language", "render", "parquet", "app", "cluster", "embeddings",
     "llm", "hdf5", "hub", "rlds", "ros",
 )  # fmt: skip
 CONTAINER = "--instance data/annotation --studies data/studies --https --proxies 1"

@@ -14,13 +14,12 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from g3.geometry.compiled import HAS_COMPILER
 from g3.groundings import FloatArray
 
 _Floats = TypeVar("_Floats", FloatArray, npt.NDArray[np.float32])
 
 _BLOCK = 4096
-"""Pairs that are looked at together where there is no machine code."""
+"""Pairs that are looked at together."""
 
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.intp]
@@ -79,17 +78,6 @@ def following(corners: _Floats) -> _Floats:
     """Return the next corner of each corner (n, k, ...); the first after the last."""
     # np.roll does the same in three times the time.
     return np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
-
-
-def corner_count(polygons: FloatArray) -> npt.NDArray[np.uint8]:
-    """Count the corners of polygons (n, k, 2) before the last one repeats, shape (n,)."""
-    *corners, last = _columns(polygons)
-    count = np.full(len(polygons), polygons.shape[1], dtype=np.uint8)
-    repeated = np.ones(len(polygons), dtype=bool)
-    for corner in reversed(corners):
-        repeated &= (corner[:, 0] == last[:, 0]) & (corner[:, 1] == last[:, 1])
-        count -= repeated
-    return count
 
 
 def area(polygons: FloatArray) -> FloatArray:
@@ -174,37 +162,23 @@ def gap(a: FloatArray, b: FloatArray, rows: tuple[IntArray, IntArray] | None = N
         Indices of the polygons of each pair; left out, those in the same place.
     """
     in_place = np.arange(len(a))
-    if not HAS_COMPILER:
-        one, other = rows or (in_place, in_place)
-        blocks = range(0, max(len(one), 1), _BLOCK)  # one that is empty if there are no pairs
-        pairs = [(a[one[i : i + _BLOCK]], b[other[i : i + _BLOCK]]) for i in blocks]
-        return np.concatenate([_separations(p, q) for p, q in pairs])
-    from g3.geometry.separation import separations  # noqa: PLC0415 - see g3.geometry.compiled
-
-    first, second = (
-        _polygons(polygons, row)
-        for polygons, row in zip((a, b), rows or (in_place, in_place), strict=True)
-    )
-    result = np.empty(len(first[2]))
-    separations(first, second, result)
-    return result
+    one, other = rows or (in_place, in_place)
+    blocks = range(0, max(len(one), 1), _BLOCK)  # one that is empty if there are no pairs
+    pairs = [(a[one[i : i + _BLOCK]], b[other[i : i + _BLOCK]]) for i in blocks]
+    return np.concatenate([_separations(p, q) for p, q in pairs])
 
 
 def _separations(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Compute :func:`g3.geometry.separation.separations` in steps on arrays."""
+    """Return the distances of n pairs of polygons, 0 of those that overlap.
+
+    Polygons are apart where some edge of one has all of the other on its outer side (separating
+    axis), and points and lines where their extents are.
+    """
     (of_a, from_a), (of_b, from_b) = _from_edges(b, a), _from_edges(a, b)
     low, high = _shared_extent(a, b)
     apart = np.minimum(of_a.max(axis=0).min(axis=0), of_b.max(axis=0).min(axis=0)) < 0
     apart |= (low > high).any(axis=1)
     return np.where(apart, np.minimum(from_a.min(axis=0), from_b.min(axis=0)), 0.0)
-
-
-def _polygons(
-    polygons: FloatArray, row: IntArray
-) -> tuple[FloatArray, npt.NDArray[np.uint8], IntArray]:
-    """Return the input of :mod:`g3.geometry.separation`."""
-    corners = np.require(polygons, float, ("C", "W"))
-    return corners, corner_count(corners), np.require(row, np.intp, ("C", "W"))
 
 
 def _shared_extent(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:

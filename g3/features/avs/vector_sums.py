@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from g3.features.avs.attention import degrees
 from g3.features.bodies import IntArray, Singles
-from g3.geometry.compiled import HAS_COMPILER
-from g3.geometry.plane import centroid, corner_count, cross, following, length
+from g3.geometry.plane import centroid, cross, following, length
 from g3.groundings import FloatArray
 from g3.short_repr import short_repr
 
@@ -31,15 +30,12 @@ class Footprints:
         Centres of those that differ, shape (m, 2), in metres.
     seen
         Their corners, seen from there, shape (m, k, 2).
-    corners
-        Number of corners before the last one is repeated, shape (m,).
     row
         Index of each landmark's footprint, shape (n,).
     """
 
     centre: FloatArray
     seen: Singles
-    corners: npt.NDArray[np.uint8]
     row: IntArray
 
 
@@ -63,7 +59,7 @@ def footprints(corners: FloatArray, row: IntArray | None = None) -> Footprints:
     flat = np.flatnonzero(cross(seen, edge).sum(axis=1) <= 1e-12 * (side**2).sum(axis=1))
     seen[flat] = _thickened(seen[flat], edge[flat], side[flat])
     row = np.arange(len(corners)) if row is None else row
-    return Footprints(centre, seen.astype(np.float32), corner_count(seen), row)
+    return Footprints(centre, seen.astype(np.float32), row)
 
 
 def _thickened(corners: FloatArray, edge: FloatArray, side: FloatArray) -> FloatArray:
@@ -111,16 +107,8 @@ def avs_directions(points: FloatArray, landmarks: Footprints, yaw: FloatArray) -
        empirical and computational investigation", Journal of Experimental Psychology:
        General 130(2), 2001.
     """
-    if HAS_COMPILER:
-        from g3.features.avs.attention import degrees  # noqa: PLC0415 - see g3.geometry.compiled
-    else:
-        from g3.features.avs.attention_arrays import degrees  # noqa: PLC0415
-
     frames, n = yaw.shape
     turn = yaw.astype(np.float32)
-    result = np.empty((n, frames, 4))
-    row = np.require(landmarks.row, np.intp, ("C", "W"))
-    footprint = (landmarks.seen, landmarks.corners, landmarks.centre, row)
-    heading = np.array((np.cos(turn), np.sin(turn)), order="C")
-    degrees(footprint, np.require(points, float, ("C", "W")), heading, result)
-    return result.reshape(n, 4 * frames)
+    heading = np.array((np.cos(turn), np.sin(turn)))
+    seen = (landmarks.seen, landmarks.centre, landmarks.row)
+    return degrees(seen, points, heading).reshape(n, 4 * frames)

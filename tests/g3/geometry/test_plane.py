@@ -12,7 +12,6 @@ from g3.geometry.plane import (
     centroid,
     contains_point,
     convex_hull,
-    corner_count,
     gap,
     intersection_area,
     point_gap,
@@ -195,11 +194,6 @@ def test_repeated_corners_change_nothing(polygon: FloatArray) -> None:
     assert_allclose(centroid(more), centroid(polygon))
     assert_allclose(gap(more, other), gap(polygon, other))
     assert_allclose(intersection_area(more, other), intersection_area(polygon, other))
-
-
-def test_corners_are_counted_without_repeated_ones() -> None:
-    triangle, point = footprint((0, 0), (1, 0), (0, 1)), footprint((3, 3))
-    assert corner_count(np.concatenate((triangle, point))).tolist() == [3, 1]
 
 
 def test_golden_values_of_a_square() -> None:
