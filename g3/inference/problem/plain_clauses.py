@@ -474,7 +474,7 @@ def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
     told = measures_apart(_light(_without_times(sdc, nouns)))
-    sdc = _up_or_off(_put_on(_staying(_joining(told), nouns), nouns), nouns)
+    sdc = _up_or_off(_staying(_joining(told), nouns), nouns)
     for moved in (_onto, _result):
         sdc = moved(sdc, nouns) or sdc
     first, second = (
@@ -510,21 +510,27 @@ def _names_a_thing(sdc: SDC, nouns: Nouns) -> bool:
 
 
 def _up_or_off(sdc: SDC, nouns: Nouns) -> SDC:
-    """A clause whose words are only ways of loads: "crates on, tires off", "the crate goes up".
+    """A clause with the ways of its loads apart: "crates on, tires off", "put the crate on".
 
     Without a landmark "up" is on what carries them.
     """
-    said, subject = verb_words(sdc), subject_of(sdc)
-    if subject is None and said and WORDS["ways_of_loads"].issuperset(said):
-        way = SDC("PATH" if _leads_off(said) else "PLACE", (), sdc.relation)
-        sdc = replace(sdc, relation=(), landmark2=(way, *sdc.landmark2))
-    elif subject is None and said:
-        return sdc
-    things = [part for part in sdc.landmark1 if part.type == "OBJECT"]
-    moved = tuple(things) if subject is None else (subject,)
-    ways = [_aboard(part) for part in arguments_of(sdc) if part not in moved]
+    subject = subject_of(sdc)
+    things = tuple(part for part in sdc.landmark1 if part.type == "OBJECT")
+    moved = things if subject is None else (subject,)
     if not moved or not all(_names_load(part, nouns) or is_pronoun(part) for part in moved):
         return sdc
+    if subject is None and sdc.relation:
+        ways_alone = WORDS["ways_of_loads"].issuperset(verb_words(sdc))
+        on = tuple(word for word in sdc.relation[1:] if bare(word.text) == "on")
+        way = sdc.relation if ways_alone else on
+        if not way or not (ways_alone or arguments_of(sdc) == things):
+            return sdc
+        rest = tuple(word for word in sdc.relation if word not in way)
+        place = SDC("PATH" if _leads_off(bare_words(way)) else "PLACE", (), way)
+        sdc = replace(sdc, relation=rest, landmark2=(place, *sdc.landmark2))
+        if rest:
+            return sdc
+    ways = [_aboard(part) for part in arguments_of(sdc) if part not in moved]
     if any(is_source(part) and part.landmark1 for part in ways):  # "down" "from the truck"
         ways = [part for part in ways if part.landmark1 or not _leads_off(verb_words(part))]
     off = any(is_source(part) or _leads_off(verb_words(part)) for part in ways)
@@ -687,19 +693,6 @@ def _joining(sdc: SDC) -> SDC:
     place = SDC("PLACE", relation=way, landmark1=others)
     first = (theme,) if subject is None else ()
     return replace(sdc, relation=rest, landmark1=(*first, place), landmark2=())
-
-
-def _put_on(sdc: SDC, nouns: Nouns) -> SDC:
-    """A clause whose "on" leads onto what was spoken of: "the drum comes off, put the crate on"."""
-    parts = arguments_of(sdc)
-    words = [word for word in sdc.relation if bare(word.text) == "on"]
-    if len(words) != 1 or sdc.relation[0] in words or subject_of(sdc):
-        return sdc
-    if not _all_name_load(parts, nouns) or any(part.type != "OBJECT" for part in parts):
-        return sdc
-    rest = tuple(word for word in sdc.relation if word not in words)
-    place = SDC("PLACE", relation=tuple(words))
-    return replace(sdc, relation=rest, landmark2=(*sdc.landmark2, place))
 
 
 def _staying(sdc: SDC, nouns: Nouns) -> SDC:
