@@ -532,7 +532,8 @@ def _step(
         spoken = before.referents if pronouns or own.takes_unnamed or stead else ()
         goals = before.goals if there else ()
         if any(is_on_top(tree.nodes[n]) for n in below):
-            goals = _carriers(before, problem.state, before.state) or _decks(problem.state)
+            under = _carriers(before, problem.state, before.state)
+            goals = under or goals or _decks(problem.state)
         elif said_there and not goals:
             goals = _carriers(before, problem.state) or _spoken_of(tree, root, before)
         meant_before = _meant(before) if named else frozenset()
