@@ -71,12 +71,19 @@ def objects(tree: Tree, root: int) -> list[int]:
     """OBJECTs that a clause handles or comes to, what is handled first.
 
     "The boxes should be on the trailer" handles the boxes. A pronoun beside what it stands for is
-    no other thing: "the boxes, lift them".
+    no other thing: "the boxes, lift them"; but "it and the boxes" are two.
     """
     arguments = tree.below(root, _ARGUMENTS, "OBJECT")
     found = [n for n in arguments if not is_measure(tree.nodes[n])]
-    found = [n for n in found if not stands_for_other(tree.nodes[n])] or found[:1]
-    return [*subjects(tree, root), *found]
+    others = [n for n in found if not stands_for_other(tree.nodes[n])]
+    first = [n for n in found[:1] if not others or _are_joined(tree, n, others[0])]
+    return [*subjects(tree, root), *dict.fromkeys((*first, *others))]
+
+
+def _are_joined(tree: Tree, node: int, after: int) -> bool:
+    """Check that "and" stands between two clauses."""
+    one, other = all_words(tree.nodes[node])[-1], all_words(tree.nodes[after])[0]
+    return "and" in tree.text[one.end : other.start].lower().split()
 
 
 def landmark_nodes(tree: Tree, node: int) -> list[int]:

@@ -13,7 +13,6 @@ from itertools import zip_longest
 from g3.inference.problem.phrases import (
     arguments_of,
     is_nounless,
-    is_pronoun,
     is_there,
     names_held,
     names_robot,
@@ -92,7 +91,8 @@ def _goals_alone(sdc: SDC) -> tuple[SDC, ...]:
 def _stands_for(leaf: SDC) -> bool:
     """Check that a leaf means something without naming it: "them", "there", "both"."""
     if leaf.type == "OBJECT":
-        return is_pronoun(leaf) or is_nounless(leaf)
+        again = WORDS["it"] | WORDS["universal"]  # "them both"
+        return is_nounless(leaf) or again.issuperset(bare_words(leaf.words))
     return leaf.type == "EVENT" or is_there(leaf)
 
 

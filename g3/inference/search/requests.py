@@ -103,7 +103,8 @@ def next_request(
         return one
     clauses, theme = _run(tree, left, own), own.objects[0]
     named = several or _members(tree, own, problem, meant, _moved(problem.state, state))
-    members = _held_first(named, state, alone=_is_held_alone(tree, theme))
+    joined = _is_apart(tree, own, theme)
+    members = _held_first(named, state, alone=not joined and _is_held_alone(tree, theme))
     if not clauses or members is None:
         return one
     targets = _targets(tree, own, problem)
@@ -217,16 +218,21 @@ def _members(
     moved: Collection[str],
 ) -> tuple[str, ...]:
     """Return the ids of the loads that a clause is about, if they are several."""
+    coordinated = [n for n in own.objects if _is_apart(tree, own, n)]
     spoken = _antecedents(tree, own.objects[0], meant)
-    if spoken is not None:
+    if spoken is not None and len(coordinated) < 2:
         return spoken
     if own.empties and len(aboard := _aboard(tree, own.objects[0], problem)) > 1:
         return aboard
-    coordinated = [n for n in own.objects if _is_apart(tree, own, n)]
     there = at_source(tree, own, problem)
     found: list[str] = []
     for node in coordinated if len(coordinated) > 1 else own.objects[:1]:
-        loads = _named(tree, node, problem, meant, own.node, moved=moved, there=there)
+        again = _antecedents(tree, node, meant)
+        if again is None:
+            loads = _named(tree, node, problem, meant, own.node, moved=moved, there=there)
+        else:
+            held = problem.state.held
+            loads = [*again] or ([held] if held else [])
         if not loads and len(coordinated) > 1:
             best = [thing.id for thing, _ in _within(loads_named(tree, node, problem), there)]
             other = names_other(noun_leaf(tree.nodes[node]))
@@ -367,12 +373,11 @@ def _of_a_kind(things: Sequence[PhysicalObject], tree: Tree, node: int) -> list[
     counting = WORDS["universal"] | WORDS["articles"] | set(COUNTS["counts"]) | {"any"}
     counting |= WORDS["rest"] | WORDS["ones"]
     kind = [word for word in noun_words(_kind(tree, node)) if word not in counting]
-    words = [word for word in map(normalise, kind) if word]
-    while words and words[-1] in WORDS["everything"] | WORDS["generic"]:  # "fridge lots"
-        words.pop()
-    if not things or not words:
+    while kind and normalise(kind[-1]) in WORDS["everything"] | WORDS["generic"]:  # "fridge lots"
+        kind.pop()
+    if not things or not kind:
         return list(things)
-    fits = [(n := labels_in(words, t.labels), n - len(t.labels)) for t in things]
+    fits = [(n := labels_in(kind, t.labels), n - len(t.labels)) for t in things]
     if not max(fits)[0]:
         return [thing for thing in things if thing.labels == things[0].labels]
     return [thing for thing, fit in zip(things, fits, strict=True) if fit == max(fits)]

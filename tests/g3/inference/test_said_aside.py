@@ -160,3 +160,29 @@ def test_in_what_has_a_deck_is_on_it(into, deck, grounder):
     tree = f"EVENT(r = Put, l = OBJ(f = the crate), l2 = PATH(r = {into}, l = OBJ(f = the {deck})))"
     found = grounder.follow(told(text, tree), world(**YARD), least=0.0)
     assert under(found, "crate-1") == "truck-1"
+
+
+def test_it_and_another_are_two(grounder):
+    text = "Put it and the crate on the truck"
+    things = "l = [OBJ(f = it), OBJ(f = the crate)]"
+    tree = f"EVENT(r = Put, {things}, l2 = PLACE(r = on, l = OBJ(f = the truck)))"
+    there = world("tires-1", **{**YARD, "tires_1": (TIRES, None)})
+    found = grounder.follow(told(text, tree), there, least=0.0)
+    assert [under(found, name) for name in ("tires-1", "crate-1")] == ["truck-1", "truck-1"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "noun"), [("refrigerator-pallet", "refrigerator pallet"), (BOXES, "box pallet")]
+)
+def test_one_of_each_kind_is_meant_by_its_name(kind, noun, grounder):
+    text = f"1 {noun} and 1 tire pallet on the truck"
+    things = f"l = [OBJ(f = 1 {noun}), OBJ(f = 1 tire pallet)]"
+    tree = f"EVENT({things}, l2 = PLACE(r = on, l = OBJ(f = the truck)))"
+    there = world(
+        a_1=(kind, (12, -9)),
+        crate_1=("washing-machine-pallet", (6, -4)),
+        tires_1=(TIRES, (9, 5)),
+        truck_1=("truck", (18, 6)),
+    )
+    found = grounder.follow(told(text, tree), there, least=0.0)
+    assert {a for _, a in did(found)} == {"a-1", "tires-1"}

@@ -60,10 +60,7 @@ def test_a_model_that_is_not_there_is_told(monkeypatch):
 
 
 def test_importing_the_package_imports_no_spacy():
-    code = (
-        "import sys, g3, g3.features, corpus_tools.cli.console;"
-        "sys.exit('spacy' in sys.modules)"
-    )
+    code = "import sys, g3, g3.features, corpus_tools.cli.console;sys.exit('spacy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
