@@ -20,7 +20,7 @@ from g3.inference.problem.phrases import (
     tells_standing,
     verb_words,
 )
-from g3.inference.problem.world_nouns import Nouns, may_name
+from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words
@@ -101,18 +101,15 @@ def _noun_phrases(tokens: Sequence[Span], nouns: Nouns) -> list[tuple[Span, ...]
     found: list[tuple[Span, ...]] = []
     run: list[Span] = []
     for token, following in zip_longest(tokens, tokens[1:]):
-        names = _names(token, nouns)
+        names = nouns.name_thing(token)
         run = [*run, token] if names or _tells(token) else []
-        ends = following is None or following.start > token.end + 1 or not _names(following, nouns)
+        ends = (
+            following is None or following.start > token.end + 1 or not nouns.name_thing(following)
+        )
         if names and ends:
             found.append(tuple(run))
             run = []
     return found
-
-
-def _names(token: Span, nouns: Nouns) -> bool:
-    """Check that a word names a thing of the world, and says not what to do."""
-    return may_name(bare(token.text)) and (nouns.name_load((token,)) or nouns.name_other((token,)))
 
 
 def _tells(token: Span) -> bool:

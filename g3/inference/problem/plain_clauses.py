@@ -62,7 +62,7 @@ from g3.inference.problem.phrases import (
     with_each,
 )
 from g3.inference.problem.statements import names_nothing, without_statements
-from g3.inference.problem.world_nouns import Nouns, may_name
+from g3.inference.problem.world_nouns import Nouns
 from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
@@ -504,9 +504,9 @@ def _is_time(part: SDC, nouns: Nouns) -> bool:
 
 
 def _names_a_thing(sdc: SDC, nouns: Nouns) -> bool:
-    said = [word for word in sdc.words if may_name(bare(word.text))]
-    own = any(nouns.name_load((word,)) or nouns.name_other((word,)) for word in said)
-    return own or any(_names_a_thing(part, nouns) for part in sdc.children())
+    return any(map(nouns.name_thing, sdc.words)) or any(
+        _names_a_thing(part, nouns) for part in sdc.children()
+    )
 
 
 def _up_or_off(sdc: SDC, nouns: Nouns) -> SDC:

@@ -73,6 +73,10 @@ class Nouns:
             return False
         return likeness > self._likeness(said[-1], of_loads=True)
 
+    def name_thing(self, word: Span) -> bool:
+        """Check that a word names a thing of the world, and says not how, where or what to do."""
+        return may_name(bare(word.text)) and (self.name_load((word,)) or self.name_other((word,)))
+
     def name_deck(self, words: Sequence[Span]) -> bool:
         """Check that words name what is no load and can carry one."""
         decks = (o for o in self.state.context.objects if is_surface(o))
