@@ -69,7 +69,7 @@ from g3.language.lexicon.field_words import bare, bare_words, field_words, norma
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
 from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_chains import verb_of
-from g3.language.lexicon.verb_classes import HANDLING_VERBS
+from g3.language.lexicon.verb_classes import HANDLING_VERBS, word_class
 from g3.sdc.clauses import SDC, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
@@ -172,8 +172,11 @@ def _as_person(sdc: SDC) -> SDC:
 def _is_speaker(sdc: SDC) -> bool:
     """Check that a landmark is who speaks, or where: "me", "my feet", "where [I am]"."""
     if sdc.type == "EVENT":
-        subject, verb = subject_of(sdc), verb_of(tuple(verb_words(sdc)))
-        stands = "staying" in verb.classes or WORDS["stating"].issuperset(verb_words(sdc))
+        subject, said = subject_of(sdc), verb_words(sdc)
+        is_there_now = {"staying", "being"}.intersection(
+            word_class(said[-1] if said else "").split("+")
+        )
+        stands = bool(is_there_now) or WORDS["stating"].issuperset(said)
         return subject is not None and not arguments_of(sdc) and stands and _is_speaker(subject)
     words = bare_words(sdc.words)
     own = words[:1] == ["my"] and WORDS["body"].issuperset(words[1:])

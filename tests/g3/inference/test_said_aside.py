@@ -63,6 +63,11 @@ def test_a_goal_alone_is_that_of_the_load_spoken_of(grounder):
             "EVENT(r = Set down, l = OBJ(f = the crate), "
             "l2 = PLACE(r = where, l = EVENT(f = OBJ(f = I), r = am)))",
         ),
+        (
+            "Set the crate down where I'm standing",
+            "EVENT(r = Set down, l = OBJ(f = the crate), "
+            "l2 = PLACE(r = where, l = EVENT(f = OBJ(f = I), r = 'm standing)))",
+        ),
     ],
 )
 @pytest.mark.parametrize("at", [(3, 14), (20, -8)])
