@@ -51,7 +51,9 @@ def show(path: Path, id: str | None, form: str) -> None:  # noqa: A002 (the argu
 @CORPUS
 @FORMAT
 def stats(path: Path, form: str) -> None:
-    """Count what is in a corpus, beside the paper's figures (4.1) unless it is authored.
+    """Count what is in a corpus, beside the paper's figures (4.1).
+
+    An authored corpus has no such figures beside it.
 
     \b
     Examples:
