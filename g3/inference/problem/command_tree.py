@@ -130,6 +130,8 @@ class Tree:
             or not (is_nounless(leaf) or _points_at(leaf, sdc))
         ):
             return ()
+        if shared := self._noun_beside(sdc):
+            return _kind(shared)
         before = [noun for noun in self.nouns if noun[-1].start < leaf.words[0].start]
         alike = [noun for noun in before if not _scales(noun).isdisjoint(_scales(leaf.words))]
         handled = leaf.words[0] in self._handled
@@ -138,6 +140,13 @@ class Tree:
         same = [noun for noun in before if (noun[-1] in self._handled) == handled]
         last = max(alike or same or before, key=lambda noun: noun[-1].start, default=None)
         return _kind(last) if last else ()
+
+    def _noun_beside(self, sdc: SDC) -> tuple[Span, ...]:
+        """The noun that an OBJECT shares with the next of a list: "the left and right crates"."""
+        lists = (own for node in self.nodes for own in (node.figure, node.landmark1) if sdc in own)
+        after = next((own[own.index(sdc) + 1 :] for own in lists), ())
+        ends = {noun_leaf(part).words[-1:] for part in after[:1]}
+        return next((noun for noun in self.nouns if noun[-1:] in ends), ())
 
     @cached_property
     def left_alone(self) -> tuple[frozenset[int], tuple[SDC, ...]]:

@@ -191,3 +191,14 @@ def test_one_of_each_kind_is_meant_by_its_name(kind, noun, grounder):
     )
     found = grounder.follow(told(text, tree), there, least=0.0)
     assert {a for _, a in did(found)} == {"a-1", "tires-1"}
+
+
+@pytest.mark.parametrize("one", ["the left", "the leftmost"])
+def test_the_next_of_a_list_has_the_noun_of_both(one, grounder):
+    text = f"Put {one} and the right boxes on the truck"
+    things = f"l = [OBJ(f = {one}), OBJ(f = the right boxes)]"
+    tree = f"EVENT(r = Put, {things}, l2 = PLACE(r = on, l = OBJ(f = the truck)))"
+    boxes = {f"boxes_{i}": (BOXES, (9, y)) for i, y in enumerate((6, 0, -6))}
+    there = world(**boxes, crate_1=("crate", (5, 10)), truck_1=("truck", (20, 1)))
+    found = grounder.follow(told(text, tree), there, least=0.0)
+    assert {load for _, load in did(found)} == {"boxes-0", "boxes-2"}
