@@ -10,6 +10,7 @@ from g3.actions.forklift_actions import DRIVE_TO, PICK_UP, PUT_DOWN
 from g3.actions.grounding_candidates import square
 from g3.actions.robot_state import start_state
 from g3.inference.plan_things import PlanEnd, left_aside, named_things, where_it_ends
+from tests.g3.inference.following_commands import followed, told
 from tests.worlds import scene, thing
 
 TRUCK = thing("truck", "truck", 20, 0, (4, 6), (0, 1))
@@ -74,3 +75,12 @@ def test_a_named_place_is_where_a_plan_ends():
     assert left_aside(PlanEnd(LIFT, carried_out(start, LIFT)), named, start) == ("storage",)
     drive = (Action(DRIVE_TO, target=(storage,)),)
     assert not left_aside(PlanEnd(drive, carried_out(start, drive)), named, start)
+
+
+def test_a_named_place_wins_in_every_bundled_world(warehouse, widely_trained):
+    for name, context in warehouse.contexts.items():
+        for place in filter(lambda place: place.name, context.places):
+            text = f"Go to the {place.name}"
+            tree = f"EVENT(r = Go, l = PATH(r = to, l = OBJ(f = the {place.name})))"
+            (drive,) = followed(widely_trained.follow(told(text, tree), context)).actions
+            assert [target.name for target in drive.target] == [place.name], (name, text)
