@@ -164,6 +164,7 @@ def continue_treebank(browser: Browser, treebank: Path, folder: Path) -> list[Tr
         page = new_page(browser)
         choose_login(page, link[0], "eve")
         agree(page, f"http://localhost:{server.port}/s/drone")
+        page.wait_for_load_state()  # in Firefox the way that agreeing leads may go on
         page.goto(f"http://localhost:{server.port}/s/drone/segment")
         expect(page.locator(".notice")).to_contain_text("start from nothing")
         expect(page.locator(".places .part")).to_have_count(2)
