@@ -11,6 +11,7 @@ from g3.inference.problem.phrases import (
     names_lift,
     names_robot,
 )
+from g3.language.discourse.groups import noun_leaf
 from g3.language.lexicon.concepts import BESIDE, SIDES, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.tables import WORDS
@@ -81,7 +82,9 @@ def objects(tree: Tree, root: int) -> list[int]:
 
 
 def _are_joined(tree: Tree, node: int, after: int) -> bool:
-    """Check that "and" stands between two clauses."""
+    """Check that "and" stands between an OBJECT and one with a noun."""
+    if not noun_leaf(tree.nodes[after]).words:
+        return False  # "it parallel and [a bit closer to the trailer]"
     one, other = all_words(tree.nodes[node])[-1], all_words(tree.nodes[after])[0]
     return "and" in tree.text[one.end : other.start].lower().split()
 
