@@ -89,3 +89,15 @@ def scene(*objects: PhysicalObject, agent: PhysicalObject | None = None) -> Cont
     """A context with some objects and a robot."""
     own = agent or robot()
     return Context("scene", (*objects, own), (), own.id)
+
+
+PALLET, OTHER, TRAILER = "pallet-1", "pallet-2", "trailer"
+
+
+def two_pallets_and_a_trailer() -> tuple[PhysicalObject, ...]:
+    """Things ahead and to the left of a robot at (0, 0) that looks along +x."""
+    return (
+        thing(PALLET, "tire pallet", 6, 0, (1.2, 1.2)),
+        thing(OTHER, "box pallet", 6, 5, (1.2, 1.2)),
+        thing(TRAILER, "trailer", 0, 12, (6, 3), (0, 0.8)),
+    )

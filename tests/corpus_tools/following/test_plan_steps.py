@@ -17,20 +17,12 @@ from g3.actions.action_kinds import KINDS
 from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import start_state
 from g3.errors import FormatError
-from tests.worlds import place, scene, thing
-
-PALLET, OTHER, TRAILER = "pallet-1", "pallet-2", "trailer"
+from tests.worlds import OTHER, PALLET, TRAILER, place, scene, two_pallets_and_a_trailer
 
 
 @pytest.fixture
 def start():
-    """The robot is at (0, 0) and looks along +x."""
-    things = (
-        thing(PALLET, "tire pallet", 6, 0, (1.2, 1.2)),
-        thing(OTHER, "box pallet", 6, 5, (1.2, 1.2)),
-        thing(TRAILER, "trailer", 0, 12, (6, 3), (0, 0.8)),
-    )
-    return start_state(scene(*things))
+    return start_state(scene(*two_pallets_and_a_trailer()))
 
 
 def read(start, *steps):

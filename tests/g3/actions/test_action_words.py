@@ -12,21 +12,13 @@ from g3.actions.action_words import PlanWords
 from g3.actions.forklift_actions import CARRY, DRIVE_TO
 from g3.actions.grounding_candidates import square
 from g3.actions.robot_state import start_state
-from tests.worlds import place, scene, thing
-
-PALLET, OTHER, TRAILER = "pallet-1", "pallet-2", "trailer"
+from tests.worlds import OTHER, PALLET, TRAILER, place, scene, thing, two_pallets_and_a_trailer
 
 
 @pytest.fixture
 def start():
-    """The robot is at (0, 0) and looks along +x."""
-    things = (
-        thing(PALLET, "tire pallet", 6, 0, (1.2, 1.2)),
-        thing(OTHER, "box pallet", 6, 5, (1.2, 1.2)),
-        thing(TRAILER, "trailer", 0, 12, (6, 3), (0, 0.8)),
-        thing("person-1", "person", 6, -5, (0.5, 0.5), (0, 1.8)),
-    )
-    context = scene(*things)
+    person = thing("person-1", "person", 6, -5, (0.5, 0.5), (0, 1.8))
+    context = scene(*two_pallets_and_a_trailer(), person)
     receiving = place("receiving", (-12, 0), (4, 4))
     return start_state(replace(context, places=(receiving,)))
 
