@@ -57,7 +57,7 @@ _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 def asked_kinds(tree: Tree, root: int) -> Kinds:
     """The kinds of actions that a top-level clause asks for; none where it leaves that open."""
     if negated(tree.nodes[root]):
-        stays = _stays_put(tree, root) or only_forbids(tree)
+        stays = _stays_put(tree, root) or _only_forbids(tree)
         return frozenset({WAIT}) if stays else frozenset()
     readings = (kinds for reads in _READINGS if (kinds := reads(tree, root)))
     return next(readings, frozenset())
@@ -69,7 +69,7 @@ def asks_to_wait(tree: Tree) -> bool:
     return bool(wanted) and all(asked_kinds(tree, root) == {WAIT} for root in wanted)
 
 
-def only_forbids(tree: Tree) -> bool:
+def _only_forbids(tree: Tree) -> bool:
     """Check that a command asks for nothing but leaving things: "don't start yet"."""
     return all(frame(tree, n).negated for n in asked(tree))
 

@@ -1,4 +1,4 @@
-"""What words outside of clauses speak of, who speaks, and ways of loads without a verb."""
+"""Mentions outside of clauses, the speaker, and ways of loads without a verb."""
 
 import numpy as np
 import pytest
