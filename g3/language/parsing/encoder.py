@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from importlib import resources
-from itertools import islice, tee
+from itertools import islice
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -34,6 +34,8 @@ MATRICES = ("query", "key", "value", "output", "inner", "outer")
 """Matrices of a layer; each has a bias."""
 BATCH = 64
 """Commands that are encoded at once."""
+RECENT = 64
+"""Commands whose vectors are kept, at least."""
 MOST_PIECES = 6
 """Pieces of one word; the rest is left out."""
 _LONGEST_PIECE = 30
@@ -119,6 +121,10 @@ class Encoder:
         return {piece: i for i, piece in enumerate(self.vocabulary)}
 
     @cached_property
+    def _recent(self) -> dict[tuple[str, ...], Float32Array]:
+        return {}
+
+    @cached_property
     def _pieces_of(self) -> dict[str, tuple[int, ...]]:
         return {}
 
@@ -130,6 +136,12 @@ class Encoder:
             if len(self._pieces_of) < 1 << 16:
                 self._pieces_of[form] = found
         return found
+
+    def meaning(self, forms: Sequence[str]) -> Float32Array:
+        """Return the mean of the vectors of words' pieces, without their context, shape (d,)."""
+        rows = [piece for form in forms for piece in self.pieces(form)]
+        mean: Float32Array = (self.words[rows] * self.word_scales[rows, None]).mean(axis=0)
+        return mean
 
     def _pieces(self, form: str) -> tuple[int, ...]:
         plain = "".join(
@@ -153,11 +165,23 @@ class Encoder:
     def encode_all(self, commands: Iterable[Words]) -> Iterator[Float32Array]:
         """Yield the vectors of each command's words, shape (n, d); `BATCH` are encoded at once.
 
-        Words beyond the longest command that the encoder knows have the vector 0.
+        Words beyond the longest command that the encoder knows have the vector 0. The last commands
+        are kept, since several models ask for the vectors of one.
         """
-        first, second = tee(commands)
-        for command, state in zip(first, self.all_states(second), strict=True):
-            yield _means(state.vectors, state.owners, len(command.forms))
+        waiting = iter(commands)
+        while batch := list(islice(waiting, BATCH)):
+            recent = self._recent
+            kept = ((c.forms, recent.get(c.forms)) for c in batch)
+            found = {forms: vectors for forms, vectors in kept if vectors is not None}
+            new = [command for command in batch if command.forms not in found]
+            for command, state in zip(new, self.states(new), strict=True):
+                vectors = _means(state.vectors, state.owners, len(command.forms))
+                vectors.setflags(write=False)
+                found[command.forms] = vectors
+            if len(recent) > RECENT:
+                recent.clear()
+            recent.update(found)
+            yield from (found[command.forms] for command in batch)
 
     def all_states(self, commands: Iterable[Words], layers: int | None = None) -> Iterator[State]:
         """Yield what :meth:`states` returns of each command; `BATCH` are encoded at once."""
@@ -201,30 +225,56 @@ class Encoder:
         layers: int | None,
     ) -> Float32Array:
         x = self.words[rows].astype(np.float32) * self.word_scales[rows, None]
-        x = _normalised(x + self.positions[places], *self.norms[:2])
+        x = normalised(x + self.positions[places], *self.norms[:2])
         for number, layer in enumerate(self.layers[:layers]):
             first, second = self.norms[2 + 4 * number :][:2], self.norms[4 + 4 * number :][:2]
-            query, key, value = (_linear(x, layer[name]) for name in MATRICES[:3])
+            query, key, value = (linear(x, layer[name]) for name in MATRICES[:3])
             mixed = np.empty_like(x)
             for start, end in zip([0, *ends], ends, strict=False):
-                mixed[start:end] = _attend(query[start:end], key[start:end], value[start:end])
-            x = _normalised(x + _linear(mixed, layer["output"]), *first)
-            x = _normalised(x + _linear(_gelu(_linear(x, layer["inner"])), layer["outer"]), *second)
+                mixed[start:end] = attend(query[start:end], key[start:end], value[start:end], HEADS)
+            x = normalised(x + linear(mixed, layer["output"]), *first)
+            x = normalised(x + linear(gelu(linear(x, layer["inner"])), layer["outer"]), *second)
         return x
 
 
-def _linear(x: Float32Array, weights: tuple[Float32Array, Float32Array]) -> Float32Array:
+def linear(x: Float32Array, weights: tuple[Float32Array, Float32Array]) -> Float32Array:
+    """Multiply rows by a matrix (out, in), and add a bias (out,)."""
     matrix, bias = weights
     result: Float32Array = x @ matrix.T
     result += bias
     return result
 
 
-def _attend(query: Float32Array, key: Float32Array, value: Float32Array) -> Float32Array:
-    """Attention of one command's n pieces to each other, shape (n, d)."""
+def attend(
+    query: Float32Array,
+    key: Float32Array,
+    value: Float32Array,
+    heads: int,
+    bias: Float32Array | None = None,
+) -> Float32Array:
+    """Attention of n rows to m rows, in several heads (Vaswani et al., 2017).
+
+    Parameters
+    ----------
+    query
+        Queries, shape (n, d).
+    key, value
+        Keys and values, shape (m, d).
+    heads
+        Number of heads; it divides d.
+    bias
+        Added to the scores, shape (heads, n, m).
+
+    Returns
+    -------
+    ndarray
+        Mixed values, shape (n, d).
+    """
     n, d = query.shape
-    q, k, v = (x.reshape(n, HEADS, d // HEADS).transpose(1, 0, 2) for x in (query, key, value))
-    scores = q @ k.transpose(0, 2, 1) / np.float32(np.sqrt(d // HEADS))
+    q, k, v = (x.reshape(len(x), heads, d // heads).transpose(1, 0, 2) for x in (query, key, value))
+    scores = q @ k.transpose(0, 2, 1) / np.float32(np.sqrt(d // heads))
+    if bias is not None:
+        scores += bias
     scores -= scores.max(axis=2, keepdims=True)
     np.exp(scores, out=scores)
     scores /= scores.sum(axis=2, keepdims=True)
@@ -232,14 +282,15 @@ def _attend(query: Float32Array, key: Float32Array, value: Float32Array) -> Floa
     return mixed
 
 
-def _normalised(x: Float32Array, gain: Float32Array, shift: Float32Array) -> Float32Array:
+def normalised(x: Float32Array, gain: Float32Array, shift: Float32Array) -> Float32Array:
+    """Give rows the mean 0 and the variance 1, then a gain and a shift (Ba et al., 2016)."""
     x = x - x.mean(axis=1, keepdims=True)
     scale = np.sqrt(np.square(x).mean(axis=1, keepdims=True) + np.float32(NORM_EPSILON))
     result: Float32Array = x / scale * gain + shift
     return result
 
 
-def _gelu(x: Float32Array) -> Float32Array:
+def gelu(x: Float32Array) -> Float32Array:
     """Gaussian error linear unit, by its approximation with tanh (Hendrycks and Gimpel, 2016)."""
     inner = GELU_SCALE * (x + GELU_CUBIC * x * x * x)
     np.tanh(inner, out=inner)
