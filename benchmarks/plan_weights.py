@@ -3,11 +3,14 @@
 A name is a corpus or a set of commands that imitate people (``benchmarks/written``). Of each
 command all plans that are compared are noted with their evidence and whether they are right: of
 sets by a model that has learned from ``--train``, of corpora by models and parsers that have not
-seen the scenario. A plan for an annotated command is right by half if it agrees with its known
-outcome alone, or with its annotated words alone. The weights are fitted to all plans, each command
-and each name counted the same. The table shows each name, left out in turn: the share of right
-plans where the first plan for the most probable tree is taken, and where weights of the others
-choose. The last lines are for `g3.inference.calibration`.
+seen the scenario. The bundled end model has learned from the sets: give one that has not by
+``--end-model`` (``python -m benchmarks.end_model --set first --set second --out FILE``).
+
+A plan for an annotated command is right by half if it agrees with its known outcome alone, or with
+its annotated words alone. The weights are fitted to all plans, each command and each name counted
+the same. The table shows each name, left out in turn: the share of right plans where the first plan
+for the most probable tree is taken, and where weights of the others choose. The last lines are for
+`g3.inference.calibration`.
 """
 
 from __future__ import annotations
@@ -22,6 +25,7 @@ import numpy as np
 from scipy.special import expit
 
 from benchmarks.written_commands import (
+    HELD_OUT,
     SETS,
     Done,
     is_right,
@@ -40,14 +44,15 @@ from eval.table_3.outcomes import Outcome, reliability, risk_coverage
 from g3.actions.robot_state import start_state
 from g3.groundings import FloatArray
 from g3.inference.calibration import WEIGHTS, fit_curve
+from g3.inference.ends.end_model import EndModel
 from g3.inference.grounder import Grounder
 from g3.inference.tree_choice import PARSES, Choice, best_plans
 from g3.language.parsing.parser import parse_unsure
 
 COMMANDS = 200
 """Weight of each name as a number of commands, compared with the prior of the weights."""
-DEFAULT = (*SETS[16:18], SETS[19], *SETS[21:24])
-"""Sets that nobody has read are left for tests."""
+DEFAULT = tuple(name for name in SETS[23:] if name not in HELD_OUT)
+"""Sets by writers with a brief of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,14 +81,14 @@ def of_set(name: str, grounder: Grounder) -> Iterator[Compared]:
         yield _compared(record["text"], choices, seen, right)
 
 
-def of_corpus(name: str, train: Sequence[str]) -> Iterator[Compared]:
+def of_corpus(name: str, train: Sequence[str], ends: EndModel | None) -> Iterator[Compared]:
     """Yield the plans for each command of a corpus; costs and trees don't know its scenario."""
     others = (open_corpus(other) for other in train if other != name)
     corpora = [open_corpus(name), *others]
     costs = costs_without(data_of(corpora), load_choices_of(corpora))
     parsers = parser_without(corpora)
     for scenario, commands in groupby(judged_commands(corpora[0]), lambda c: c.command.scenario):
-        grounder, parser = Grounder(costs(scenario)), parsers(scenario)
+        grounder, parser = Grounder(costs(scenario), end_model=ends), parsers(scenario)
         for tested in commands:
             parse = parse_unsure(tested.command.text, n_best=PARSES, extractor=parser)
             choices, seen = grounder.compared(parse, start_state(tested.context))
@@ -146,14 +151,18 @@ def main() -> None:
     parser = parser_of("plan_weights", __doc__)
     parser.add_argument("names", nargs="*", default=DEFAULT)
     parser.add_argument("--kept", type=Path, help="folder that keeps what was compared")
+    parser.add_argument("--end-model", type=Path, help="file of the model of ends")
     options = parser.parse_args()
+    ends = EndModel.from_bytes(options.end_model.read_bytes()) if options.end_model else None
     train, parts = options.train.split(","), dict[str, list[Compared]]()
     for name in options.names:
         kept = options.kept / f"{Path(name).name}.json" if options.kept else None
         if kept is None or not kept.exists():
             is_set = name in SETS
             parts[name] = list(
-                of_set(name, Grounder(learned_cost(train))) if is_set else of_corpus(name, train)
+                of_set(name, Grounder(learned_cost(train), end_model=ends))
+                if is_set
+                else of_corpus(name, train, ends)
             )
             if kept is not None:
                 rows = [

@@ -56,8 +56,15 @@ SETS = (
     *("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"),
     *("tenth", "eleventh", "twelfth", "thirteenth", "fourteenth", "fifteenth", "sixteenth"),
     *("seventeenth", "eighteenth", "nineteenth", "twentieth", "twenty_first", "twenty_second"),
-    *("twenty_third", "twenty_fourth", "twenty_fifth"),
+    *("twenty_third", "twenty_fourth", "twenty_fifth", "twenty_sixth", "twenty_seventh"),
+    *("twenty_eighth", "twenty_ninth", "thirtieth", "thirty_first", "thirty_second"),
+    *("thirty_third", "thirty_fourth", "thirty_fifth", "thirty_sixth"),
 )
+HELD_OUT = (
+    *("nineteenth", "twenty_first", "twenty_fifth", "twenty_eighth", "thirty_second"),
+    *("thirty_third", "thirty_sixth"),
+)
+"""Sets that nobody has read, and that nothing is learned from."""
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
 """Function from a command and a state to a plan."""

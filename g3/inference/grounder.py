@@ -60,6 +60,7 @@ from g3.short_repr import brief, short_repr
 if TYPE_CHECKING:
     import pandas as pd
 
+    from g3.inference.ends.end_model import EndModel
     from g3.language.parsing.trees import Parse
 
 
@@ -289,6 +290,8 @@ class Grounder:
         Names of potentials that are switched off.
     rewriting
         False to leave clauses as they are (:mod:`g3.inference.problem.plain_clauses`).
+    end_model
+        Model of where all words say that loads end; None for the bundled one.
 
     Raises
     ------
@@ -296,10 +299,18 @@ class Grounder:
         If there is no potential of such a name.
     """
 
-    def __init__(self, cost: Cost, *, without: Iterable[str] = (), rewriting: bool = True) -> None:
+    def __init__(
+        self,
+        cost: Cost,
+        *,
+        without: Iterable[str] = (),
+        rewriting: bool = True,
+        end_model: EndModel | None = None,
+    ) -> None:
         self.cost = cost
         self.without = check_potentials(without)
         self.rewriting = rewriting
+        self.end_model = end_model
 
     @classmethod
     def load(cls, model: GroundingModel | Path | str, *, without: Iterable[str] = ()) -> Grounder:
@@ -392,7 +403,7 @@ class Grounder:
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
         most = top if len(readings) == 1 else max(top, LOOKED_AT)
-        choices, seen = _compared(readings, most, answers or {})
+        choices, seen = self._compared(command, readings, most, answers or {})
         if not choices:
             return readings[0][1].refused()
         order = best_plans([c.tree for c in choices], [c.fit for c in choices], odds(seen), top)
@@ -441,7 +452,7 @@ class Grounder:
         readings = self._readings(
             command, parses, start=state, width=WIDTH, answers=None, explain=False, insist=True
         )
-        return _compared(readings, LOOKED_AT, {})
+        return self._compared(command, readings, LOOKED_AT, {})
 
     def _readings(
         self, command: str | Sequence[SDC] | Parse, parses: int, **how: Any
@@ -450,6 +461,32 @@ class Grounder:
         text = _text(command)
         trees = _trees(command, parses)
         return [(chance, self._search(sdcs, text=text, **how)) for chance, sdcs in trees]
+
+    def _compared(
+        self,
+        command: str | Sequence[SDC] | Parse,
+        readings: Sequence[tuple[float, _Reading]],
+        most: int,
+        answered: Collection[int],
+    ) -> tuple[list[Choice], FloatArray]:
+        """Return the plans for all trees, and their evidence, shape (n, len(WEIGHTS))."""
+        from g3.inference.ends.end_model import (  # noqa: PLC0415 - as the parser
+            UNTOLD,
+            end_evidence,
+            ends_of,
+        )
+
+        first = readings[0][1]
+        start = first.problem.state
+        choices = all_plans(_agreed(readings), most, waits=asks_to_wait(first.tree))
+        told = self.rewriting and bool(choices)
+        ends = ends_of(_text(command), start, self.end_model) if told else None
+        rows = []
+        for choice in choices:
+            plan = choice.hypothesis
+            end = end_evidence(ends, plan.actions, plan.state, start) if ends else UNTOLD
+            rows.append(readings[choice.tree][1].evidence(choice, answered, end))
+        return choices, np.array(rows)
 
     def answer(self, result: Result, reply: str, **options: Any) -> Result:
         """Follow a command again, with an answer in words to the question about it.
@@ -564,7 +601,7 @@ class _Reading:
         """The words of relations that nobody has taught, and their share."""
         return untaught_words(self.tree, Nouns(self.problem.state))
 
-    def evidence(self, choice: Choice, answered: Collection[int]) -> FloatArray:
+    def evidence(self, choice: Choice, answered: Collection[int], end_told: float) -> FloatArray:
         """Return the evidence of one of the plans, shape (len(WEIGHTS),)."""
         plan, start = choice.hypothesis, self.problem.state
         end = _end(plan)
@@ -576,22 +613,12 @@ class _Reading:
             end_is_named=bool(self.named) and not ends.isdisjoint(self.named[-1][1]),
             is_ambiguous=question_about(self.tree, plan, start, answered) is not None,
             untaught=self.untaught[1],
+            end=end_told,
         )
 
     def refused(self) -> Result:
         start = self.problem.state
         return Result(self.tree.sdcs, (), self.why, missing=self.missing, start=start)
-
-
-def _compared(
-    readings: Sequence[tuple[float, _Reading]],
-    most: int,
-    answered: Collection[int],
-) -> tuple[list[Choice], FloatArray]:
-    """Return the plans for all trees, and their evidence, shape (n, len(WEIGHTS))."""
-    waits = asks_to_wait(readings[0][1].tree)
-    choices = all_plans(_agreed(readings), most, waits=waits)
-    return choices, np.array([readings[c.tree][1].evidence(c, answered) for c in choices])
 
 
 def _end(plan: Hypothesis) -> PlanEnd:

@@ -59,8 +59,8 @@ def named_things(words: Sequence[str], state: State) -> list[tuple[str, frozense
         o.id: tuple(o.labels) for o in state.context.objects if o.id != state.context.agent_id
     } | {place.name: tuple(place.name.split()) for place in state.context.places if place.name}
     found = []
-    for word in filter(may_name, words):
-        likely = {name: _naming(word, own) for name, own in labels.items()}
+    for word in words:
+        likely = {name: naming(word, own) for name, own in labels.items()}
         best = max(likely.values(), default=0.0)
         if best >= NAMES:
             alike = (n for n, likeness in likely.items() if likeness >= best - ALIKE)
@@ -148,5 +148,6 @@ def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[st
 
 
 @lru_cache(maxsize=65536)
-def _naming(word: str, labels: tuple[str, ...]) -> float:
-    return best_naming(word, [labels])
+def naming(word: str, labels: tuple[str, ...]) -> float:
+    """Return how well a word names a thing by its labels, from 0 to 1; 0 if it names nothing."""
+    return best_naming(word, [labels]) if may_name(word) else 0.0
