@@ -321,7 +321,7 @@ def train(
 def is_right(model: EndModel, example: Example) -> bool:
     """Check that the most probable ends of all loads are right."""
     ends = model.ends(example.seen)
-    likely = {row: int(ends.loads[row].argmax()) for row in ends.handled}
+    likely = {row: int(ends.loads[row].argmax()) for row in ends.rows}
     moved = {row: kind for row, kind in likely.items() if kind != STAYS}
     right = [
         {row: kind for row, kind in end.loads.items() if kind != STAYS} for end in example.ends

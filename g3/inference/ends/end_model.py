@@ -67,12 +67,12 @@ class Ends(NamedTuple):
     loads
         Of each thing as a load: `STAYS`, `HELD`, `GROUND`, `ON` each thing, beside each thing;
         shape (t, 3 + 2 t).
-    handled
+    rows
         Rows of the things that can be lifted.
     """
 
     loads: Float32Array
-    handled: Sequence[int]
+    rows: Sequence[int]
 
 
 @short_repr
@@ -204,7 +204,7 @@ def end_evidence(ends: Ends, actions: Sequence[Action], end: State, start: State
     handled = {action.object_id for action in actions} - {""}
     things = things_of(start)
     told = 0.0
-    for row in ends.handled:
+    for row in ends.rows:
         classes = load_ends(row, end, start) if things[row].id in handled else [STAYS]
         told += float(logsumexp(ends.loads[row, classes]))
     return max(told, LEAST)

@@ -93,7 +93,7 @@ def test_the_order_of_things_makes_no_difference(order):
 def test_probabilities_of_ends_sum_to_one():
     found = ends_of("Put the crates on the truck.", START)
     np.testing.assert_allclose(np.exp(found.loads).sum(axis=1), 1, atol=1e-5)
-    assert [IDS[row] for row in found.handled] == ["tires-1", "tires-2", "crate-1", "crate-2"]
+    assert [IDS[row] for row in found.rows] == ["tires-1", "tires-2", "crate-1", "crate-2"]
 
 
 def test_no_words_and_no_things_say_nothing():
