@@ -4,7 +4,7 @@ A name is a corpus or a set of commands that imitate people (``benchmarks/writte
 command all plans that are compared are noted with their evidence and whether they are right: of
 sets by a model that has learned from ``--train``, of corpora by models and parsers that have not
 seen the scenario. The bundled end model has learned from the sets: give one that has not by
-``--end-model`` (``python -m benchmarks.end_model --set first --set second --out FILE``).
+``--end-model`` (``python -m benchmarks.end_model --set 01 --set 02 --out FILE``).
 
 A plan for an annotated command is right by half if it agrees with its known outcome alone, or with
 its annotated words alone. The weights are fitted to all plans, each command and each name counted
@@ -18,6 +18,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import groupby
 from pathlib import Path
 
@@ -155,15 +156,12 @@ def main() -> None:
     options = parser.parse_args()
     ends = EndModel.from_bytes(options.end_model.read_bytes()) if options.end_model else None
     train, parts = options.train.split(","), dict[str, list[Compared]]()
+    of_sets = cache(lambda: Grounder(learned_cost(train), end_model=ends))
     for name in options.names:
         kept = options.kept / f"{Path(name).name}.json" if options.kept else None
         if kept is None or not kept.exists():
             is_set = name in SETS
-            parts[name] = list(
-                of_set(name, Grounder(learned_cost(train), end_model=ends))
-                if is_set
-                else of_corpus(name, train, ends)
-            )
+            parts[name] = list(of_set(name, of_sets()) if is_set else of_corpus(name, train, ends))
             if kept is not None:
                 rows = [
                     (c.text, c.trees, c.evidence.tolist(), c.right.tolist()) for c in parts[name]

@@ -3,7 +3,7 @@
 The record is in files that ``benchmarks.potentials_off`` writes::
 
     python -m benchmarks.potentials_off --test aaai11,automatic,warehouse --out corpora.json
-    python -m benchmarks.potentials_off --set second --set fourth --set eighth --out written.json
+    python -m benchmarks.potentials_off --set 02 --set 04 --set 08 --out written.json
     python docs/make_potentials.py corpora.json written.json
 
 Without files the records stay, and the other columns are written.

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.written_commands import HELD_OUT, SETS, by_model, followed, records_of
 
-UNREAD = ("twelfth", "fourteenth", *HELD_OUT, *SETS[25:])
+UNREAD = ("12", "14", *HELD_OUT, *SETS[25:])
 READ = tuple(name for name in SETS if name not in UNREAD)
 """The others are clean: nobody has read which of their plans are wrong."""
 EVERY = 40
