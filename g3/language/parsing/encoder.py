@@ -11,7 +11,7 @@ import hashlib
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from importlib import resources
 from itertools import islice
@@ -35,7 +35,9 @@ MATRICES = ("query", "key", "value", "output", "inner", "outer")
 BATCH = 64
 """Commands that are encoded at once."""
 RECENT = 64
-"""Commands whose vectors are kept, at least."""
+"""Commands of which the vectors after the shared layers are kept, at least."""
+LAST = 2
+"""Layers that encoders made from another one may have as their own."""
 MOST_PIECES = 6
 """Pieces of one word; the rest is left out."""
 _LONGEST_PIECE = 30
@@ -100,6 +102,8 @@ class Encoder:
         Digest of its file, by which what was trained with it knows it again.
     changed
         How many of the last layers aren't those of that file.
+    recent
+        Commands after the layers that all encoders made from that file share, by their words.
     """
 
     vocabulary: tuple[str, ...]
@@ -110,6 +114,7 @@ class Encoder:
     layers: tuple[Layer, ...]
     digest: str
     changed: int = 0
+    recent: dict[tuple[str, ...], State] = field(default_factory=dict, repr=False)
 
     @property
     def width(self) -> int:
@@ -119,10 +124,6 @@ class Encoder:
     @cached_property
     def _ids(self) -> dict[str, int]:
         return {piece: i for i, piece in enumerate(self.vocabulary)}
-
-    @cached_property
-    def _recent(self) -> dict[tuple[str, ...], Float32Array]:
-        return {}
 
     @cached_property
     def _pieces_of(self) -> dict[str, tuple[int, ...]]:
@@ -166,22 +167,32 @@ class Encoder:
         """Yield the vectors of each command's words, shape (n, d); `BATCH` are encoded at once.
 
         Words beyond the longest command that the encoder knows have the vector 0. The last commands
-        are kept, since several models ask for the vectors of one.
+        are kept as they are after the shared layers, since several models ask for one.
         """
         waiting = iter(commands)
+        shared = max(0, len(self.layers) - max(LAST, self.changed))
         while batch := list(islice(waiting, BATCH)):
-            recent = self._recent
-            kept = ((c.forms, recent.get(c.forms)) for c in batch)
-            found = {forms: vectors for forms, vectors in kept if vectors is not None}
-            new = [command for command in batch if command.forms not in found]
-            for command, state in zip(new, self.states(new), strict=True):
-                vectors = _means(state.vectors, state.owners, len(command.forms))
-                vectors.setflags(write=False)
-                found[command.forms] = vectors
-            if len(recent) > RECENT:
-                recent.clear()
-            recent.update(found)
-            yield from (found[command.forms] for command in batch)
+            below = self._below(batch, shared)
+            ends = np.cumsum([len(state.vectors) for state in below]).tolist()
+            with one_thread():
+                vectors = self._through(np.vstack([s.vectors for s in below]), ends, shared)
+            for command, state, own in zip(batch, below, np.split(vectors, ends[:-1]), strict=True):
+                yield _means(own, state.owners, len(command.forms))
+
+    def _below(self, batch: Sequence[Words], layers: int) -> list[State]:
+        """Return commands after the first layers; those that others have, too, are kept."""
+        if self.changed > LAST:
+            return self.states(batch, layers)
+        kept = ((command.forms, self.recent.get(command.forms)) for command in batch)
+        found = {forms: state for forms, state in kept if state is not None}
+        new = [command for command in batch if command.forms not in found]
+        found |= dict(
+            zip((command.forms for command in new), self.states(new, layers), strict=True)
+        )
+        if len(self.recent) > RECENT:
+            self.recent.clear()
+        self.recent.update(found)
+        return [found[command.forms] for command in batch]
 
     def all_states(self, commands: Iterable[Words], layers: int | None = None) -> Iterator[State]:
         """Yield what :meth:`states` returns of each command; `BATCH` are encoded at once."""
@@ -210,30 +221,27 @@ class Encoder:
             ends.append(len(rows))
         if not rows:
             return []
+        x = self.words[rows].astype(np.float32) * self.word_scales[rows, None]
+        x = normalised(x + self.positions[places], *self.norms[:2])
         with one_thread():
-            vectors = self._layers(np.array(rows), np.array(places), ends, layers)
+            vectors = self._through(x, ends, 0, layers)
         return [
             State(vectors[start:end], np.array(owner))
             for start, end, owner in zip([0, *ends], ends, owners, strict=False)
         ]
 
-    def _layers(
-        self,
-        rows: npt.NDArray[np.intp],
-        places: npt.NDArray[np.intp],
-        ends: Sequence[int],
-        layers: int | None,
+    def _through(
+        self, x: Float32Array, ends: Sequence[int], first: int, last: int | None = None
     ) -> Float32Array:
-        x = self.words[rows].astype(np.float32) * self.word_scales[rows, None]
-        x = normalised(x + self.positions[places], *self.norms[:2])
-        for number, layer in enumerate(self.layers[:layers]):
-            first, second = self.norms[2 + 4 * number :][:2], self.norms[4 + 4 * number :][:2]
+        """Return vectors of pieces after layers; those of one command end where the next begin."""
+        for number, layer in enumerate(self.layers[first:last], first):
+            before, after = self.norms[2 + 4 * number :][:2], self.norms[4 + 4 * number :][:2]
             query, key, value = (linear(x, layer[name]) for name in MATRICES[:3])
             mixed = np.empty_like(x)
             for start, end in zip([0, *ends], ends, strict=False):
                 mixed[start:end] = attend(query[start:end], key[start:end], value[start:end], HEADS)
-            x = normalised(x + linear(mixed, layer["output"]), *first)
-            x = normalised(x + linear(gelu(linear(x, layer["inner"])), layer["outer"]), *second)
+            x = normalised(x + linear(mixed, layer["output"]), *before)
+            x = normalised(x + linear(gelu(linear(x, layer["inner"])), layer["outer"]), *after)
         return x
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +11,15 @@ from hypothesis import strategies as st
 
 from g3.errors import ModelError
 from g3.language.parsing import encoder as encoding
-from g3.language.parsing.encoder import MATRICES, Encoder, default_encoder, from_bytes, to_bytes
+from g3.language.parsing.encoder import (
+    MATRICES,
+    Encoder,
+    default_encoder,
+    from_bytes,
+    layer_arrays,
+    to_bytes,
+    with_last_layers,
+)
 from g3.language.parsing.words import MAX_WORDS, cut
 
 PIECES = ("[UNK]", "[CLS]", "[SEP]", "un", "##load", "##ed", "lift", "it", "'", "t", "don")
@@ -60,6 +70,15 @@ def test_each_command_is_encoded_by_itself(texts):
         (alone,) = encoder.encode_all([command])
         assert np.allclose(vectors, alone, atol=1e-5)
         assert np.isfinite(vectors).all()
+
+
+def test_encoders_share_what_they_have_in_common():
+    encoder, command = default_encoder(), cut("put both crates on it")
+    own = with_last_layers(encoder, layer_arrays(encoder.layers[-2:], encoder.norms[-8:] * 1.1))
+    (vectors,), (others,) = encoder.encode_all([command]), own.encode_all([command])
+    (alone,) = replace(own, recent={}).encode_all([command])
+    assert np.allclose(others, alone, atol=1e-5)
+    assert not np.allclose(others, vectors, atol=1e-2)
 
 
 def test_a_word_has_another_vector_in_another_place():
