@@ -2,9 +2,10 @@
 
 A small transformer over the things of a world (Vaswani et al., 2017), which attend to the words of
 the command and to each other, says for each load whether it stays, is held, or is put on the
-ground, on a thing or beside one. It is learned from commands with their right ends (``python -m
-benchmarks.end_model``). It makes no plans, and is evidence for those that trees lead to
-(:mod:`g3.inference.calibration`).
+ground, on a thing or beside one. It is learned, with the last layers of the words' encoder, from
+commands with their right ends (``python -m benchmarks.end_model``). It is evidence for the plans
+that trees lead to (:mod:`g3.inference.calibration`), and proposes another one
+(:mod:`g3.inference.ends.proposal`).
 """
 
 from __future__ import annotations
@@ -24,7 +25,17 @@ from g3.actions.robot_state import State
 from g3.errors import ModelError
 from g3.geometry.footprints import centre
 from g3.inference.ends.described import Described, describe, things_of
-from g3.language.parsing.encoder import Float32Array, attend, gelu, linear, normalised
+from g3.language.parsing.encoder import (
+    LAYER_FIELDS,
+    Encoder,
+    Float32Array,
+    attend,
+    gelu,
+    layer_arrays,
+    linear,
+    normalised,
+    with_last_layers,
+)
 from g3.language.parsing.one_thread import one_thread
 from g3.language.parsing.sdc_parser import default_parser
 from g3.language.parsing.words import cut
@@ -57,6 +68,8 @@ _FIELDS = {
     **{name: Field("<f2", dimensions=2, finite=True) for name in _MATRICES},
     **{f"{name}_bias": Field("<f2", finite=True) for name in _MATRICES},
 }
+_ENCODER = "encoder_"
+"""Beginning of the names of the encoder's layers in a file."""
 
 
 class Ends(NamedTuple):
@@ -84,9 +97,12 @@ class EndModel:
     ----------
     weights
         Matrices (out, in) with their biases, those of layers stacked.
+    encoder
+        What gives words their vectors.
     """
 
     weights: Mapping[str, Float32Array]
+    encoder: Encoder
 
     def ends(self, seen: Described) -> Ends:
         """Return the probabilities of all ends.
@@ -144,8 +160,11 @@ class EndModel:
         return x + linear(gelu(linear(normalised(x, *norms[2]), own["inner"])), own["outer"])
 
     def to_bytes(self) -> bytes:
-        """Write the weights in half precision as an archive of NumPy arrays."""
+        """Write the weights in half precision, and the encoder's own layers, as NumPy arrays."""
         arrays: dict[str, Array] = {n: v.astype(np.float16) for n, v in self.weights.items()}
+        changed = self.encoder.changed
+        layers = layer_arrays(self.encoder.layers[-changed:], self.encoder.norms[-4 * changed :])
+        arrays |= {_ENCODER + name: array for name, array in layers.items()}
         return write_arrays(arrays, sealed=True)
 
     @classmethod
@@ -158,8 +177,14 @@ class EndModel:
             If it is damaged.
         """
         fix = "install the program again"
-        arrays = read_arrays(content, _FIELDS, where=where, fix=fix, error=ModelError)
-        return cls({name: arrays[name].astype(np.float32) for name in _FIELDS})
+        fields = _FIELDS | {_ENCODER + name: own for name, own in LAYER_FIELDS.items()}
+        arrays = read_arrays(content, fields, where=where, fix=fix, error=ModelError)
+        layers = {name: arrays[_ENCODER + name] for name in LAYER_FIELDS}
+        try:
+            encoder = with_last_layers(default_parser().encoder_, layers)
+        except (ValueError, IndexError) as error:
+            raise ModelError(f"its encoder can't be read: {error}", where=where, fix=fix) from error
+        return cls({name: arrays[name].astype(np.float32) for name in _FIELDS}, encoder)
 
 
 @lru_cache(maxsize=1)
@@ -184,9 +209,9 @@ def ends_of(text: str, state: State, model: EndModel | None = None) -> Ends | No
     words = cut(text)
     if not words.forms or not things_of(state):
         return None
+    model = model or default_end_model()
     with one_thread():
-        seen = describe(words, state, default_parser().encoder_)
-        return (model or default_end_model()).ends(seen)
+        return model.ends(describe(words, state, model.encoder))
 
 
 def end_evidence(ends: Ends, actions: Sequence[Action], end: State, start: State) -> float:
@@ -201,13 +226,30 @@ def end_evidence(ends: Ends, actions: Sequence[Action], end: State, start: State
     end, start
         The states after and before it.
     """
+    told = plan_ends(ends.rows, actions, end, start)
+    total = sum(float(logsumexp(ends.loads[row, own])) for row, own in told.items())
+    return max(total, LEAST)
+
+
+def plan_ends(
+    rows: Sequence[int], actions: Sequence[Action], end: State, start: State
+) -> dict[int, list[int]]:
+    """Return the ends of each load that are those of a plan, by its row among the things.
+
+    Parameters
+    ----------
+    rows
+        Rows of the loads.
+    actions
+        Actions of the plan.
+    end, start
+        The states after and before it.
+    """
     handled = {action.object_id for action in actions} - {""}
     things = things_of(start)
-    told = 0.0
-    for row in ends.rows:
-        classes = load_ends(row, end, start) if things[row].id in handled else [STAYS]
-        told += float(logsumexp(ends.loads[row, classes]))
-    return max(told, LEAST)
+    return {
+        row: load_ends(row, end, start) if things[row].id in handled else [STAYS] for row in rows
+    }
 
 
 def load_ends(row: int, end: State, start: State) -> list[int]:
