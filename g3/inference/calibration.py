@@ -24,21 +24,19 @@ from g3.groundings import FloatArray, PhysicalObject, Place
 from g3.inference.search.action_search import Hypothesis
 
 WEIGHTS = {
-    "one": 0.31,
-    "fit": 3.44,
-    "length": -0.68,
-    "left aside": -0.81,
-    "end named": 0.88,
-    "ambiguous": -0.41,
+    "one": 0.17,
+    "fit": 2.73,
+    "left aside": -1.14,
+    "ambiguous": -0.34,
     "untaught": -5.0,
-    "end": 0.24,
+    "end": 0.34,
+    "proposed": -0.5,
 }
-"""Weights of the evidence, fitted to twelve sets of commands by imitated people with end models
-that had not seen them (``python -m benchmarks.plan_weights``), but for "untaught". The fit of that
-is -0.4; on 37 commands errors are the same from there to -5, and a plan that ignores a relation
-must not seem sure."""
-USUAL_WORDS = 8.0
-"""Number of words of a text of usual length."""
+"""Weights of the evidence, fitted to thirteen sets of commands by imitated people with an end model
+that had not seen them (``python -m benchmarks.plan_weights``), but for two. The fit of "untaught"
+is -0.7, but a plan that ignores a relation must not seem sure. That of "proposed" is 0, but where
+labels are strange, as in aaai11, trees are right more often: at -0.5 half of what that loses there
+is kept, and nothing is lost on the sets."""
 LEAST_FIT = 0.047
 """A plan that fits its tree less well than this is no answer."""
 SLOPES_L2 = 1.0
@@ -70,12 +68,11 @@ def fit_of_plan(hypothesis: Hypothesis, share: float) -> float:
 def evidence(
     fit: float,
     *,
-    words: int,
     aside: int = 0,
-    end_is_named: bool = False,
     is_ambiguous: bool = False,
     untaught: float = 0.0,
     end: float = 0.0,
+    is_proposed: bool = False,
 ) -> FloatArray:
     """Return the evidence of a plan, one value for each of `WEIGHTS`.
 
@@ -83,22 +80,20 @@ def evidence(
     ----------
     fit
         How well it fits its tree.
-    words
-        Number of words of the text.
     aside
         Number of nouns that name things without a part in the plan.
-    end_is_named
-        True if the last noun names what is handled last, or what that ends on or near.
     is_ambiguous
         True if it isn't clear which thing is meant.
     untaught
         Share of the words of relations that have neither a feature nor a rule.
     end
         Logarithm of the probability that all words lead there (:mod:`g3.inference.ends`).
+    is_proposed
+        True if all words together propose it, and no tree.
     """
-    length = np.log(max(words, 1) / USUAL_WORDS)
-    named, unclear = float(end_is_named), float(is_ambiguous)
-    return np.array([1.0, fit, length, float(aside), named, unclear, untaught, end])
+    return np.array(
+        [1.0, fit, float(aside), float(is_ambiguous), untaught, end, float(is_proposed)]
+    )
 
 
 def share_alike(hypothesis: Hypothesis, rivals: Sequence[Hypothesis]) -> float:

@@ -22,7 +22,7 @@ from g3.groundings import Context, FloatArray, Grounding, Place, Trajectory, obj
 from g3.inference.absence import absent_nouns, what_is_missing
 from g3.inference.calibration import LEAST_FIT, evidence, odds, plan_probability
 from g3.inference.clarification import Question, question_about, understood
-from g3.inference.plan_things import PlanEnd, left_aside, named_things, where_it_ends
+from g3.inference.plan_things import PlanEnd, left_aside, named_things
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
 from g3.inference.problem.asked_kinds import asks_to_wait
@@ -42,6 +42,7 @@ from g3.inference.search.thing_search import ground_others, ground_thing
 from g3.inference.tree_choice import (
     LOOKED_AT,
     PARSES,
+    PROPOSED,
     Choice,
     all_plans,
     best_plans,
@@ -60,7 +61,7 @@ from g3.short_repr import brief, short_repr
 if TYPE_CHECKING:
     import pandas as pd
 
-    from g3.inference.ends.end_model import EndModel
+    from g3.inference.ends.end_model import EndModel, Ends
     from g3.language.parsing.trees import Parse
 
 
@@ -391,29 +392,29 @@ class Grounder:
                 raise AnswerError("nothing is asked about this clause", fix="give question.node")
             reply = replies.pop(asked.question.node)
             return self.answer(asked, reply, answers=known | replies, **options)
-        readings = self._readings(
-            command,
-            parses,
-            start=start,
-            width=max(width, top),
-            answers=answers,
-            explain=explain,
-            insist=insist,
-        )
+        how: dict[str, Any] = {
+            "start": start,
+            "width": max(width, top),
+            "answers": answers,
+            "explain": explain,
+            "insist": insist,
+        }
+        readings = self._readings(command, parses, **how)
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
         most = top if len(readings) == 1 else max(top, LOOKED_AT)
-        choices, seen = self._compared(command, readings, most, answers or {})
+        trees, choices, seen = self._compared(command, readings, most, **how)
         if not choices:
             return readings[0][1].refused()
         order = best_plans([c.tree for c in choices], [c.fit for c in choices], odds(seen), top)
-        reading, best = readings[choices[order[0]].tree][1], choices[order[0]]
+        best = choices[order[0]]
+        reading = trees[best.tree]
         plans = tuple(
             _plan(reading, choices[i].hypothesis, seen[i], self.cost if explain else None)
             for i in order
         )
         if least is None:
-            is_likely = best.fit >= LEAST_FIT
+            is_likely = best.fit >= LEAST_FIT or best.tree == PROPOSED
         else:
             is_likely = plans[0].probability >= least * GUESSED_RIGHT ** len(_guessed(reading.tree))
         if not is_likely:
@@ -422,11 +423,14 @@ class Grounder:
             _guesses((*_guessed(reading.tree), *reading.untaught[0])),
             _undone(best.hypothesis),
             _nothing_about(left_aside(_end(best.hypothesis), reading.named, start)),
+            "planned from all words together" if best.tree == PROPOSED else "",
         )
         note = "; ".join(filter(None, notes))
         acts = does_something(best.hypothesis)
         question = (
-            question_about(reading.tree, best.hypothesis, start, answers or {}) if acts else None
+            question_about(reading.tree, best.hypothesis, start, reading.problem.answers)
+            if acts
+            else None
         )
         return Result(reading.tree.sdcs, plans, note, question, reading.missing, start)
 
@@ -449,10 +453,10 @@ class Grounder:
         tuple of list of Choice and ndarray
             The n plans, and their evidence, shape (n, len(WEIGHTS)).
         """
-        readings = self._readings(
-            command, parses, start=state, width=WIDTH, answers=None, explain=False, insist=True
-        )
-        return self._compared(command, readings, LOOKED_AT, {})
+        how: dict[str, Any] = {"start": state, "width": WIDTH, "answers": None}
+        how |= {"explain": False, "insist": True}
+        readings = self._readings(command, parses, **how)
+        return self._compared(command, readings, LOOKED_AT, **how)[1:]
 
     def _readings(
         self, command: str | Sequence[SDC] | Parse, parses: int, **how: Any
@@ -467,9 +471,12 @@ class Grounder:
         command: str | Sequence[SDC] | Parse,
         readings: Sequence[tuple[float, _Reading]],
         most: int,
-        answered: Collection[int],
-    ) -> tuple[list[Choice], FloatArray]:
-        """Return the plans for all trees, and their evidence, shape (n, len(WEIGHTS))."""
+        **how: Any,
+    ) -> tuple[list[_Reading], list[Choice], FloatArray]:
+        """Return trees, the plans for them, and the plans' evidence, shape (n, len(WEIGHTS)).
+
+        The last tree is the proposed one, if there is one.
+        """
         from g3.inference.ends.end_model import (  # noqa: PLC0415 - as the parser
             UNTOLD,
             end_evidence,
@@ -478,15 +485,56 @@ class Grounder:
 
         first = readings[0][1]
         start = first.problem.state
-        choices = all_plans(_agreed(readings), most, waits=asks_to_wait(first.tree))
-        told = self.rewriting and bool(choices)
+        places = {place.name for place in start.context.places if place.name}
+        told = (
+            self.rewriting
+            and any(reading.found for _, reading in readings)
+            and all(places.isdisjoint(own) for _, own in first.named)  # it knows no places
+        )
         ends = ends_of(_text(command), start, self.end_model) if told else None
+        own = self._proposed(ends, first.words, readings, **how) if ends else []
+        trees = [*readings, *((0.0, reading) for reading in own)]
+        found = _agreed(trees)
+        choices = all_plans(found[: len(readings)], most, waits=asks_to_wait(first.tree))
+        if choices:
+            plans = (plan for _, of_own in found[len(readings) :] for plan in of_own[:1])
+            choices += [Choice(PROPOSED, plan, 0.0) for plan in plans if does_something(plan)]
         rows = []
         for choice in choices:
             plan = choice.hypothesis
             end = end_evidence(ends, plan.actions, plan.state, start) if ends else UNTOLD
-            rows.append(readings[choice.tree][1].evidence(choice, answered, end))
-        return choices, np.array(rows)
+            rows.append(trees[choice.tree][1].evidence(choice, end))
+        return [reading for _, reading in trees], choices, np.array(rows)
+
+    def _proposed(
+        self,
+        ends: Ends,
+        words: tuple[str, ...],
+        readings: Sequence[tuple[float, _Reading]],
+        **how: Any,
+    ) -> list[_Reading]:
+        """Return the tree that asks for the most probable ends, if no plan for others has them.
+
+        A command that was given as its only tree, or with answers for one, has none.
+        """
+        from g3.inference.ends.end_model import plan_ends  # noqa: PLC0415 - as the parser
+        from g3.inference.ends.proposal import likely_ends, proposal_of  # noqa: PLC0415 - as above
+
+        start = how["start"]
+        if how["answers"] or readings[0][0] == 1:
+            return []
+        likely = likely_ends(ends, start)
+        told = (
+            plan_ends(ends.rows, plan.actions, plan.state, start)
+            for _, reading in readings
+            for plan in reading.found
+        )
+        led = (all(end in own[row] for row, end in likely.items()) for own in told)
+        proposal = None if any(led) else proposal_of(likely, start)
+        if proposal is None:
+            return []
+        reading = self._search(proposal.sdcs, **{**how, "answers": proposal.answers})
+        return [replace(reading, words=words)]
 
     def answer(self, result: Result, reply: str, **options: Any) -> Result:
         """Follow a command again, with an answer in words to the question about it.
@@ -601,19 +649,17 @@ class _Reading:
         """The words of relations that nobody has taught, and their share."""
         return untaught_words(self.tree, Nouns(self.problem.state))
 
-    def evidence(self, choice: Choice, answered: Collection[int], end_told: float) -> FloatArray:
+    def evidence(self, choice: Choice, end_told: float) -> FloatArray:
         """Return the evidence of one of the plans, shape (len(WEIGHTS),)."""
         plan, start = choice.hypothesis, self.problem.state
         end = _end(plan)
-        ends = where_it_ends(end).union(end.handled[-1:])
         return evidence(
             choice.fit,
-            words=len(self.words),
             aside=len(left_aside(end, self.named, start)),
-            end_is_named=bool(self.named) and not ends.isdisjoint(self.named[-1][1]),
-            is_ambiguous=question_about(self.tree, plan, start, answered) is not None,
+            is_ambiguous=question_about(self.tree, plan, start, self.problem.answers) is not None,
             untaught=self.untaught[1],
             end=end_told,
+            is_proposed=choice.tree == PROPOSED,
         )
 
     def refused(self) -> Result:

@@ -19,6 +19,8 @@ PARSES = 4
 """Trees of a text that are summed over, where the best one isn't sure."""
 LOOKED_AT = 5
 """Plans of each tree that may be the best."""
+PROPOSED = -1
+"""Index of the tree that all words together propose (:mod:`g3.inference.ends.proposal`)."""
 
 
 class Choice(NamedTuple):
@@ -27,7 +29,7 @@ class Choice(NamedTuple):
     Parameters
     ----------
     tree
-        Index of the tree that it is for.
+        Index of the tree that it is for; `PROPOSED` for what all words propose.
     hypothesis
         The plan.
     fit
@@ -67,7 +69,7 @@ def all_plans(
                 or any(same_end(plan, better.hypothesis) for better in choices)
             ):
                 continue
-            share = _share(plan, number, found)
+            share = _share(plan, found)
             choices.append(Choice(number, plan, fit_of_plan(plan, share)))
     return choices
 
@@ -95,17 +97,13 @@ def best_plans(
         Their indices.
     """
     order = list(range(len(trees)))
-    if trees[0] != trees[-1]:
+    if len({*trees} - {PROPOSED}) > 1:
         order.sort(key=lambda i: -fits[i])
     best = max({trees[i]: i for i in reversed(order)}.values(), key=lambda i: odds[i])
     return [i for i in order if trees[i] == trees[best]][:top]
 
 
-def _share(
-    plan: Hypothesis, own: int, found: Sequence[tuple[float, Sequence[Hypothesis]]]
-) -> float:
+def _share(plan: Hypothesis, found: Sequence[tuple[float, Sequence[Hypothesis]]]) -> float:
     """Return the share of the plans of all trees that end like one."""
-    if len(found) == 1:
-        return share_alike(plan, found[own][1])
     shares = [chance * share_alike(plan, rivals) for chance, rivals in found]
     return sum(shares) / sum(chance for chance, _ in found)

@@ -104,24 +104,18 @@ def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhe
         best, other = put("tires", 5, 5), put("boxes", 5, 5, score=np.log(elsewhere))
         told = Hypothesis(0.0, best.state, best.actions, {0: ((), np.log(quality))})
         fit = fit_of_plan(told, share_alike(told, [told, other]))
-        return plan_probability(evidence(fit, words=6))
+        return plan_probability(evidence(fit))
 
     assert plan(0.9, 0.01) > plan(0.5, 0.01) > plan(0.01, 0.01)
     assert plan(0.9, 0.01) > plan(0.9, 0.5)
 
 
-def test_what_a_plan_leaves_out_makes_it_less_probable():
-    whole = {"words": 6, "end_is_named": True}
-    doubts = ({"aside": 1}, {"end_is_named": False}, {"is_ambiguous": True}, {"untaught": 1})
-    for doubt in doubts:
-        assert plan_probability(evidence(1.0, **whole | doubt)) < plan_probability(
-            evidence(1.0, **whole)
-        )
-
-
-def test_plans_for_long_commands_are_less_probable():
-    chances = [plan_probability(evidence(0.8, words=words)) for words in (3, 8, 30)]
-    assert chances == sorted(chances, reverse=True)
+@pytest.mark.parametrize(
+    "doubt",
+    [{"aside": 1}, {"is_ambiguous": True}, {"untaught": 1}, {"end": -2.0}, {"is_proposed": True}],
+)
+def test_what_speaks_against_a_plan_makes_it_less_probable(doubt):
+    assert plan_probability(evidence(1.0, **doubt)) < plan_probability(evidence(1.0))
 
 
 def test_what_fits_nothing_is_no_answer():

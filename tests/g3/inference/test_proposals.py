@@ -1,0 +1,178 @@
+"""Clauses that ask for the most probable ends, and plans of them where no tree leads there."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from g3.actions.robot_state import start_state
+from g3.inference.ends.end_model import (
+    GROUND,
+    HELD,
+    ON,
+    STAYS,
+    EndModel,
+    Ends,
+    default_end_model,
+    load_ends,
+)
+from g3.inference.ends.proposal import likely_ends, proposal_of
+from g3.inference.grounder import Grounder
+from g3.inference.problem.costs import RandomCost
+from g3.language.parsing.trees import Parse
+from g3.sdc.clauses import all_words, breadth_first
+from tests.g3.inference.following_commands import YARD, did, followed, told, under, world
+
+START = start_state(world(**YARD))
+IDS = [o.id for o in START.context.objects if o.id != START.context.agent_id]
+LOADS = ["tires-1", "tires-2", "crate-1", "crate-2"]
+MOST = 0.9
+
+
+def on(name):
+    return ON + IDS.index(name)
+
+
+def beside(name):
+    return ON + len(IDS) + IDS.index(name)
+
+
+def likely(chance=MOST, **ends):
+    """Ends of which those that are given, by load, have a chance, and staying the rest."""
+    loads = np.full((len(IDS), ON + 2 * len(IDS)), 1e-9)
+    loads[:, STAYS] = 1
+    for name, end in ends.items():
+        row = loads[IDS.index(name.replace("_", "-"))]
+        row[STAYS], row[end] = 1 - chance, chance
+    return Ends(np.log(loads), [IDS.index(name) for name in LOADS])
+
+
+def asked(ends, state=START):
+    return proposal_of(likely_ends(ends, state), state)
+
+
+def said(proposal):
+    """What clauses say, and which things are meant."""
+    words = [" ".join(word.text for word in all_words(sdc)) for sdc in proposal.sdcs]
+    return words, sorted(proposal.answers.values())
+
+
+class Fixed(EndModel):
+    """A model that finds the same ends for each command."""
+
+    def ends(self, seen):
+        return likely(**self.fixed)
+
+
+def fixed(**ends):
+    model = default_end_model()
+    own = Fixed(model.weights, model.encoder)
+    object.__setattr__(own, "fixed", ends)
+    return own
+
+
+def test_loads_with_one_end_are_asked_for_together():
+    crates = asked(likely(crate_1=on("truck-1"), crate_2=on("truck-1")))
+    assert said(crates) == (
+        ["Put the crates on the truck"],
+        [("crate-1", "crate-2"), ("truck-1",)],
+    )
+
+
+def test_what_is_lifted_comes_last():
+    both = asked(likely(crate_1=HELD, tires_1=beside("cone-1")))
+    assert said(both)[0] == ["Put the tire pallet next to the cone", "Pick up the crate"]
+
+
+def test_the_forks_hold_one_load():
+    ends = likely(crate_1=HELD, crate_2=HELD)
+    ends.loads[IDS.index("crate-2"), [HELD, STAYS]] = np.log([0.6, 0.4])
+    assert said(asked(ends)) == (["Pick up the crate"], [("crate-1",)])
+
+
+def test_what_is_held_is_put_down_first():
+    held = start_state(world("crate-1", **YARD | {"crate_1": ("crate", None)}))
+    both = asked(likely(tires_1=on("truck-1"), crate_1=GROUND), held)
+    assert said(both)[0] == ["Put the crate on the ground", "Put the tire pallet on the truck"]
+
+
+@pytest.mark.parametrize("ends", [{}, {"crate_1": STAYS}])
+def test_nothing_is_asked_for_where_all_stays(ends):
+    assert asked(likely(**ends)) is None
+
+
+def test_nothing_is_put_on_what_carries_nothing():
+    ends = likely(crate_1=on("cone-1"))
+    ends.loads[IDS.index("crate-1"), on("truck-2")] = np.log(0.2)
+    assert said(asked(ends))[1] == [("crate-1",), ("truck-2",)]
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    ends=st.fixed_dictionaries(
+        {},
+        optional={
+            name.replace("-", "_"): st.sampled_from(
+                [GROUND, on("truck-1"), on("truck-2"), beside("cone-1"), beside("truck-2")]
+            )
+            for name in LOADS
+        },
+    ).filter(bool)
+)
+def test_its_plan_leads_to_these_ends(ends):
+    found = asked(likely(**ends))
+    grounder = Grounder(RandomCost(), rewriting=False)
+    plan = followed(grounder.follow(found.sdcs, START, answers=found.answers, least=0.0))
+    handled = {a.object_id for a in plan.actions} - {""}
+    assert handled == {name.replace("_", "-") for name in ends}
+    for name, end in ends.items():
+        assert end in load_ends(IDS.index(name.replace("_", "-")), plan.state, START)
+
+
+def unsure(text, brackets):
+    """A text with one tree that is probable, but not certain."""
+    (tree,) = told(text, brackets).trees
+    return Parse(text, (tree._replace(probability=0.7),))
+
+
+def test_a_plan_is_made_where_no_tree_leads(grounder):
+    text = "Crate one: left lorry."
+    lost = unsure(text, "EVENT(r = Crate, l = OBJ(f = left lorry))")
+    own = Grounder(grounder.cost, end_model=fixed(crate_1=on("truck-1")))
+    found = own.follow(lost, START, least=0.0, insist=True)
+    assert did(found) == [("carry", "crate-1")]
+    assert under(found, "crate-1") == "truck-1"
+    assert "planned from all words together" in found.note
+    assert found.question is None
+
+
+def test_what_trees_rule_out_is_not_proposed(grounder):
+    text = "Don't touch the crates, drive to the cone"
+    clauses = unsure(
+        text,
+        "EVENT(r = Don't touch, l = OBJ(f = the crates))\n"
+        "EVENT(r = drive, l = PATH(r = to, l = OBJ(f = the cone)))",
+    )
+    own = Grounder(grounder.cost, end_model=fixed(crate_1=on("truck-1"), crate_2=on("truck-1")))
+    assert not any(load for _, load in did(own.follow(clauses, START)))
+
+
+def test_a_command_that_is_given_as_its_only_tree_is_followed_by_it(grounder):
+    clauses = told("Pick up the crate", "EVENT(r = Pick up, l = OBJ(f = the crate))")
+    own = Grounder(grounder.cost, end_model=fixed(tires_1=HELD))
+    assert did(own.follow(clauses, START)) in ([("pick up", name)] for name in LOADS[2:])
+
+
+def test_an_answer_is_for_the_tree_that_was_asked_about(grounder):
+    text = "Pick up the crate"
+    clauses = unsure(text, "EVENT(r = Pick up, l = OBJ(f = the crate))")
+    own = Grounder(grounder.cost, end_model=fixed(tires_1=HELD))
+    node = next(n for n, sdc in enumerate(breadth_first(clauses.trees[0].sdcs)) if sdc.words)
+    found = own.follow(clauses, START, answers={node: "crate-2"})
+    assert did(found) == [("pick up", "crate-2")]
+
+
+def test_a_yard_without_loads_has_none(grounder):
+    empty = start_state(world(truck_1=("truck", (12, 3)), cone_1=("cone", (9, -5))))
+    (action,) = followed(grounder.follow("Drive to the truck", empty)).actions
+    assert not action.object_id
