@@ -46,7 +46,6 @@ from g3.inference.problem.clause_roles import is_goal, is_source
 from g3.inference.problem.ellipsis import repeated, restored
 from g3.inference.problem.phrases import (
     arguments_of,
-    is_complement,
     is_floor,
     is_measure,
     is_pronoun,
@@ -94,10 +93,12 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
     whole = (_to_speaker(_whole(sdc), nouns) for sdc in _unbroken(sdcs, text))
     each = [own for sdc in whole for part in _in_order(sdc) for own in _for_each(part)]
     told = _without_empty_it(restored(each, text, nouns), nouns)
-    shared = _shared([_fronted(sdc) for sdc in told])
+    fronted = [_fronted(sdc) for sdc in told]
     phrased = [
-        _with_plain_phrases(sdc, nouns, aside=not any(_has_side_goal(b, nouns) for b in shared[:i]))
-        for i, sdc in enumerate(shared)
+        _with_plain_phrases(
+            sdc, nouns, aside=not any(_has_side_goal(b, nouns) for b in fronted[:i])
+        )
+        for i, sdc in enumerate(fronted)
     ]
     asking = without_statements(phrased, nouns)
     return repeated([_plain(sdc, nouns) for sdc in asking], nouns)
@@ -267,28 +268,9 @@ def _with_plain_phrases(sdc: SDC, nouns: Nouns, *, aside: bool = True) -> SDC:
     sdc = _noun_last(inner, nouns)
     if is_event:
         apart = _same_place(_each_apart(sdc, nouns), nouns)
-        return _one_place(_one_deck(_from_there(_with_company(apart, nouns))))
-    sdc = _in_what_carries(_noun_apart(_on_what_carries(sdc, nouns), nouns), nouns)
-    return _aside(sdc) if aside else _side_apart(sdc)
-
-
-def _on_what_carries(sdc: SDC, nouns: Nouns) -> SDC:
-    """An OBJECT whose "of" tells what it stands on: "the crate of the truck"."""
-    mark = sdc.landmark1[0] if len(sdc.landmark1) == 1 else None
-    if mark is None or not sdc.figure or not is_complement(sdc):
-        return sdc
-    if not _names_load(sdc.figure[0], nouns) or not (is_floor(mark) or _names_other(mark, nouns)):
-        return sdc
-    return replace(sdc, relation=(replace(sdc.relation[0], text="on"),))
-
-
-def _in_what_carries(sdc: SDC, nouns: Nouns) -> SDC:
-    """A clause that leads into what has a deck as one that leads onto it: "in the truck"."""
-    inside = WORDS["inside"].intersection(verb_words(sdc)[-1:])
-    marks = [noun_leaf(mark).words for mark in sdc.landmark1]
-    if sdc.type == "EVENT" or not inside or not marks or not all(map(nouns.name_deck, marks)):
-        return sdc
-    return replace(sdc, relation=(*sdc.relation[:-1], replace(sdc.relation[-1], text="on")))
+        return _one_place(_one_deck(_from_there(apart)))
+    sdc = _noun_apart(sdc, nouns)
+    return _aside(sdc) if aside else sdc
 
 
 def _noun_apart(sdc: SDC, nouns: Nouns) -> SDC:
@@ -297,19 +279,6 @@ def _noun_apart(sdc: SDC, nouns: Nouns) -> SDC:
         return sdc
     last = sdc.relation[-1:]
     if concepts(field_words(last)) or not nouns.name_other(last):
-        return sdc
-    return _split(sdc)
-
-
-def _side_apart(sdc: SDC) -> SDC:
-    """A way whose landmark is told by its side alone: "[on the left truck, …] on the right"."""
-    said = bare_words(sdc.relation)
-    if (
-        sdc.type != "PLACE"
-        or sdc.landmark1
-        or len(said) < PAIR
-        or said[-1] not in WORDS["side_nouns"]
-    ):
         return sdc
     return _split(sdc)
 
@@ -324,30 +293,10 @@ def _split(sdc: SDC) -> SDC:
     return replace(sdc, relation=sdc.relation[:start], landmark1=(mark,))
 
 
-def _with_company(event: SDC, nouns: Nouns) -> SDC:
-    """A clause about what else goes along: "put the crate on the truck along with the tires"."""
-    parts = arguments_of(event)
-    goals = [part for part in parts if part.type in ("PLACE", "PATH")]
-    company = [p for p in goals if _goes_along(p) and _all_name_load(p.landmark1, nouns)]
-    themes = [part for part in event.landmark1 if part.type == "OBJECT"]
-    if not company or not themes or len(company) == len(goals):
-        return event
-    along = tuple(mark for part in company for mark in part.landmark1)
-    first, second = (
-        tuple(part for part in own if part not in company)
-        for own in (event.landmark1, event.landmark2)
-    )
-    return replace(event, landmark1=(*first, *along), landmark2=second)
-
-
 def _goes_along(sdc: SDC) -> bool:
     """Check that words join one thing to another: "along with", "plus", "together with"."""
     said = set(verb_words(sdc))
     return said <= WORDS["company"] and said not in (set(), {"with"}, {"right"})
-
-
-def _all_name_load(marks: Sequence[SDC], nouns: Nouns) -> bool:
-    return bool(marks) and all(nouns.name_load(noun_leaf(mark).words) for mark in marks)
 
 
 def _from_there(event: SDC) -> SDC:
@@ -435,7 +384,6 @@ def _each_apart(event: SDC, nouns: Nouns) -> SDC:
 
 def _noun_last(sdc: SDC, nouns: Nouns) -> SDC:
     """A leaf with its noun at the end: "crates x2", "crates, the far ones"."""
-    sdc = _left_over(sdc)
     said = bare_words(sdc.words)
     last = said[-1] if len(said) > 1 else ""
     if last in WORDS["ones"] and not WORDS["articles"].isdisjoint(said[1:]):
@@ -447,18 +395,6 @@ def _noun_last(sdc: SDC, nouns: Nouns) -> SDC:
     if counts and nouns.name_load(sdc.words[-2:-1]):
         return replace(sdc, words=(sdc.words[-1], *sdc.words[:-1]))
     return sdc
-
-
-def _left_over(sdc: SDC) -> SDC:
-    """A leaf whose "left" tells what remains: "the crates that are left", "whatever's left"."""
-    is_apart = len(sdc.figure) == 1 and sdc.figure[0].is_leaf and not sdc.landmark1
-    words = (*sdc.figure[0].words, *sdc.relation) if is_apart else sdc.words
-    said = bare_words(words)
-    relative = [i for i, word in enumerate(said) if word in WORDS["class/relative"]]
-    if said[-1:] != ["left"] or not relative or len(said) - relative[0] > MOST_LEFT:
-        return sdc
-    remaining = replace(words[-1], text="remaining")
-    return SDC(sdc.type, (remaining, *words[: relative[0]]))
 
 
 def _aside(sdc: SDC) -> SDC:
@@ -568,26 +504,6 @@ def _fronted(sdc: SDC) -> SDC:
     fronted = [part for part in sdc.landmark1 if part.type == "OBJECT"]
     rest = tuple(part for part in sdc.landmark1 if part not in fronted)
     return replace(sdc, figure=tuple(fronted), landmark1=rest)
-
-
-def _shared(sdcs: Sequence[SDC]) -> list[SDC]:
-    found: list[SDC] = []
-    for sdc in sdcs:
-        subject = _subject_before(found[-1], sdc) if found else None
-        found.append(replace(sdc, figure=(subject,)) if subject else sdc)
-    return found
-
-
-def _subject_before(before: SDC, sdc: SDC) -> SDC | None:
-    """The subject of a clause that the next one shares: that says only where something goes."""
-    subject = subject_of(before)
-    if before.type != "EVENT" or sdc.type != "EVENT" or subject is None or names_robot(subject):
-        return None
-    types = {part.type for part in arguments_of(sdc)}
-    leads = bool(types & {"PLACE", "PATH"}) and "OBJECT" not in types
-    goes = verb_of(tuple(verb_words(sdc))).classes == {"going"}
-    near = side_by_side(before, sdc, len(" and "))
-    return subject if goes and leads and near and not subject_of(sdc) else None
 
 
 def _says_beside(sdc: SDC) -> bool:
@@ -748,8 +664,9 @@ def _given(part: SDC, nouns: Nouns) -> tuple[SDC, ...]:
     """The loads of an argument: "the drum", or "with the drum"."""
     if part.type == "OBJECT":
         return (part,) if _names_load(part, nouns) else ()
-    loads = verb_words(part) == ["with"] and _all_name_load(part.landmark1, nouns)
-    return part.landmark1 if loads else ()
+    loads = [noun_leaf(mark).words for mark in part.landmark1]
+    gives = verb_words(part) == ["with"] and all(map(nouns.name_load, loads))
+    return part.landmark1 if gives else ()
 
 
 def _names_other(sdc: SDC, nouns: Nouns) -> bool:
