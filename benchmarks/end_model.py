@@ -3,8 +3,9 @@
 It learns from commands that imitate people with their right ends (``benchmarks/written``), without
 plans and trees: which of the ends that are right is meant doesn't matter. The encoder's last layers
 are trained further. ``--set`` names the sets to learn from, by default all but those that stay held
-out, ``--without`` sets to leave out, and ``--test`` sets to measure on: the share of commands of
-which each load's most probable end is right. It needs ``pip install torch``.
+out, or that the choice among plans is fitted to. ``--without`` leaves out sets, and ``--test``
+measures on sets: the share of commands of which each load's most probable end is right. It needs
+``pip install torch``.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from benchmarks.written_commands import HELD_OUT, SETS, records_of, state_of
+from benchmarks.written_commands import CHOICE, HELD_OUT, SETS, records_of, state_of
 from g3.actions.robot_state import State
 from g3.geometry.plane import BoolArray
 from g3.inference.ends.described import FEATURES, Described, describe, things_of
@@ -437,7 +438,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="file for the model")
     options = parser.parse_args()
     torch.set_num_threads(1)
-    left_out = {*options.without, *HELD_OUT}
+    left_out = {*options.without, *HELD_OUT, *CHOICE}
     names = options.sets or [name for name in SETS if name not in left_out]
     examples = [
         both

@@ -3,8 +3,9 @@
 A name is a corpus or a set of commands that imitate people (``benchmarks/written``). Of each
 command all plans that are compared are noted with their evidence and whether they are right: of
 sets by a model that has learned from ``--train``, of corpora by models and parsers that have not
-seen the scenario. The bundled end model has learned from the sets: give one that has not by
-``--end-model`` (``python -m benchmarks.end_model --set 01 --set 02 --out FILE``).
+seen the scenario. The bundled end model has learned from all sets but those that are held out and
+the default ones: for others give one that has not by ``--end-model`` (``python -m
+benchmarks.end_model --without 26 --without 27 --out FILE``).
 
 A plan for an annotated command is right by half if it agrees with its known outcome alone, or with
 its annotated words alone. The weights are fitted to all plans, each command and each name counted
@@ -26,7 +27,7 @@ import numpy as np
 from scipy.special import expit
 
 from benchmarks.written_commands import (
-    HELD_OUT,
+    CHOICE,
     SETS,
     Done,
     is_right,
@@ -52,8 +53,6 @@ from g3.language.parsing.parser import parse_unsure
 
 COMMANDS = 200
 """Weight of each name as a number of commands, compared with the prior of the weights."""
-DEFAULT = tuple(name for name in SETS[23:] if name not in HELD_OUT)
-"""Sets by writers with a brief of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +149,7 @@ def _row(name: str, own: Sequence[Compared], weights: FloatArray) -> str:
 
 def main() -> None:
     parser = parser_of("plan_weights", __doc__)
-    parser.add_argument("names", nargs="*", default=DEFAULT)
+    parser.add_argument("names", nargs="*", default=CHOICE)
     parser.add_argument("--kept", type=Path, help="folder that keeps what was compared")
     parser.add_argument("--end-model", type=Path, help="file of the model of ends")
     options = parser.parse_args()

@@ -54,6 +54,8 @@ AT_M, HEADING_DEG = 1.5, 20.0
 SETS = tuple(sorted((path.stem for path in FOLDER.glob("*.jsonl")), key=int))
 HELD_OUT = ("19", "21", "25", "28", "32", "33", "36", "40", "44", "49", "73", "97")
 """Sets that nobody has read, and that nothing is learned from."""
+CHOICE = ("102", "103", "104", "105", "106", "107")
+"""Sets that the choice among plans is fitted to, and that the model of ends doesn't learn from."""
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]
 """Function from a command and a state to a plan."""
