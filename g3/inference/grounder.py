@@ -211,8 +211,8 @@ class Result:
         The best plans, the best first; none if there is nothing to do.
     note
         Why there is no plan; of a plan, which verbs and words of relations aren't known, so that it
-        is a guess, which loads it leaves where they are, and which things that the text names have
-        no part in it; else empty.
+        is a guess, which loads it leaves where they are, which things that the text names have no
+        part in it, and whether all words led to it rather than a tree; else empty.
     question
         Question to ask back where it isn't clear which thing is meant; None if it is.
     missing

@@ -366,7 +366,7 @@ def _format(sdc: SDC, counter: Iterator[int], positions: bool) -> str:
     head = f"{_PRINTED_TYPES[sdc.type]}_{next(counter)}"
     fields = []
     for field in FIELDS:
-        value = " ".join(_format_word(word, positions) for word in field_words(sdc, field))
+        value = " ".join(format_word(word, positions=positions) for word in field_words(sdc, field))
         if field == "f" and sdc.type == "EVENT" and not (sdc.words or sdc.figure):
             value = "[]"
         elif not (field == "f" and has_implicit_figure(sdc)):
@@ -381,7 +381,16 @@ def _format_children(children: Sequence[SDC], counter: Iterator[int], positions:
     return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]" if texts else ""
 
 
-def _format_word(word: Span, positions: bool) -> str:
+def format_word(word: Span, *, positions: bool = False) -> str:
+    """Write a word, in quotes where it needs them.
+
+    Parameters
+    ----------
+    word
+        The word.
+    positions
+        True to write where it begins, too.
+    """
     bare = word.text.isprintable() and BARE_WORD.fullmatch(word.text)
     text = word.text if bare else json.dumps(word.text, ensure_ascii=not word.text.isprintable())
     return f"{text}@{word.start}" if positions else text

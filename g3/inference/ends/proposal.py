@@ -11,8 +11,8 @@ from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State
 from g3.inference.ends.described import things_of
 from g3.inference.ends.end_model import GROUND, HELD, ON, STAYS, Ends
-from g3.sdc.clauses import SDC, breadth_first
-from g3.sdc.sdc_notation import parse_brackets
+from g3.sdc.clauses import SDC, Span, breadth_first
+from g3.sdc.sdc_notation import format_word, parse_brackets
 
 
 class Proposal(NamedTuple):
@@ -96,6 +96,5 @@ def _turn(end: int, loads: Sequence[str], state: State) -> tuple[bool, bool, boo
 
 def _name(ids: Sequence[str], state: State) -> str:
     labels = list(dict.fromkeys(" ".join(state.thing(name).labels) for name in ids))
-    if len(ids) == 1:
-        return f"the {labels[0]}"
-    return f"the {labels[0]}s" if len(labels) == 1 else "the loads"
+    noun = labels[0] + "s" * (len(ids) > 1) if len(labels) == 1 else "loads"
+    return " ".join(format_word(Span(0, word)) for word in ("the", *noun.split()))

@@ -1,5 +1,7 @@
 """Clauses that ask for the most probable ends, and plans of them where no tree leads there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -105,6 +107,15 @@ def test_nothing_is_put_on_what_carries_nothing():
     ends = likely(crate_1=on("cone-1"))
     ends.loads[IDS.index("crate-1"), on("truck-2")] = np.log(0.2)
     assert said(asked(ends))[1] == [("crate-1",), ("truck-2",)]
+
+
+@given(label=st.text(max_size=12))
+def test_things_may_have_any_labels(label):
+    crate = replace(START.thing("crate-1"), labels=(label,))
+    objects = tuple(crate if o.id == crate.id else o for o in START.context.objects)
+    state = replace(START, context=replace(START.context, objects=objects))
+    found = proposal_of({IDS.index("crate-1"): HELD}, state)
+    assert said(found) == ([" ".join(["Pick up the", *label.split()])], [("crate-1",)])
 
 
 @settings(max_examples=25, deadline=None)
