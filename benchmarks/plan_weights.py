@@ -8,17 +8,17 @@ the default ones: for others give one that has not by ``--end-model`` (``python 
 benchmarks.end_model --without 26 --without 27 --out FILE``).
 
 A plan for an annotated command is right by half if it agrees with its known outcome alone, or with
-its annotated words alone. The weights are fitted to all plans, each command and each name counted
-the same. The table shows each name, left out in turn: the share of right plans where the first plan
-for the most probable tree is taken, and where weights of the others choose. The last lines are for
-`g3.inference.calibration`.
+its annotated words alone. The weights are fitted to all plans, and then to those that these choose,
+each command and each name counted the same. The table shows each name, left out in turn: the share
+of right plans where the first plan for the most probable tree is taken, and where weights of the
+others choose. The last lines are for `g3.inference.calibration`.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import groupby
 from pathlib import Path
@@ -111,7 +111,30 @@ def _compared(
 
 
 def fitted(parts: Sequence[Sequence[Compared]]) -> FloatArray:
-    """Fit the weights to all plans of several parts, shape (len(WEIGHTS),)."""
+    """Fit the weights to the plans of several parts, shape (len(WEIGHTS),).
+
+    Those that are fitted to all plans choose one for each command, and the weights are fitted to
+    these: what is stated is the probability of a plan that was chosen.
+    """
+    weights = _fitted(parts)
+    return _fitted([[_chosen(c, weights) for c in own] for own in parts])
+
+
+def _chosen(compared: Compared, weights: FloatArray) -> Compared:
+    """Return a command with the plan alone that weights prefer."""
+    if not len(compared.right):
+        return compared
+    i = compared.choose(weights)
+    one = slice(i, i + 1)
+    return replace(
+        compared,
+        trees=compared.trees[one],
+        evidence=compared.evidence[one],
+        right=compared.right[one],
+    )
+
+
+def _fitted(parts: Sequence[Sequence[Compared]]) -> FloatArray:
     counts = [
         np.full(len(c.right), COMMANDS / len(own) / len(c.right))
         for own in parts

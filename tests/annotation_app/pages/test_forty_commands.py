@@ -19,7 +19,7 @@ from tests.annotation_app.pages.literal_users import Literal, Meaning
 
 pytestmark = pytest.mark.slow
 
-WRITTEN = Path(__file__).parents[3] / "benchmarks" / "written" / "seventeenth.jsonl"
+WRITTEN = Path(__file__).parents[3] / "benchmarks" / "written" / "17.jsonl"
 EVERY = 8
 """Of each kind every eighth command is taken, from the first one on."""
 

@@ -202,9 +202,6 @@ def test_right_of_the_furthest(grounder):
     assert 0 < y < 3
 
 
-@pytest.mark.xfail(
-    reason="the more probable tree has no other trailer: it ends beside the first", strict=True
-)
 def test_between_pallets_and_the_other_trailer(grounder):
     there = world(
         trailer_1=("trailer", (9, 6)),
