@@ -338,7 +338,7 @@ def _batch(examples: Sequence[Example]) -> dict[str, Tensor]:
         "robots": (a, ROBOT_NEAR + t),
         "possible": (a,),
     }
-    logical = [*shapes][7:]
+    logical = ("inside", "carriers", "spoken", "there", "loads", "robots", "possible")
     arrays = {
         name: np.zeros((len(examples), *shape), dtype=bool if name in logical else np.float32)
         for name, shape in shapes.items()

@@ -1,8 +1,8 @@
 """Clauses of a command as plain ones: what is done, to what, and where to.
 
 The parser learns plain trees, so little is left to do (``python -m benchmarks.written_commands
---ablations`` follows commands without it). Words are moved or left out, never made up, but for
-"left" in the sense of "remaining" and "of" in that of "on"; and a plain clause stays as it is.
+--ablations`` follows commands without it). Words are moved or left out, never made up, and a plain
+clause stays as it is.
 
 | function | example | read as |
 | --- | --- | --- |
@@ -12,22 +12,16 @@ The parser learns plain trees, so little is left to do (``python -m benchmarks.w
 | `_for_each` | a drum and a crate on each truck | a drum on each truck; a crate on each truck |
 | `_without_empty_it` | back it up, where nothing was spoken of | back up |
 | `_fronted` | goes (the drum) (to the gate), named in this order | (the drum) goes (to the gate) |
-| `_shared` | the drum comes off the truck and goes to the gate | … and the drum goes to the gate |
 | `_one_place` | put it on the ground by the gate | put it by the gate |
 | `_noun_last` | crates x2; crates, the far ones | x2 crates; the far crates |
 | `_each_apart` | (drums and crates by the gate) | (drums by the gate) (crates by the gate) |
-| `_with_company` | the drum on the truck along with the crate | the drum, the crate on the truck |
 | `_from_there` | put (the drum) (off the floor) (there) | put (the drum off the floor) (there) |
 | `_noun_apart` | crate (near gate), all its own words | crate near (gate) |
-| `_on_what_carries` | the drum of the truck | the drum on the truck |
-| `_side_apart` | on the left truck, …, (on the right) | … on (the right) |
-| `_left_over` | the crates that are left | the remaining crates |
 | `_aside` | the drum on (the far left) | the drum (on the far left) |
 | `_one_deck` | put the drum on the floor on the truck | put (drum on the floor) (on the truck) |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_light` | make a left turn | turn left |
 | `_joining` | the drum may join them | may (the drum) (join them) |
-| `_put_on` | the drum comes off, put on the crate | put the crate (on) |
 | `_staying` | stay there; wait for the boss, who isn't there | stay; wait for |
 | `_onto` | load (the truck) (with the drum) | load (the drum) (the truck) |
 | `_result` | I want the drum on the truck, where it isn't | I want (the drum) (on the truck) |
@@ -74,8 +68,8 @@ from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
 _HYPHENATED = re.compile(r"[^\W_]+(?:-[^\W_]+)+")
 PAIR = 2
-MOST_LEFT = 4
-"""Words of "that are still left"."""
+MOST_AGAIN = 4
+"""Words of "to the same place"."""
 
 
 def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
@@ -358,7 +352,7 @@ def _same_place(event: SDC, nouns: Nouns) -> SDC:
 def _says_same_place(said: Sequence[Span], nouns: Nouns) -> bool:
     words = bare_words(said)
     is_place = not WORDS["areas"].isdisjoint(field_words(said)) or nouns.name_other(said[-1:])
-    return is_place and "same" in words and len(words) <= MOST_LEFT
+    return is_place and "same" in words and len(words) <= MOST_AGAIN
 
 
 def _each_apart(event: SDC, nouns: Nouns) -> SDC:

@@ -54,7 +54,7 @@ def asked(ends, state=START):
 
 
 def said(proposal):
-    """What clauses say, and which things are meant."""
+    """Return the words of clauses, and the ids of the things that are meant."""
     words = [" ".join(word.text for word in all_words(sdc)) for sdc in proposal.sdcs]
     return words, sorted(proposal.answers.values())
 
