@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import subprocess
 import sys
+import threading
 import time
 from contextlib import contextmanager
 from functools import partial
@@ -59,19 +60,41 @@ def scheduler():
         process.stderr.close()
 
 
+@contextmanager
+def worker(address):
+    """Keep a worker running, as systemd does.
+
+    Dask's own nanny gives up when its worker dies before it has seen it start.
+    """
+    begun = []
+    ended = threading.Event()
+
+    def keep_running():
+        while not ended.is_set():
+            process = subprocess.Popen(
+                [*program("worker"), address, "--no-nanny", "--nthreads", "1", "--no-dashboard"],
+                env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+            begun.append(process)
+            process.wait()
+
+    thread = threading.Thread(target=keep_running)
+    thread.start()
+    yield
+    ended.set()
+    while thread.is_alive():
+        for process in begun:
+            process.terminate()
+        thread.join(0.5)
+
+
 @pytest.fixture(scope="module")
 def cluster():
     """The address of a scheduler with two workers, each in a process of its own."""
-    with scheduler() as address:
-        workers = subprocess.Popen(
-            [*program("worker"), address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard"],
-            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+    with scheduler() as address, worker(address), worker(address):
         yield address
-        workers.terminate()
-        workers.wait()
 
 
 def test_all_ways_give_the_same():
