@@ -68,18 +68,22 @@ async function add(files, replaced) {
   }
   waiting -= 1;
   if (waiting) return;
-  input.value = "";
   // What is there now is listed by the page; what failed stays to be read.
   if (!failed) location.assign(location.pathname);
   failed = 0;
 }
 
-input.addEventListener("change", () => add(input.files));
-if (input.files.length) add(input.files); // chosen before this script had come
+function watch(input, replaced) {
+  const chosen = () => add(input.files, replaced).then(() => { input.value = ""; });
+  input.addEventListener("change", chosen);
+  if (input.files.length) chosen(); // before this script had come
+}
+
+watch(input);
 document.getElementById("droppable").hidden = false;
 for (const other of document.querySelectorAll("[data-replace]")) {
   other.closest("label").hidden = false;
-  other.addEventListener("change", () => add(other.files, other.dataset.replace));
+  watch(other, other.dataset.replace);
 }
 for (const name of ["dragover", "dragleave", "drop"]) {
   drop.addEventListener(name, (event) => {
