@@ -52,7 +52,10 @@ middles on a side."""
 AT_M, HEADING_DEG = 1.5, 20.0
 """Largest errors of a robot's distance, in metres, and turn that a command specifies."""
 SETS = tuple(sorted((path.stem for path in FOLDER.glob("*.jsonl")), key=int))
-HELD_OUT = ("19", "21", "25", "28", "32", "33", "36", "40", "44", "49", "73", "97")
+HELD_OUT = (
+    *("19", "21", "25", "28", "32", "33", "36", "40", "44", "49", "73", "97"),
+    *("111", "119", "123", "131", "135", "143", "151"),
+)
 """Sets that nobody has read, and that nothing is learned from."""
 CHOICE = ("102", "103", "104", "105", "106", "107")
 """Sets that the choice among plans is fitted to, and that the model of ends doesn't learn from."""
