@@ -26,12 +26,13 @@ from safetensors.torch import load_file
 from torch import Tensor, nn
 from torch.nn import functional
 
+from benchmarks.encoder_layers import EncoderLayers, as_array
 from benchmarks.treebank import FOLDER, Trees, score
 from corpus_tools.importers.treebank import read_second_trees, read_treebank
 from g3.language.parsing import encoder as encoding
 from g3.language.parsing.arc_model import SLOPE, ArcModel, distance_rows
 from g3.language.parsing.clause_arcs import read_arcs
-from g3.language.parsing.encoder import HEADS, MATRICES, Encoder, default_encoder
+from g3.language.parsing.encoder import MATRICES, NORM_EPSILON, Encoder, default_encoder
 from g3.language.parsing.parser_file import to_bytes
 from g3.language.parsing.perturbation import perturb
 from g3.language.parsing.sdc_parser import DEFAULT, DEFAULT_L2, default_parser, parse_words
@@ -86,17 +87,24 @@ class Net(nn.Module):
         places = state["embeddings.position_embeddings.weight"][:LONGEST]
         self.positions = nn.Parameter(places + state["embeddings.token_type_embeddings.weight"][0])
         names = ["embeddings.LayerNorm"]
-        self.layers = nn.ModuleList()
+        matrices = []
         for i in range(layers):
             at = f"encoder.layer.{i}"
             names += [f"{at}.attention.output.LayerNorm", f"{at}.output.LayerNorm"]
-            modules = {name: nn.Linear(1, 1) for name in MATRICES}
-            for name, module in modules.items():
-                module.weight = nn.Parameter(state[f"{at}.{LAYER[name]}.weight"].clone())
-                module.bias = nn.Parameter(state[f"{at}.{LAYER[name]}.bias"].clone())
-            self.layers.append(nn.ModuleDict(modules))
-        norms = [state[f"{name}.{part}"] for name in names for part in ("weight", "bias")]
-        self.norms = nn.Parameter(torch.stack(norms))
+            matrices.append(
+                {
+                    name: (
+                        as_array(state[f"{at}.{LAYER[name]}.weight"]),
+                        as_array(state[f"{at}.{LAYER[name]}.bias"]),
+                    )
+                    for name in MATRICES
+                }
+            )
+        norms = torch.stack(
+            [state[f"{name}.{part}"] for name in names for part in ("weight", "bias")]
+        )
+        self.first_norm = nn.Parameter(norms[:2].clone())
+        self.encoder = EncoderLayers(matrices, as_array(norms[2:]), DROPOUT)
         self.arcs = nn.ParameterDict(
             {
                 f.name: nn.Parameter(torch.from_numpy(getattr(start, f.name)))
@@ -106,26 +114,11 @@ class Net(nn.Module):
         )
         self.dropout, self.wider = nn.Dropout(DROPOUT), nn.Dropout(WIDER_DROPOUT)
 
-    def normed(self, x: Tensor, number: int) -> Tensor:
-        """Apply a normalisation."""
-        gain, shift = self.norms[2 * number], self.norms[2 * number + 1]
-        return functional.layer_norm(x, x.shape[-1:], gain, shift, 1e-12)
-
     def encode(self, ids: Tensor, mask: Tensor, pool: Tensor) -> Tensor:
         """Return the vectors of words (commands, words, d) from those of their pieces."""
-        x = self.dropout(self.normed(self.words[ids] + self.positions[: ids.shape[1]], 0))
-        count, n, d = x.shape
-        bias = torch.zeros(count, 1, 1, n).masked_fill(~mask[:, None, None], -1e4)
-        for i, layer in enumerate(self.layers):
-            query, key, value = (
-                layer[name](x).view(count, n, HEADS, -1).transpose(1, 2) for name in MATRICES[:3]
-            )
-            mixed = functional.scaled_dot_product_attention(query, key, value, attn_mask=bias)
-            mixed = mixed.transpose(1, 2).reshape(count, n, d)
-            x = self.normed(x + self.dropout(layer["output"](mixed)), 2 * i + 1)
-            inner = functional.gelu(layer["inner"](x), approximate="tanh")
-            x = self.normed(x + self.dropout(layer["outer"](inner)), 2 * i + 2)
-        return torch.bmm(pool, x)
+        x = self.words[ids] + self.positions[: ids.shape[1]]
+        x = functional.layer_norm(x, x.shape[-1:], *self.first_norm, NORM_EPSILON)
+        return torch.bmm(pool, self.encoder(self.dropout(x), mask))
 
     def loss(self, batch: Mapping[str, Tensor]) -> Tensor:
         """Return minus the mean log probability of the words' heads and labels."""
@@ -262,7 +255,7 @@ def train(net: Net, trainer: Trainer, examples: Sequence[Example], epochs: int) 
     """Train the net in place."""
     rng = np.random.default_rng(0)
     heads = list(net.arcs.values())
-    body = [net.positions, net.norms, *net.layers.parameters()]
+    body = [net.positions, net.first_norm, *net.encoder.parameters()]
     optimiser = torch.optim.AdamW(
         [
             {"params": body, "base": ENCODER_RATE, "weight_decay": 0.01},
@@ -296,18 +289,11 @@ def train(net: Net, trainer: Trainer, examples: Sequence[Example], epochs: int) 
 
 def exported(net: Net, vocabulary: Sequence[str], labels: Sequence[str]) -> tuple[bytes, ArcModel]:
     """Return the encoder's file and the choice of arcs."""
-
-    def array(value: Tensor) -> Any:
-        return value.detach().numpy().astype(np.float32)
-
-    layers = [
-        {name: (array(layer[name].weight), array(layer[name].bias)) for name in MATRICES}
-        for layer in net.layers
-    ]
+    norms = as_array(torch.cat((net.first_norm, net.encoder.norms)))
     content = encoding.to_bytes(
-        vocabulary, array(net.words), array(net.positions), array(net.norms), layers
+        vocabulary, as_array(net.words), as_array(net.positions), norms, net.encoder.arrays()
     )
-    return content, ArcModel(tuple(labels), **{k: array(v) for k, v in net.arcs.items()})
+    return content, ArcModel(tuple(labels), **{k: as_array(v) for k, v in net.arcs.items()})
 
 
 def kept_pieces(vocabulary: Sequence[str], texts: Sequence[str]) -> list[int]:

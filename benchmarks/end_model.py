@@ -4,14 +4,13 @@ It learns from commands that imitate people with their right ends (``benchmarks/
 plans and trees: which of the ends that are right is meant doesn't matter. The encoder's last layers
 are trained further. ``--set`` names the sets to learn from, by default all but those that stay held
 out, or that the choice among plans is fitted to. ``--without`` leaves out sets, and ``--test``
-measures on sets: the share of commands of which each load's most probable end is right. It needs
+measures on sets: the share of commands of which the most probable ends are right. It needs
 ``pip install torch``.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,23 +22,26 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from benchmarks.encoder_layers import EncoderLayers, as_array
 from benchmarks.written_commands import CHOICE, HELD_OUT, SETS, records_of, state_of
 from g3.actions.robot_state import State
 from g3.geometry.plane import BoolArray
 from g3.inference.ends.described import FEATURES, Described, describe, things_of
 from g3.inference.ends.end_model import (
+    ELSEWHERE,
     GROUND,
     HEADS,
     HELD,
+    NEAR,
     NO_CARRIER,
     ON,
+    STANDS,
     STAYS,
     EndModel,
     ends_of,
+    robot_ends,
 )
-from g3.language.parsing.encoder import HEADS as ENCODER_HEADS
 from g3.language.parsing.encoder import (
-    MATRICES,
     NORM_EPSILON,
     Encoder,
     Float32Array,
@@ -64,9 +66,8 @@ NO_SIDE = re.compile(
     re.IGNORECASE,
 )
 """Texts in which a side may be something else: "right, then", "what is left"."""
-ROBOT_STAYS, ROBOT_ELSEWHERE, ROBOT_NEAR = 0, 1, 2
-"""Ends of the robot, learned beside those of loads, but not kept; those of being near each thing
-follow from the last on."""
+OTHER_WAY = re.compile(r"(heading |at \S+ )(-?[\d.]+)")
+"""Numbers of ends that change their sign where sides are exchanged."""
 NOT_THERE = -1e9
 """Logarithm of the probability of what is not there."""
 
@@ -84,7 +85,7 @@ class Example:
     loads
         Ends of each thing that are right, shape (a, t, 3 + 2 t); all are of what is no load.
     robots
-        Ends of the robot that are right, shape (a, 2 + t); all are where loads are handled.
+        Ends of the robot that are right, shape (a, 7 + 2 t); all are where loads are handled.
     """
 
     seen: Described
@@ -121,7 +122,11 @@ def _mirrored(record: dict[str, Any]) -> dict[str, Any]:
         for kind, at, heading, deck in [[*thing, None, None, None][:4]]
     }
     said = SIDE.sub(lambda found: other.get(found[0], found[0]), text)
-    return record | {"text": said, "things": things}
+    want = [
+        OTHER_WAY.sub(lambda found: f"{found[1]}{-float(found[2]):g}", end)
+        for end in record["want"]
+    ]
+    return record | {"text": said, "things": things, "want": want}
 
 
 def _end(want: str, state: State, seen: Described) -> tuple[BoolArray, BoolArray]:
@@ -130,17 +135,20 @@ def _end(want: str, state: State, seen: Described) -> tuple[BoolArray, BoolArray
     count = len(ids)
     loads = np.zeros((count, ON + 2 * count), dtype=bool)
     loads[:, STAYS] = True
-    robots = np.zeros(ROBOT_NEAR + count, dtype=bool)
-    for part in want.split("&"):
-        name, *named = part.split()
+    robots = np.zeros(NEAR + 2 * count, dtype=bool)
+    parts = [part.split() for part in want.split("&")]
+    told = {name: tuple(map(float, named)) for name, *named in parts if name in ("at", "heading")}
+    if told:
+        turned = np.deg2rad(told.get("heading", (0.0,)))
+        ends = robot_ends(np.array([*told.get("at", (0.0, 0.0)), *turned]), state)
+        met = [end for end in ends if end < NEAR or "heading" in told]
+        robots[met or [ELSEWHERE]] = True
+    for name, *named in parts:
         if name == "near":
-            robots[ROBOT_NEAR + ids.index(named[0])] = True
-        elif name in ("heading", "gone"):
-            robots[ROBOT_ELSEWHERE] = True
-        elif name == "at":
-            near = math.hypot(*map(float, named)) < 1
-            robots[ROBOT_STAYS if near else ROBOT_ELSEWHERE] = True
-        elif name != "still" and not (name == "pick" and state.held == named[0]):
+            robots[NEAR + ids.index(named[0])] = True
+        elif name == "gone":
+            robots[STANDS + 1 :] = True
+        elif name not in (*told, "still") and not (name == "pick" and state.held == named[0]):
             own = loads[ids.index(named[0])]
             own[STAYS] = False
             marks = [ON + ids.index(mark) for mark in named[1:]]
@@ -188,48 +196,16 @@ class Block(nn.Module):
         return x + self.drop(self.outer(self.drop(inner)))
 
 
-class LastLayers(nn.Module):
-    """The last layers of an encoder, which are trained further."""
-
-    def __init__(self, encoder: Encoder, count: int) -> None:
-        super().__init__()
-        first = len(encoder.layers) - count
-        self.layers = nn.ModuleList()
-        for layer in encoder.layers[first:]:
-            modules = {name: nn.Linear(1, 1) for name in MATRICES}
-            for name, module in modules.items():
-                weight, bias = (torch.from_numpy(part.copy()) for part in layer[name])
-                module.weight, module.bias = nn.Parameter(weight), nn.Parameter(bias)
-            self.layers.append(nn.ModuleDict(modules))
-        self.norms = nn.Parameter(torch.from_numpy(encoder.norms[2 + 4 * first :].copy()))
-        self.drop = nn.Dropout(ENCODER_DROPOUT)
-
-    def forward(self, batch: dict[str, Tensor]) -> Tensor:
-        """Return the vectors of words (commands, words, d) from those of their pieces."""
-        x, bias = batch["pieces"], NOT_THERE * ~batch["inside"][:, None, None]
-        count, n, d = x.shape
-        for number, layer in enumerate(self.layers):
-            norms = self.norms[4 * number :]
-            query, key, value = (
-                layer[name](x).view(count, n, ENCODER_HEADS, -1).transpose(1, 2)
-                for name in MATRICES[:3]
-            )
-            mixed = functional.scaled_dot_product_attention(query, key, value, attn_mask=bias)
-            mixed = layer["output"](mixed.transpose(1, 2).reshape(count, n, d))
-            x = functional.layer_norm(x + self.drop(mixed), (d,), *norms[:2], NORM_EPSILON)
-            inner = functional.gelu(layer["inner"](x), approximate="tanh")
-            x = x + self.drop(layer["outer"](inner))
-            x = functional.layer_norm(x, (d,), *norms[2:4], NORM_EPSILON)
-        return batch["pool"] @ x
-
-
 class Network(nn.Module):
     """The same function as :class:`EndModel`, for batches and with slopes."""
 
     def __init__(self, encoder: Encoder) -> None:
         super().__init__()
         width = encoder.width
-        self.encoder = LastLayers(encoder, ENCODER_LAYERS)
+        first = len(encoder.layers) - ENCODER_LAYERS
+        self.encoder = EncoderLayers(
+            encoder.layers[first:], encoder.norms[2 + 4 * first :], ENCODER_DROPOUT
+        )
         sizes = {
             "words": (2 * width, WIDTH),
             "labels": (width, WIDTH),
@@ -239,9 +215,9 @@ class Network(nn.Module):
             "ask": (WIDTH, 2 * WIDTH),
             "told": (WIDTH, 2 * WIDTH),
             "kind": (WIDTH, 2),
-            "robot_end": (WIDTH, 2),
-            "robot_ask": (WIDTH, WIDTH),
-            "robot_told": (WIDTH, WIDTH),
+            "robot_end": (WIDTH, NEAR),
+            "robot_ask": (WIDTH, 2 * WIDTH),
+            "robot_told": (WIDTH, 2 * WIDTH),
         }
         self.linear = nn.ModuleDict({name: nn.Linear(*size) for name, size in sizes.items()})
         self.norms = nn.ModuleList(nn.LayerNorm(WIDTH, NORM_EPSILON) for _ in range(2))
@@ -251,7 +227,9 @@ class Network(nn.Module):
 
     def forward(self, batch: dict[str, Tensor]) -> tuple[Tensor, Tensor]:
         own = self.linear
-        words = torch.cat((self.encoder(batch), batch["words"]), 2)
+        with torch.autocast("cpu", torch.bfloat16):
+            pieces = self.encoder(batch["pieces"], batch["inside"])
+        words = torch.cat((batch["pool"] @ pieces.float(), batch["words"]), 2)
         words = self.drop(self.norms[0](own["words"](words)))
         x = own["hidden"](functional.gelu(own["features"](batch["features"]), approximate="tanh"))
         x = x + own["labels"](batch["labels"])
@@ -267,9 +245,13 @@ class Network(nn.Module):
         at = at.masked_fill(~there[:, None, None] | itself, -1e9)
         on = at[:, 0] - NO_CARRIER * ~batch["carriers"][:, None]
         loads = torch.cat((own["end"](things), on, at[:, 1]), 2).log_softmax(2)
-        near = (own["robot_told"](things) @ own["robot_ask"](robot)[..., None])[..., 0]
-        near = (near / WIDTH**0.5).masked_fill(~there, -1e9)
-        return loads, torch.cat((own["robot_end"](robot), near), 1).log_softmax(1)
+        met = torch.einsum(
+            "bird,brd->bri",
+            own["robot_told"](things).unflatten(2, (2, WIDTH)),
+            own["robot_ask"](robot).unflatten(1, (2, WIDTH)),
+        )
+        met = (met / WIDTH**0.5).masked_fill(~there[:, None], -1e9).flatten(1)
+        return loads, torch.cat((own["robot_end"](robot), met), 1).log_softmax(1)
 
     def model(self, encoder: Encoder) -> EndModel:
         """Return the model, with an encoder whose last layers are those that were trained.
@@ -279,20 +261,17 @@ class Network(nn.Module):
         encoder
             The encoder before training.
         """
-        layers = [
-            {name: (_array(layer[name].weight), _array(layer[name].bias)) for name in MATRICES}
-            for layer in self.encoder.layers
-        ]
-        own = with_last_layers(encoder, layer_arrays(layers, _array(self.encoder.norms)))
+        layers = layer_arrays(self.encoder.arrays(), as_array(self.encoder.norms))
+        own = with_last_layers(encoder, layers)
         weights = {n: v.astype(np.float16).astype(np.float32) for n, v in self._weights().items()}
         return EndModel(weights, own)
 
     def _weights(self) -> dict[str, Float32Array]:
 
         def stacked(parts: Sequence[Tensor]) -> Float32Array:
-            return _array(torch.stack(list(parts)))
+            return as_array(torch.stack(list(parts)))
 
-        found = {"robot": _array(self.robot)}
+        found = {"robot": as_array(self.robot)}
         found["norms"] = np.stack([stacked((n.weight, n.bias)) for n in self.norms])
         found["layer_norms"] = np.stack(
             [[stacked((n.weight, n.bias)) for n in layer.norms] for layer in self.layers]
@@ -305,15 +284,8 @@ class Network(nn.Module):
                 own = [getattr(getattr(layer, key), part) for layer in self.layers]
                 found[f"{key}{name}"] = stacked(own)
             for key, linear in self.linear.items():
-                if key.startswith("robot_"):
-                    continue
-                found[f"{key}{name}"] = _array(getattr(linear, part))
+                found[f"{key}{name}"] = as_array(getattr(linear, part))
         return found
-
-
-def _array(value: Tensor) -> Float32Array:
-    result: Float32Array = value.detach().numpy().astype(np.float32)
-    return result
 
 
 def _batch(examples: Sequence[Example]) -> dict[str, Tensor]:
@@ -335,7 +307,7 @@ def _batch(examples: Sequence[Example]) -> dict[str, Tensor]:
         "spoken": (n,),
         "there": (t + 1,),
         "loads": (a, t, ON + 2 * t),
-        "robots": (a, ROBOT_NEAR + t),
+        "robots": (a, NEAR + 2 * t),
         "possible": (a,),
     }
     logical = ("inside", "carriers", "spoken", "there", "loads", "robots", "possible")
@@ -362,7 +334,10 @@ def _batch(examples: Sequence[Example]) -> dict[str, Tensor]:
         arrays["loads"][i, :ends, :things] = False
         arrays["loads"][i, :ends, :things, : ON + things] = on
         arrays["loads"][i, :ends, :things, ON + t : ON + t + things] = beside
-        arrays["robots"][i, :ends, : ROBOT_NEAR + things] = example.robots
+        arrays["robots"][i, :ends, : NEAR + things] = example.robots[:, : NEAR + things]
+        arrays["robots"][i, :ends, NEAR + t : NEAR + t + things] = example.robots[
+            :, NEAR + things :
+        ]
         arrays["possible"][i, :ends] = True
     return {name: torch.from_numpy(array) for name, array in arrays.items()}
 
@@ -423,9 +398,12 @@ def is_right(model: EndModel, record: dict[str, Any]) -> bool:
     if ends is None:
         return False
     seen = describe(cut(record["text"]), state, model.encoder)
-    likely = ends.loads.argmax(1)
-    rights = (_end(want, state, seen)[0] for want in record["want"])
-    return any(right[np.arange(len(likely)), likely][ends.rows].all() for right in rights)
+    likely, robot = ends.loads.argmax(1), ends.robot.argmax()
+    rights = (_end(want, state, seen) for want in record["want"])
+    return any(
+        loads[np.arange(len(likely)), likely][ends.rows].all() and robots[robot]
+        for loads, robots in rights
+    )
 
 
 def main() -> None:

@@ -2,10 +2,10 @@
 
 A small transformer over the things of a world (Vaswani et al., 2017), which attend to the words of
 the command and to each other, says for each load whether it stays, is held, or is put on the
-ground, on a thing or beside one. It is learned, with the last layers of the words' encoder, from
-commands with their right ends (``python -m benchmarks.end_model``). It is evidence for the plans
-that trees lead to (:mod:`g3.inference.calibration`), and proposes another one
-(:mod:`g3.inference.ends.proposal`).
+ground, on a thing or beside one; and where the robot ends if no load is moved. It is learned, with
+the last layers of the words' encoder, from commands with their right ends
+(``python -m benchmarks.end_model``). It is evidence for the plans that trees lead to
+(:mod:`g3.inference.calibration`), and proposes another one (:mod:`g3.inference.ends.proposal`).
 """
 
 from __future__ import annotations
@@ -24,6 +24,9 @@ from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State
 from g3.errors import ModelError
 from g3.geometry.footprints import centre
+from g3.geometry.plane import convex_hull, point_gap, wrap
+from g3.geometry.relations import NEAR_M, in_frame, looking_at
+from g3.groundings import FloatArray
 from g3.inference.ends.described import Described, describe, things_of
 from g3.language.parsing.encoder import (
     LAYER_FIELDS,
@@ -45,16 +48,35 @@ from g3.storage.array_file import Array, Field, read_arrays, write_arrays
 FILE = "end_model.npz"
 STAYS, HELD, GROUND, ON = 0, 1, 2, 3
 """Ends of a load; those of being on each of t things follow, and of being beside each."""
+STANDS, ELSEWHERE, AHEAD, BACK, LEFT, RIGHT, AROUND, NEAR = range(8)
+"""Ends of the robot where it moves no load: as it stands, further on or back, turned to a side or
+around; those of being near each of t things follow from the last on, and of facing each."""
 BESIDE_M = 7.0
 """A load is beside a thing whose middle is so near."""
 LEAST = -8.0
 """Least evidence: what is quite improbable is no worse than this."""
 UNTOLD = -1.5
 """Evidence where there is no text: about its mean for the plans that are chosen."""
+STEP_M, TURN_RAD = 1.5, np.deg2rad(20)
+"""Shorter ways, and smaller turns, are none."""
+ROBOT = -1
+"""Row of the robot among the things."""
 HEADS = 6
 NO_CARRIER = 6.0
 """Nats against being put on what carries no loads."""
-_MATRICES = ("words", "labels", "features", "hidden", "end", "ask", "told", "kind")
+_MATRICES = (
+    "words",
+    "labels",
+    "features",
+    "hidden",
+    "end",
+    "ask",
+    "told",
+    "kind",
+    "robot_end",
+    "robot_ask",
+    "robot_told",
+)
 _LAYERED = ("square", "inner", "outer", "pairs")
 _FIELDS = {
     "robot": Field("<f2", finite=True),
@@ -73,19 +95,27 @@ _ENCODER = "encoder_"
 
 
 class Ends(NamedTuple):
-    """Logarithms of the probabilities of the ends of t things, where a command leads.
+    """Logarithms of the probabilities of the ends of t things and the robot.
 
     Parameters
     ----------
     loads
         Of each thing as a load: `STAYS`, `HELD`, `GROUND`, `ON` each thing, beside each thing;
         shape (t, 3 + 2 t).
+    robot
+        Of the robot, if no load is moved: `STANDS` to `AROUND`, near each thing, facing each;
+        shape (7 + 2 t,).
     rows
         Rows of the things that can be lifted.
     """
 
     loads: Float32Array
+    robot: Float32Array
     rows: Sequence[int]
+
+    def of(self, row: int) -> Float32Array:
+        """Return those of a thing, or of the robot, by its row."""
+        return self.robot if row == ROBOT else self.loads[row]
 
 
 @short_repr
@@ -120,15 +150,19 @@ class EndModel:
         pairs = np.pad(seen.pairs, ((1, 0), (1, 0), (0, 0)))
         for number in range(len(w["inner"])):
             x = self._layer(number, x, words, named, pairs)
-        things = normalised(x, *norms[1])[1:]
+        x = normalised(x, *norms[1])
+        robot, things = x[:1], x[1:]
         count, d = things.shape
         ask = self._linear(things, "ask").reshape(count, 2, d).transpose(1, 0, 2)
         told = self._linear(things, "told").reshape(count, 2, d).transpose(1, 2, 0)
         at = ask @ told / np.float32(np.sqrt(d)) + self._linear(things, "kind").T[..., None]
         at[0] -= NO_CARRIER * ~seen.carriers
         at[:, range(count), range(count)] = -np.inf
+        told = self._linear(things, "robot_told").reshape(count, 2, d).transpose(1, 0, 2)
+        met = told @ self._linear(robot, "robot_ask").reshape(2, d, 1) / np.float32(np.sqrt(d))
         return Ends(
             log_softmax(np.hstack((self._linear(things, "end"), *at)), axis=1),
+            log_softmax(np.hstack((self._linear(robot, "robot_end")[0], *met[..., 0]))),
             np.flatnonzero(seen.loads).tolist(),
         )
 
@@ -227,14 +261,15 @@ def end_evidence(ends: Ends, actions: Sequence[Action], end: State, start: State
         The states after and before it.
     """
     told = plan_ends(ends.rows, actions, end, start)
-    total = sum(float(logsumexp(ends.loads[row, own])) for row, own in told.items())
-    return max(total, LEAST)
+    return max(sum(float(logsumexp(ends.of(row)[own])) for row, own in told.items()), LEAST)
 
 
 def plan_ends(
     rows: Sequence[int], actions: Sequence[Action], end: State, start: State
 ) -> dict[int, list[int]]:
     """Return the ends of each load that are those of a plan, by its row among the things.
+
+    Where no load is moved, those of the robot are there, too.
 
     Parameters
     ----------
@@ -247,9 +282,39 @@ def plan_ends(
     """
     handled = {action.object_id for action in actions} - {""}
     things = things_of(start)
-    return {
+    own = {
         row: load_ends(row, end, start) if things[row].id in handled else [STAYS] for row in rows
     }
+    return own if handled else own | {ROBOT: robot_ends(end.pose, start)}
+
+
+def robot_ends(pose: FloatArray, start: State) -> list[int]:
+    """Return the ends of a robot that a pose x, y, yaw has, if no load was moved.
+
+    Parameters
+    ----------
+    pose
+        The pose in metres and radians, shape (3,).
+    start
+        The state before.
+    """
+    ahead, aside = in_frame(pose[None, :2], start.pose)[0]
+    turned = wrap(pose[2:] - start.pose[2])[0]
+    things = things_of(start)
+    if np.hypot(ahead, aside) < STEP_M:
+        turns = {STANDS: 0.0, LEFT: np.pi / 2, RIGHT: -np.pi / 2, AROUND: np.pi}
+        middles = (centre(thing.prism)[None] for thing in things)
+        turns |= {
+            NEAR + len(things) + i: looking_at(pose, middle)[2] - start.pose[2]
+            for i, middle in enumerate(middles)
+        }
+        met = [end for end, turn in turns.items() if abs(wrap(np.array(turned - turn))) < TURN_RAD]
+        return met or [ELSEWHERE]
+    hulls = (convex_hull(thing.prism.xy)[None] for thing in things)
+    away = [float(point_gap(pose[None, None, :2], hull)[0, 0]) for hull in hulls]
+    straight = abs(turned) < TURN_RAD and abs(aside) < abs(ahead) * np.tan(TURN_RAD)
+    met = [AHEAD if ahead > 0 else BACK] if straight else []
+    return [*met, *(NEAR + i for i, metres in enumerate(away) if metres < NEAR_M)] or [ELSEWHERE]
 
 
 def load_ends(row: int, end: State, start: State) -> list[int]:

@@ -10,9 +10,34 @@ import numpy as np
 from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State
 from g3.inference.ends.described import things_of
-from g3.inference.ends.end_model import GROUND, HELD, ON, STAYS, Ends
+from g3.inference.ends.end_model import (
+    AHEAD,
+    AROUND,
+    BACK,
+    ELSEWHERE,
+    GROUND,
+    HELD,
+    LEFT,
+    NEAR,
+    ON,
+    RIGHT,
+    ROBOT,
+    STANDS,
+    STAYS,
+    Ends,
+)
 from g3.sdc.clauses import SDC, Span, breadth_first
 from g3.sdc.sdc_notation import format_word, parse_brackets
+
+ROBOT_MOVES = {
+    STANDS: "Wait",
+    AHEAD: "Go forward",
+    BACK: "Back up",
+    LEFT: "Turn left",
+    RIGHT: "Turn right",
+    AROUND: "Turn around",
+}
+"""Clauses that ask for ends of the robot that no thing defines."""
 
 
 class Proposal(NamedTuple):
@@ -33,6 +58,8 @@ class Proposal(NamedTuple):
 def likely_ends(ends: Ends, state: State) -> dict[int, int]:
     """Return the most probable end of each load, by row; at most one is lifted.
 
+    Where all stay, that of the robot is there, too, unless it ends anywhere.
+
     Parameters
     ----------
     ends
@@ -40,35 +67,43 @@ def likely_ends(ends: Ends, state: State) -> dict[int, int]:
     state
         The state before.
     """
-    if not ends.rows:
-        return {}
     things = things_of(state)
-    told = ends.loads[ends.rows].copy()
-    flat = [i for i, thing in enumerate(things) if not is_surface(thing)]
-    told[:, [ON + i for i in flat]] = -np.inf
-    lifted = np.where(told.argmax(1) == HELD, told[:, HELD], -np.inf)
-    told[np.arange(len(told)) != lifted.argmax(), HELD] = -np.inf
-    return dict(zip(ends.rows, told.argmax(1).tolist(), strict=True))
+    likely: dict[int, int] = {}
+    if ends.rows:
+        told = ends.loads[ends.rows].copy()
+        flat = [i for i, thing in enumerate(things) if not is_surface(thing)]
+        told[:, [ON + i for i in flat]] = -np.inf
+        lifted = np.where(told.argmax(1) == HELD, told[:, HELD], -np.inf)
+        told[np.arange(len(told)) != lifted.argmax(), HELD] = -np.inf
+        likely = dict(zip(ends.rows, told.argmax(1).tolist(), strict=True))
+    robot = int(ends.robot.argmax())
+    moves = any(_is_moved(things[row].id, end, state) for row, end in likely.items())
+    return likely if moves or robot == ELSEWHERE else likely | {ROBOT: robot}
 
 
-def proposal_of(likely: Mapping[int, int], state: State) -> Proposal | None:
-    """Return clauses that ask for ends of loads; None if all stay.
+def proposal_of(
+    likely: Mapping[int, int], state: State, metres: float | None = None
+) -> Proposal | None:
+    """Return clauses that ask for ends of loads, or of the robot; None if there are none.
 
     Parameters
     ----------
     likely
-        The end of each load, by its row.
+        The end of each load, by its row, and of the robot.
     state
         The state before.
+    metres
+        How far the robot goes; None for as far as is usual.
     """
-    things = things_of(state)
-    ids = [thing.id for thing in things]
+    ids = [thing.id for thing in things_of(state)]
+    if ROBOT in likely:
+        return _of_robot(likely[ROBOT], ids, state, metres)
     moved: dict[int, list[str]] = {}
     for row, end in likely.items():
-        if end != STAYS and not (end == HELD and ids[row] == state.held):
+        if _is_moved(ids[row], end, state):
             moved.setdefault(end, []).append(ids[row])
     told = sorted(moved.items(), key=lambda own: _turn(own[0], own[1], state))
-    said, marks = [], list[tuple[str, ...]]()
+    said, marks = [], list[Sequence[str]]()
     for end, loads in told:
         own = _name(loads, state)
         if end == HELD:
@@ -80,12 +115,35 @@ def proposal_of(likely: Mapping[int, int], state: State) -> Proposal | None:
         place = f"PLACE(r = {relation}, l = OBJ(f = {name}))"
         said.append(f"EVENT(r = Put, l = OBJ(f = {own}), l2 = {place})")
         marks.append(mark)
+    return _proposal(said, [*(loads for _, loads in told), *marks]) if said else None
+
+
+def _of_robot(end: int, ids: Sequence[str], state: State, metres: float | None) -> Proposal:
+    if end in (AHEAD, BACK) and metres is not None:
+        far = f"OBJ(f = {metres:g} meters)"
+        return _proposal([f"EVENT(r = {ROBOT_MOVES[end]}, l = {far})"], [()])
+    if end < NEAR:
+        return _proposal([f"EVENT(r = {ROBOT_MOVES[end]})"], [])
+    mark = (ids[(end - NEAR) % len(ids)],)
+    obj = f"OBJ(f = {_name(mark, state)})"
+    facing = end >= NEAR + len(ids)
+    said = (
+        f"EVENT(r = Face, l = {obj})" if facing else f"EVENT(r = Go, l = PATH(r = to, l = {obj}))"
+    )
+    return _proposal([said], [mark])
+
+
+def _proposal(said: Sequence[str], meant: Sequence[Sequence[str]]) -> Proposal:
+    """Return clauses in brackets, with the ids of the things that their OBJECTs mean, in order."""
     sdcs = parse_brackets("\n".join(said))
     nodes = enumerate(breadth_first(sdcs))
     objects = [n for n, sdc in nodes if sdc.type == "OBJECT" and not sdc.is_implicit]
-    meant = [*(tuple(loads) for _, loads in told), *marks]
-    answers = {node: ids for node, ids in zip(objects, meant, strict=True) if ids}
-    return Proposal(sdcs, answers) if said else None
+    answers = {node: tuple(ids) for node, ids in zip(objects, meant, strict=True) if ids}
+    return Proposal(sdcs, answers)
+
+
+def _is_moved(load: str, end: int, state: State) -> bool:
+    return end != STAYS and not (end == HELD and load == state.held)
 
 
 def _turn(end: int, loads: Sequence[str], state: State) -> tuple[bool, bool, bool]:

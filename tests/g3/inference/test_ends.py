@@ -13,16 +13,25 @@ from g3.actions.robot_state import moved_to, start_state, with_moved
 from g3.errors import ModelError
 from g3.inference.ends.described import describe
 from g3.inference.ends.end_model import (
+    AHEAD,
+    AROUND,
+    BACK,
+    ELSEWHERE,
     GROUND,
     HELD,
     LEAST,
+    LEFT,
+    NEAR,
     ON,
+    RIGHT,
+    STANDS,
     STAYS,
     EndModel,
     default_end_model,
     end_evidence,
     ends_of,
     load_ends,
+    robot_ends,
 )
 from g3.language.parsing.sdc_parser import default_parser
 from g3.language.parsing.words import cut
@@ -82,6 +91,9 @@ def test_the_order_of_things_makes_no_difference(order):
     shuffled = replace(START, context=replace(own, objects=(*(things[i] for i in order), robot)))
     first = ends_of("both crates on the left truck", START)
     second = ends_of("both crates on the left truck", shuffled)
+    for own in (slice(NEAR), slice(NEAR, NEAR + len(order)), slice(NEAR + len(order), None)):
+        moved = order if own.start else slice(None)
+        np.testing.assert_allclose(second.robot[own], first.robot[own][moved], atol=1e-4)
     for new, old in enumerate(order):
         one, other = first.loads[old], second.loads[new]
         np.testing.assert_allclose(other[:ON], one[:ON], atol=1e-4)
@@ -93,6 +105,7 @@ def test_the_order_of_things_makes_no_difference(order):
 def test_probabilities_of_ends_sum_to_one():
     found = ends_of("Put the crates on the truck.", START)
     np.testing.assert_allclose(np.exp(found.loads).sum(axis=1), 1, atol=1e-5)
+    np.testing.assert_allclose(np.exp(found.robot).sum(), 1, atol=1e-5)
     assert [IDS[row] for row in found.rows] == ["tires-1", "tires-2", "crate-1", "crate-2"]
 
 
@@ -111,6 +124,34 @@ def test_a_load_ends_where_it_was_put():
     near = [IDS[end - ON - count] for end in beside_cone[1:]]
     assert beside_cone[0] == GROUND
     assert near == ["tires-2", "cone-1"]  # tires-2 at 4.1 m, cone-1 at 3 m; all others at 8 or more
+
+
+@pytest.mark.parametrize(
+    ("pose", "ends"),
+    [
+        ((0, 0, 0), [STANDS]),
+        ((1, 0.5, np.pi / 12), [STANDS]),
+        ((0, 0, np.pi / 2), [LEFT]),
+        ((0, 0, -np.pi / 2), [RIGHT]),
+        ((0, 0, 3.1), [AROUND]),
+        ((3, 0.5, 0), [AHEAD]),
+        ((-4, 0, 0), [BACK]),
+        ((0, -30, 0), [ELSEWHERE]),
+    ],
+)
+def test_the_robot_ends_where_it_stands_and_looks(pose, ends):
+    state = start_state(world(cone_1=("cone", (20, -20)), truck_1=("truck", (25, 20))))
+    assert robot_ends(np.array(pose, dtype=float), state) == ends
+
+
+def test_the_robot_ends_near_things_and_faces_them():
+    state = start_state(world(cone_1=("cone", (20, -20)), truck_1=("truck", (25, 20))))
+    near_cone, facing_cone = NEAR, NEAR + 2
+    assert robot_ends(np.array([17, -17, 1.0]), state) == [near_cone]
+    assert robot_ends(np.array([0, 0, -np.pi / 4]), state) == [facing_cone]
+    # the border of the cone is 5.8 m away, straight on
+    straight = start_state(world(cone_1=("cone", (10, 0))))
+    assert robot_ends(np.array([4, 0, 0.0]), straight) == [AHEAD, near_cone]
 
 
 @pytest.mark.parametrize(
