@@ -68,8 +68,7 @@ class Compared:
 
     def choose(self, weights: FloatArray) -> int:
         """Return the index of the plan that weights prefer."""
-        fits = self.evidence[:, list(WEIGHTS).index("fit")].tolist()
-        return best_plans(self.trees, fits, self.evidence @ weights, 1)[0]
+        return best_plans(self.trees, self.evidence @ weights, 1)[0]
 
 
 def of_set(name: str, grounder: Grounder) -> Iterator[Compared]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -50,6 +50,7 @@ from g3.inference.tree_choice import (
 )
 from g3.language.discourse.negation import negated
 from g3.language.lexicon.field_words import bare, text_words
+from g3.language.lexicon.measures import metres_said
 from g3.language.similarity.learned_lexicon import Lexicon
 from g3.learning.grounding_model import GroundingModel
 from g3.learning.model_file import model_files
@@ -280,6 +281,10 @@ class Result:
         return (self.note, missing, self.question.text if self.question else "")
 
 
+SURE = float(np.log(0.5))
+"""Logarithm of the probability from which ends are sure."""
+
+
 class Grounder:
     """Follows commands with one model.
 
@@ -402,11 +407,10 @@ class Grounder:
         readings = self._readings(command, parses, **how)
         if readings[0][1].missing and not insist:
             return readings[0][1].refused()
-        most = top if len(readings) == 1 else max(top, LOOKED_AT)
-        trees, choices, seen = self._compared(command, readings, most, **how)
+        trees, choices, seen = self._compared(command, readings, max(top, LOOKED_AT), **how)
         if not choices:
-            return readings[0][1].refused()
-        order = best_plans([c.tree for c in choices], [c.fit for c in choices], odds(seen), top)
+            return trees[0].refused()
+        order = best_plans([c.tree for c in choices], odds(seen), top)
         best = choices[order[0]]
         reading = trees[best.tree]
         plans = tuple(
@@ -414,7 +418,7 @@ class Grounder:
             for i in order
         )
         if least is None:
-            is_likely = best.fit >= LEAST_FIT or best.tree == PROPOSED
+            is_likely = best.tree == PROPOSED or any(c.fit >= LEAST_FIT for c in choices)
         else:
             is_likely = plans[0].probability >= least * GUESSED_RIGHT ** len(_guessed(reading.tree))
         if not is_likely:
@@ -461,10 +465,10 @@ class Grounder:
     def _readings(
         self, command: str | Sequence[SDC] | Parse, parses: int, **how: Any
     ) -> list[tuple[float, _Reading]]:
-        """Return the trees of a command with their probabilities and plans, the best tree first."""
+        """Return the trees of a command with their probabilities, the best first."""
         text = _text(command)
         trees = _trees(command, parses)
-        return [(chance, self._search(sdcs, text=text, **how)) for chance, sdcs in trees]
+        return [(chance, self._read(sdcs, text=text, **how)) for chance, sdcs in trees]
 
     def _compared(
         self,
@@ -486,55 +490,59 @@ class Grounder:
         first = readings[0][1]
         start = first.problem.state
         places = {place.name for place in start.context.places if place.name}
-        told = (
-            self.rewriting
-            and any(reading.found for _, reading in readings)
-            and all(places.isdisjoint(own) for _, own in first.named)  # it knows no places
-        )
-        ends = ends_of(_text(command), start, self.end_model) if told else None
-        own = self._proposed(ends, first.words, readings, **how) if ends else []
-        trees = [*readings, *((0.0, reading) for reading in own)]
-        found = _agreed(trees)
-        choices = all_plans(found[: len(readings)], most, waits=asks_to_wait(first.tree))
-        if choices:
-            plans = (plan for _, of_own in found[len(readings) :] for plan in of_own[:1])
-            choices += [Choice(PROPOSED, plan, 0.0) for plan in plans if does_something(plan)]
+        told = self.rewriting and all(places.isdisjoint(own) for _, own in first.named)
+        ends = ends_of(_text(command), start, self.end_model) if told else None  # knows no places
+        trees, proposed = self._searched(readings, ends, **how)
+        found = [(chance, reading.found) for chance, reading in trees]
+        choices = all_plans(found, most, waits=asks_to_wait(first.tree))
+        plans = (plan for reading in proposed for plan in reading.found[:1])
+        choices += [Choice(PROPOSED, plan, 0.0) for plan in plans]
+        own = [*(reading for _, reading in trees), *proposed]
         rows = []
         for choice in choices:
             plan = choice.hypothesis
             end = end_evidence(ends, plan.actions, plan.state, start) if ends else UNTOLD
-            rows.append(trees[choice.tree][1].evidence(choice, end))
-        return [reading for _, reading in trees], choices, np.array(rows)
+            rows.append(own[choice.tree].evidence(choice, end))
+        return own, choices, np.array(rows)
 
-    def _proposed(
-        self,
-        ends: Ends,
-        words: tuple[str, ...],
-        readings: Sequence[tuple[float, _Reading]],
-        **how: Any,
-    ) -> list[_Reading]:
-        """Return the tree that asks for the most probable ends, if no plan for others has them.
+    def _searched(
+        self, readings: Sequence[tuple[float, _Reading]], ends: Ends | None, **how: Any
+    ) -> tuple[list[tuple[float, _Reading]], list[_Reading]]:
+        """Return trees with their plans, and the tree that asks for the most probable ends.
 
-        A command that was given as its only tree, or with answers for one, has none.
+        Where these ends are sure, the first tree with a plan that leads there is the last one. A
+        command that was given as its only tree, or with answers for one, asks for no ends.
         """
-        from g3.inference.ends.end_model import plan_ends  # noqa: PLC0415 - as the parser
+        from g3.inference.ends.end_model import ROBOT, plan_ends  # noqa: PLC0415 - as the parser
         from g3.inference.ends.proposal import likely_ends, proposal_of  # noqa: PLC0415 - as above
 
-        start = how["start"]
-        if how["answers"] or readings[0][0] == 1:
-            return []
-        likely = likely_ends(ends, start)
-        told = (
-            plan_ends(ends.rows, plan.actions, plan.state, start)
-            for _, reading in readings
-            for plan in reading.found
-        )
-        led = (all(end in own[row] for row, end in likely.items()) for own in told)
-        proposal = None if any(led) else proposal_of(likely, start)
+        start, width, spared = how["start"], how["width"], _ruled_out(readings)
+        alone = bool(how["answers"]) or readings[0][0] == 1
+        likely = {} if ends is None or alone else likely_ends(ends, start)
+
+        def leads(plan: Hypothesis) -> bool:
+            if ends is None or not likely:
+                return False
+            told = plan_ends(ends.rows, plan.actions, plan.state, start)
+            return all(end in told.get(row, ()) for row, end in likely.items())
+
+        sure = ends is not None and _chance(ends, likely) > SURE
+        found: list[tuple[float, _Reading]] = []
+        for chance, reading in readings:
+            found.append((chance, own := self._planned(reading, width, spared)))
+            if sure and any(map(leads, own.found[:LOOKED_AT])):
+                return found, []
+        plans = [plan for _, reading in found for plan in reading.found]
+        # Where each of several loads may be the one that is moved, each of them probably stays.
+        if not (likely and plans) or any(map(leads, plans)) or (ROBOT in likely and not sure):
+            return found, []
+        words = readings[0][1].words
+        proposal = proposal_of(likely, start, metres_said(words))
         if proposal is None:
-            return []
-        reading = self._search(proposal.sdcs, **{**how, "answers": proposal.answers})
-        return [replace(reading, words=words)]
+            return found, []
+        read = self._read(proposal.sdcs, **{**how, "answers": proposal.answers})
+        own = self._planned(read, width, spared)
+        return found, [replace(own, words=words, found=list(filter(leads, own.found)))]
 
     def answer(self, result: Result, reply: str, **options: Any) -> Result:
         """Follow a command again, with an answer in words to the question about it.
@@ -578,7 +586,7 @@ class Grounder:
         )
         return ground_thing(tree, node, problem)
 
-    def _search(
+    def _read(
         self,
         sdcs: tuple[SDC, ...],
         *,
@@ -608,13 +616,20 @@ class Grounder:
         if missing and not insist:
             why = what_is_missing(missing, start.context)
             return _Reading(tree, problem, words, why=why, missing=missing)
-        problem = prepared(tree, problem)
-        found = search(tree, start, problem, width=width)
+        return _Reading(tree, prepared(tree, problem), words, missing=missing)
+
+    def _planned(self, reading: _Reading, width: int, spared: Set[str]) -> _Reading:
+        """Return a tree with its plans that handle no spared load."""
+        tree, problem = reading.tree, reading.problem
+        if reading.why:
+            return reading
+        found = search(tree, problem.state, problem, width=width)
         leaves = any(frame(tree, node).negated for node in asked(tree))
         if not (leaves or asks_to_wait(tree) or any(map(does_something, found[:1]))):
-            why = "there is nothing in it that the robot could do"
-            return _Reading(tree, problem, words, why=why)
-        return _Reading(tree, problem, words, found, missing=missing)
+            return replace(reading, why="there is nothing in it that the robot could do")
+        handled = ({action.object_id for action in plan.actions} for plan in found)
+        kept = [plan for plan, own in zip(found, handled, strict=True) if spared.isdisjoint(own)]
+        return replace(reading, found=kept)
 
     @property
     def _lexicon(self) -> Lexicon | None:
@@ -659,6 +674,7 @@ class _Reading:
             is_ambiguous=question_about(self.tree, plan, start, self.problem.answers) is not None,
             untaught=self.untaught[1],
             end=end_told,
+            is_first=choice.is_first,
             is_proposed=choice.tree == PROPOSED,
         )
 
@@ -671,22 +687,22 @@ def _end(plan: Hypothesis) -> PlanEnd:
     return PlanEnd(plan.actions, plan.state)
 
 
-def _agreed(readings: Sequence[tuple[float, _Reading]]) -> list[tuple[float, list[Hypothesis]]]:
-    """Return the probability of each tree, and its plans.
+def _chance(ends: Ends, likely: Mapping[int, int]) -> float:
+    """Return the logarithm of the probability of the most probable ends."""
+    return sum(float(ends.of(row)[end]) for row, end in likely.items())
 
-    No plan handles a load that trees of at least half the probability rule out: a tree that loses
-    a negation doesn't undo it.
+
+def _ruled_out(readings: Sequence[tuple[float, _Reading]]) -> set[str]:
+    """Return the loads that trees of at least half the probability rule out.
+
+    A tree that loses a negation doesn't undo it.
     """
     against: dict[str, float] = defaultdict(float)
     for chance, reading in readings:
         for load in reading.problem.ruled_out:
             against[load] += chance
     half = sum(chance for chance, _ in readings) / 2
-    ruled_out = {load for load, chance in against.items() if chance >= half}
-    return [
-        (chance, [h for h in reading.found if ruled_out.isdisjoint(a.object_id for a in h.actions)])
-        for chance, reading in readings
-    ]
+    return {load for load, chance in against.items() if chance >= half}
 
 
 def _trees(command: str | Sequence[SDC] | Parse, count: int) -> list[tuple[float, tuple[SDC, ...]]]:

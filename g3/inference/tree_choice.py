@@ -1,14 +1,16 @@
 """Plans for a command that can be read in several ways: its SDC trees are summed over.
 
 The share of a plan is that of what it leads to, summed over all trees. So a tree that is probably
-wrong decides nothing by itself. The most probable of the trees' best plans is chosen, by its share,
-its factors and all words of the text (:mod:`g3.inference.calibration`).
+wrong decides nothing by itself. The most probable plan is chosen, by its share, its factors and all
+words of the text (:mod:`g3.inference.calibration`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from g3.actions.forklift_actions import WAIT
 from g3.groundings import FloatArray
@@ -34,11 +36,14 @@ class Choice(NamedTuple):
         The plan.
     fit
         How well it fits, with the share of the plans of all trees that lead to the same.
+    is_first
+        True if the search finds it the best one for its tree.
     """
 
     tree: int
     hypothesis: Hypothesis
     fit: float
+    is_first: bool = False
 
 
 def does_something(plan: Hypothesis) -> bool:
@@ -63,29 +68,24 @@ def all_plans(
     """
     choices: list[Choice] = []
     for number, (_, plans) in enumerate(found):
-        for plan in plans[:most]:
+        for rank, plan in enumerate(plans[:most]):
             if len(found) > 1 and (
                 not (waits or does_something(plan))
                 or any(same_end(plan, better.hypothesis) for better in choices)
             ):
                 continue
             share = _share(plan, found)
-            choices.append(Choice(number, plan, fit_of_plan(plan, share)))
+            choices.append(Choice(number, plan, fit_of_plan(plan, share), rank == 0))
     return choices
 
 
-def best_plans(
-    trees: Sequence[int], fits: Sequence[float], odds: FloatArray, top: int
-) -> list[int]:
-    """Return the plans of the tree whose best one is most probable, the best first.
-
-    Plans for a single tree stay in their order, and those for one of several are in that of their
-    fit, which counts the plans for all trees.
+def best_plans(trees: Sequence[int], odds: FloatArray, top: int) -> list[int]:
+    """Return the most probable plans of the tree that has the most probable one, the best first.
 
     Parameters
     ----------
-    trees, fits
-        Index of the tree of each plan, and how well it fits.
+    trees
+        Index of the tree of each plan.
     odds
         Logarithm of the odds that each is right, shape (plans,).
     top
@@ -96,11 +96,8 @@ def best_plans(
     list of int
         Their indices.
     """
-    order = list(range(len(trees)))
-    if len({*trees} - {PROPOSED}) > 1:
-        order.sort(key=lambda i: -fits[i])
-    best = max({trees[i]: i for i in reversed(order)}.values(), key=lambda i: odds[i])
-    return [i for i in order if trees[i] == trees[best]][:top]
+    order = np.argsort(-odds, kind="stable").tolist()
+    return [i for i in order if trees[i] == trees[order[0]]][:top]
 
 
 def _share(plan: Hypothesis, found: Sequence[tuple[float, Sequence[Hypothesis]]]) -> float:

