@@ -300,7 +300,8 @@ def in_its_world(grounder, annotation, **options):
         "move_box_pallet_to_storage_e-09",
         # "parallel and a bit closer to the trailer"
         pytest.param(
-            "move_tire_pallet-06", marks=pytest.mark.xfail(reason="by all words it goes onto it")
+            "move_tire_pallet-06",
+            marks=pytest.mark.xfail(reason="by all words it goes onto it", strict=True),
         ),
     ],
 )
@@ -342,7 +343,7 @@ def test_which_tyres_is_asked_where_it_was_given(grounder, given):
         # "one pallet width forward"; "Remove the goods."
         pytest.param(
             "put_down_box_pallet-09",
-            marks=pytest.mark.xfail(reason="by all words it is put down: .85 is stated"),
+            marks=pytest.mark.xfail(reason=".85 is stated: all words agree", strict=True),
         ),
         "put_down_box_pallet-08",
     ],
