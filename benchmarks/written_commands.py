@@ -57,10 +57,7 @@ HELD_OUT = (
     *("111", "119", "123", "131", "135", "143", "151", "177", "178", "179"),
 )
 """Sets that nobody has read, and that nothing is learned from."""
-CHOICE = (
-    *("102", "103", "104", "105", "106", "107", "171", "172", "173"),
-    *("182", "183", "184", "185", "186", "187"),
-)
+CHOICE = (*("102", "103", "104", "105", "106", "107", "171", "172", "173", "183", "185", "187"),)
 """Sets that the choice among plans is fitted to, and that the model of ends doesn't learn from."""
 YARD = Layout("yard", "A yard.", (0, 0), 0, Bounds((-40, 40), (-40, 40)), {}, {})
 Plan = Callable[[str, State], FollowedPlan]

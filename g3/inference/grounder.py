@@ -25,12 +25,13 @@ from g3.inference.clarification import Question, question_about, understood
 from g3.inference.plan_things import PlanEnd, left_aside, named_things
 from g3.inference.potentials.cases import CommandCase
 from g3.inference.potentials.potential_registry import check_potentials, refusal
-from g3.inference.problem.asked_kinds import asks_to_wait
+from g3.inference.problem.asked_kinds import asks_for_way, asks_to_wait
 from g3.inference.problem.asked_spots import scene_asked
 from g3.inference.problem.command_tree import Tree
 from g3.inference.problem.costs import Cost, Scorer
 from g3.inference.problem.frames import asked, frame
 from g3.inference.problem.grounding_problem import Candidate, GroundingProblem, one_each
+from g3.inference.problem.later_sides import any_seen_later
 from g3.inference.problem.packed_scene import Group
 from g3.inference.problem.plain_clauses import plain
 from g3.inference.problem.scoring import Reason
@@ -62,7 +63,7 @@ from g3.short_repr import brief, short_repr
 if TYPE_CHECKING:
     import pandas as pd
 
-    from g3.inference.ends.end_model import EndModel, Ends
+    from g3.inference.ends.end_model import EndModel, JointEnds
     from g3.language.parsing.trees import Parse
 
 
@@ -490,8 +491,12 @@ class Grounder:
         first = readings[0][1]
         start = first.problem.state
         places = {place.name for place in start.context.places if place.name}
+        # The model of ends knows no places, and sees sides as they are at the start.
         told = self.rewriting and all(places.isdisjoint(own) for _, own in first.named)
-        ends = ends_of(_text(command), start, self.end_model) if told else None  # knows no places
+        told = told and not any_seen_later(first.tree)
+        ends = ends_of(_text(command), start, self.end_model) if told else None
+        if ends is not None and asks_for_way(first.tree):
+            ends = ends.of_loads()
         trees, proposed = self._searched(readings, ends, **how)
         found = [(chance, reading.found) for chance, reading in trees]
         choices = all_plans(found, most, waits=asks_to_wait(first.tree))
@@ -506,7 +511,7 @@ class Grounder:
         return own, choices, np.array(rows)
 
     def _searched(
-        self, readings: Sequence[tuple[float, _Reading]], ends: Ends | None, **how: Any
+        self, readings: Sequence[tuple[float, _Reading]], ends: JointEnds | None, **how: Any
     ) -> tuple[list[tuple[float, _Reading]], list[_Reading]]:
         """Return trees with their plans, and the tree that asks for the most probable ends.
 
@@ -514,7 +519,11 @@ class Grounder:
         command that was given as its only tree, or with answers for one, asks for no ends.
         """
         from g3.inference.ends.end_model import ROBOT, plan_ends  # noqa: PLC0415 - as the parser
-        from g3.inference.ends.proposal import likely_ends, proposal_of  # noqa: PLC0415 - as above
+        from g3.inference.ends.proposal import (  # noqa: PLC0415 - as above
+            likely_ends,
+            proposal_of,
+            sides_of,
+        )
 
         start, width, spared = how["start"], how["width"], _ruled_out(readings)
         alone = bool(how["answers"]) or readings[0][0] == 1
@@ -526,7 +535,8 @@ class Grounder:
             told = plan_ends(ends.rows, plan.actions, plan.state, start)
             return all(end in told.get(row, ()) for row, end in likely.items())
 
-        sure = ends is not None and _chance(ends, likely) > SURE
+        wanted = {row: (end,) for row, end in likely.items()}
+        sure = ends is not None and bool(likely) and ends.log_probability(wanted) > SURE
         found: list[tuple[float, _Reading]] = []
         for chance, reading in readings:
             found.append((chance, own := self._planned(reading, width, spared)))
@@ -534,15 +544,19 @@ class Grounder:
                 return found, []
         plans = [plan for _, reading in found for plan in reading.found]
         # Where each of several loads may be the one that is moved, each of them probably stays.
-        if not (likely and plans) or any(map(leads, plans)) or (ROBOT in likely and not sure):
+        is_asked = bool(plans) if ROBOT in likely else bool(likely)
+        is_open = sure if ROBOT in likely or not plans else not any(map(leads, plans))
+        if not (is_asked and is_open) or any(map(leads, plans)):
             return found, []
-        words = readings[0][1].words
-        proposal = proposal_of(likely, start, metres_said(words))
+        words, missing = readings[0][1].words, readings[0][1].missing
+        sides = {} if ends is None else sides_of(ends, likely)
+        proposal = proposal_of(likely, start, metres_said(words), sides)
         if proposal is None:
             return found, []
         read = self._read(proposal.sdcs, **{**how, "answers": proposal.answers})
         own = self._planned(read, width, spared)
-        return found, [replace(own, words=words, found=list(filter(leads, own.found)))]
+        kept = list(filter(leads, own.found))
+        return found, [replace(own, words=words, missing=missing, found=kept)]
 
     def answer(self, result: Result, reply: str, **options: Any) -> Result:
         """Follow a command again, with an answer in words to the question about it.
@@ -675,7 +689,6 @@ class _Reading:
             untaught=self.untaught[1],
             end=end_told,
             is_first=choice.is_first,
-            is_proposed=choice.tree == PROPOSED,
         )
 
     def refused(self) -> Result:
@@ -685,11 +698,6 @@ class _Reading:
 
 def _end(plan: Hypothesis) -> PlanEnd:
     return PlanEnd(plan.actions, plan.state)
-
-
-def _chance(ends: Ends, likely: Mapping[int, int]) -> float:
-    """Return the logarithm of the probability of the most probable ends."""
-    return sum(float(ends.of(row)[end]) for row, end in likely.items())
 
 
 def _ruled_out(readings: Sequence[tuple[float, _Reading]]) -> set[str]:

@@ -2,15 +2,16 @@
 
 A small transformer over the things of a world (Vaswani et al., 2017), which attend to the words of
 the command and to each other, says for each load whether it stays, is held, or is put on the
-ground, on a thing or beside one; and where the robot ends if no load is moved. It is learned, with
-the last layers of the words' encoder, from commands with their right ends
+ground, on a thing or beside one, and on which side; and where the robot ends if no load is moved.
+It is asked again with the ends of some loads given, so that "two of them" are two. It is learned,
+with the last layers of the words' encoder, from commands with their right ends
 (``python -m benchmarks.end_model``). It is evidence for the plans that trees lead to
 (:mod:`g3.inference.calibration`), and proposes another one (:mod:`g3.inference.ends.proposal`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
@@ -53,7 +54,7 @@ STANDS, ELSEWHERE, AHEAD, BACK, LEFT, RIGHT, AROUND, NEAR = range(8)
 around; those of being near each of t things follow from the last on, and of facing each."""
 BESIDE_M = 7.0
 """A load is beside a thing whose middle is so near."""
-LEAST = -8.0
+LEAST, LEAST_ROBOT = -6.0, -3.0
 """Least evidence: what is quite improbable is no worse than this."""
 UNTOLD = -1.5
 """Evidence where there is no text: about its mean for the plans that are chosen."""
@@ -61,6 +62,12 @@ STEP_M, TURN_RAD = 1.5, np.deg2rad(20)
 """Shorter ways, and smaller turns, are none."""
 ROBOT = -1
 """Row of the robot among the things."""
+SIDES = ("next to", "to the left of", "to the right of", "in front of", "behind", "between")
+"""Where a load is put beside a thing."""
+END_TYPES = 5
+"""Staying, held, on the ground, on a thing, beside a thing."""
+NEARLY_SURE = float(np.log(0.9))
+"""Logarithm of the probability from which an end is given together with others."""
 HEADS = 6
 NO_CARRIER = 6.0
 """Nats against being put on what carries no loads."""
@@ -73,6 +80,8 @@ _MATRICES = (
     "ask",
     "told",
     "kind",
+    "decided",
+    "side",
     "robot_end",
     "robot_ask",
     "robot_told",
@@ -105,17 +114,73 @@ class Ends(NamedTuple):
     robot
         Of the robot, if no load is moved: `STANDS` to `AROUND`, near each thing, facing each;
         shape (7 + 2 t,).
-    rows
-        Rows of the things that can be lifted.
+    sides
+        Of each of `SIDES` for each thing as a load that is put beside another, shape (t, 6).
     """
 
     loads: Float32Array
     robot: Float32Array
-    rows: Sequence[int]
+    sides: Float32Array
 
-    def of(self, row: int) -> Float32Array:
-        """Return those of a thing, or of the robot, by its row."""
-        return self.robot if row == ROBOT else self.loads[row]
+
+class JointEnds:
+    """Probability of the ends of all loads together, by the chain rule.
+
+    Parameters
+    ----------
+    rows
+        Rows of the things that can be lifted.
+    given
+        Function that returns the ends where those of some loads, by row, are known.
+    has_robot
+        False if nothing is known of the robot's end.
+    """
+
+    def __init__(
+        self,
+        rows: Sequence[int],
+        given: Callable[[Mapping[int, int]], Ends],
+        *,
+        has_robot: bool = True,
+    ) -> None:
+        self.rows = rows
+        self.has_robot = has_robot
+        self._given = given
+        self._known: dict[frozenset[tuple[int, int]], Ends] = {}
+
+    def given(self, told: Mapping[int, int]) -> Ends:
+        """Return the ends where those of some loads, by row, are known."""
+        key = frozenset(told.items())
+        if key not in self._known:
+            self._known[key] = self._given(told)
+        return self._known[key]
+
+    def of_loads(self) -> JointEnds:
+        """Return the ends of loads alone."""
+        return JointEnds(self.rows, self.given, has_robot=False)
+
+    def log_probability(self, ends: Mapping[int, Sequence[int]]) -> float:
+        """Return the logarithm of the probability that all loads end so.
+
+        Parameters
+        ----------
+        ends
+            The ends of each load that count as one, of which the most probable one is given for the
+            others; by row. Also those of the robot.
+        """
+        told: dict[int, int] = {}
+        robot = [*ends[ROBOT]] if self.has_robot and ROBOT in ends else []
+        total = max(float(logsumexp(self.given({}).robot[robot])), LEAST_ROBOT) if robot else 0.0
+        left = set(self.rows)
+        while left:
+            loads = self.given(told).loads
+            chance = {row: float(logsumexp(loads[row][[*ends[row]]])) for row in left}
+            sure = [row for row in left if chance[row] > NEARLY_SURE]
+            for row in sure or [max(left, key=lambda row: (chance[row], -row))]:
+                told = {**told, row: max(ends[row], key=lambda end: loads[row][end])}
+                total += chance[row]
+                left.remove(row)
+        return total
 
 
 @short_repr
@@ -134,36 +199,40 @@ class EndModel:
     weights: Mapping[str, Float32Array]
     encoder: Encoder
 
-    def ends(self, seen: Described) -> Ends:
+    def ends(self, seen: Described, known: Mapping[int, int] | None = None) -> Ends:
         """Return the probabilities of all ends.
 
         Parameters
         ----------
         seen
             The command and the world.
+        known
+            The ends of some loads, by row.
         """
+        decided, links = known_ends(known or {}, len(seen.labels))
         w, norms = self.weights, self.weights["norms"]
         words = normalised(self._linear(seen.words, "words"), *norms[0])
         x = self._linear(gelu(self._linear(seen.features, "features")), "hidden")
-        x = np.vstack((w["robot"], x + self._linear(seen.labels, "labels")))
+        x = x + self._linear(seen.labels, "labels") + self._linear(decided, "decided")
+        x = np.vstack((w["robot"], x))
         named = np.vstack((np.zeros_like(seen.naming[:1]), seen.naming))
-        pairs = np.pad(seen.pairs, ((1, 0), (1, 0), (0, 0)))
+        pairs = np.pad(np.dstack((seen.pairs, links)), ((1, 0), (1, 0), (0, 0)))
         for number in range(len(w["inner"])):
             x = self._layer(number, x, words, named, pairs)
         x = normalised(x, *norms[1])
         robot, things = x[:1], x[1:]
         count, d = things.shape
         ask = self._linear(things, "ask").reshape(count, 2, d).transpose(1, 0, 2)
-        told = self._linear(things, "told").reshape(count, 2, d).transpose(1, 2, 0)
-        at = ask @ told / np.float32(np.sqrt(d)) + self._linear(things, "kind").T[..., None]
+        asked = self._linear(things, "told").reshape(count, 2, d).transpose(1, 2, 0)
+        at = ask @ asked / np.float32(np.sqrt(d)) + self._linear(things, "kind").T[..., None]
         at[0] -= NO_CARRIER * ~seen.carriers
         at[:, range(count), range(count)] = -np.inf
-        told = self._linear(things, "robot_told").reshape(count, 2, d).transpose(1, 0, 2)
-        met = told @ self._linear(robot, "robot_ask").reshape(2, d, 1) / np.float32(np.sqrt(d))
+        asked = self._linear(things, "robot_told").reshape(count, 2, d).transpose(1, 0, 2)
+        met = asked @ self._linear(robot, "robot_ask").reshape(2, d, 1) / np.float32(np.sqrt(d))
         return Ends(
             log_softmax(np.hstack((self._linear(things, "end"), *at)), axis=1),
             log_softmax(np.hstack((self._linear(robot, "robot_end")[0], *met[..., 0]))),
-            np.flatnonzero(seen.loads).tolist(),
+            log_softmax(self._linear(things, "side"), axis=1),
         )
 
     def _linear(self, x: Float32Array, name: str) -> Float32Array:
@@ -228,7 +297,33 @@ def default_end_model() -> EndModel:
     return EndModel.from_bytes(content)
 
 
-def ends_of(text: str, state: State, model: EndModel | None = None) -> Ends | None:
+def known_ends(known: Mapping[int, int], count: int) -> tuple[Float32Array, Float32Array]:
+    """Return known ends of loads as arrays.
+
+    Parameters
+    ----------
+    known
+        The ends, by row.
+    count
+        Number t of things.
+
+    Returns
+    -------
+    tuple of ndarray
+        Type of each thing's end, shape (t, END_TYPES); and whether a thing ends at another, and the
+        other way round, shape (t, t, 2).
+    """
+    decided = np.zeros((count, END_TYPES), dtype=np.float32)
+    links = np.zeros((count, count, 2), dtype=np.float32)
+    for row, end in known.items():
+        decided[row, min(end, ON) + (end >= ON + count)] = 1
+        if end >= ON:
+            mark = (end - ON) % count
+            links[row, mark, 0] = links[mark, row, 1] = 1
+    return decided, links
+
+
+def ends_of(text: str, state: State, model: EndModel | None = None) -> JointEnds | None:
     """Return where a text says that things end; None without words or things.
 
     Parameters
@@ -243,12 +338,18 @@ def ends_of(text: str, state: State, model: EndModel | None = None) -> Ends | No
     words = cut(text)
     if not words.forms or not things_of(state):
         return None
-    model = model or default_end_model()
+    own = model or default_end_model()
     with one_thread():
-        return model.ends(describe(words, state, model.encoder))
+        seen = describe(words, state, own.encoder)
+
+    def given(told: Mapping[int, int]) -> Ends:
+        with one_thread():
+            return own.ends(seen, told)
+
+    return JointEnds(np.flatnonzero(seen.loads).tolist(), given)
 
 
-def end_evidence(ends: Ends, actions: Sequence[Action], end: State, start: State) -> float:
+def end_evidence(ends: JointEnds, actions: Sequence[Action], end: State, start: State) -> float:
     """Return the logarithm of the probability of where a plan leads, from `LEAST` to 0.
 
     Parameters
@@ -260,8 +361,7 @@ def end_evidence(ends: Ends, actions: Sequence[Action], end: State, start: State
     end, start
         The states after and before it.
     """
-    told = plan_ends(ends.rows, actions, end, start)
-    return max(sum(float(logsumexp(ends.of(row)[own])) for row, own in told.items()), LEAST)
+    return max(ends.log_probability(plan_ends(ends.rows, actions, end, start)), LEAST)
 
 
 def plan_ends(

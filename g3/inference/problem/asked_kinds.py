@@ -51,6 +51,8 @@ from g3.language.lexicon.verb_classes import VERBS, word_class
 from g3.sdc.clauses import SDC, Field, SDCType, all_words
 
 Kinds = frozenset[ActionKind]
+WAYS: Kinds = frozenset({DRIVE_AROUND, DRIVE_AWAY, DRIVE_PAST, LINE_UP, TURN_AWAY})
+"""Kinds of which the way is asked for, and not its end."""
 _ARGUMENTS: tuple[Field, ...] = ("l", "l2")
 
 
@@ -67,6 +69,14 @@ def asks_to_wait(tree: Tree) -> bool:
     """Check that a command asks for nothing but waiting."""
     wanted = [n for n in asked(tree) if asked_kinds(tree, n) or not negated(tree.nodes[n])]
     return bool(wanted) and all(asked_kinds(tree, root) == {WAIT} for root in wanted)
+
+
+def asks_for_way(tree: Tree) -> bool:
+    """Check that a command asks for a way, or for so many metres or degrees of one."""
+    amounts = (amounts_said(tree, root) for root in asked(tree))
+    if any(own.metres is not None or own.radians is not None for own in amounts):
+        return True
+    return any(asked_kinds(tree, root) & WAYS for root in asked(tree))
 
 
 def _only_forbids(tree: Tree) -> bool:

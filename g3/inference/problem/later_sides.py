@@ -27,6 +27,11 @@ def is_seen_later(tree: Tree, node: int) -> bool:
     return node in tree.once(_seen_later)
 
 
+def any_seen_later(tree: Tree) -> bool:
+    """Check that any clause tells a side as it is when its clause begins."""
+    return bool(tree.once(_seen_later))
+
+
 def says_later(tree: Tree, node: int) -> bool:
     """Check that the words of such a clause say so: it isn't only told after a turn."""
     return tree.once(_seen_later).get(node, False)

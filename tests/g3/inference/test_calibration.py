@@ -111,8 +111,7 @@ def test_probability_falls_with_how_well_it_fits_and_with_how_much_leads_elsewhe
 
 
 @pytest.mark.parametrize(
-    "doubt",
-    [{"aside": 1}, {"is_ambiguous": True}, {"untaught": 1}, {"end": -2.0}, {"is_proposed": True}],
+    "doubt", [{"aside": 1}, {"is_ambiguous": True}, {"untaught": 1}, {"end": -2.0}]
 )
 def test_what_speaks_against_a_plan_makes_it_less_probable(doubt):
     assert plan_probability(evidence(1.0, **doubt)) < plan_probability(evidence(1.0))

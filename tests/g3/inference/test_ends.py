@@ -24,12 +24,16 @@ from g3.inference.ends.end_model import (
     NEAR,
     ON,
     RIGHT,
+    SIDES,
     STANDS,
     STAYS,
     EndModel,
+    Ends,
+    JointEnds,
     default_end_model,
     end_evidence,
     ends_of,
+    known_ends,
     load_ends,
     robot_ends,
 )
@@ -89,8 +93,8 @@ def test_the_order_of_things_makes_no_difference(order):
     robot = own.agent
     things = [o for o in own.objects if o.id != own.agent_id]
     shuffled = replace(START, context=replace(own, objects=(*(things[i] for i in order), robot)))
-    first = ends_of("both crates on the left truck", START)
-    second = ends_of("both crates on the left truck", shuffled)
+    first = ends_of("both crates on the left truck", START).given({})
+    second = ends_of("both crates on the left truck", shuffled).given({})
     for own in (slice(NEAR), slice(NEAR, NEAR + len(order)), slice(NEAR + len(order), None)):
         moved = order if own.start else slice(None)
         np.testing.assert_allclose(second.robot[own], first.robot[own][moved], atol=1e-4)
@@ -103,10 +107,37 @@ def test_the_order_of_things_makes_no_difference(order):
 
 
 def test_probabilities_of_ends_sum_to_one():
-    found = ends_of("Put the crates on the truck.", START)
-    np.testing.assert_allclose(np.exp(found.loads).sum(axis=1), 1, atol=1e-5)
-    np.testing.assert_allclose(np.exp(found.robot).sum(), 1, atol=1e-5)
-    assert [IDS[row] for row in found.rows] == ["tires-1", "tires-2", "crate-1", "crate-2"]
+    joint = ends_of("Put the crates on the truck.", START)
+    assert [IDS[row] for row in joint.rows] == ["tires-1", "tires-2", "crate-1", "crate-2"]
+    for told in ({}, {joint.rows[0]: STAYS}, {joint.rows[3]: ON + IDS.index("truck-1")}):
+        found = joint.given(told)
+        for odds in (found.loads, found.sides, found.robot[None]):
+            np.testing.assert_allclose(np.exp(odds).sum(axis=1), 1, atol=1e-5)
+
+
+def one_of_two(told):
+    """Two loads, of which one is lifted: which one is even, and the other one stays."""
+    held = {0: 0.5, 1: 0.5} | {1 - row: float(end == STAYS) for row, end in told.items()}
+    loads = np.full((2, ON + 4), 1e-12)
+    loads[:, HELD], loads[:, STAYS] = [held[0], held[1]], [1 - held[0], 1 - held[1]]
+    robot, sides = np.full(NEAR + 4, 1 / (NEAR + 4)), np.full((2, len(SIDES)), 1 / len(SIDES))
+    return Ends(*(np.log(odds + 1e-12) for odds in (loads, robot, sides)))
+
+
+@pytest.mark.parametrize(
+    ("ends", "chance"), [((HELD, STAYS), 0.5), ((STAYS, HELD), 0.5), ((STAYS, STAYS), 0)]
+)
+def test_ends_of_several_loads_are_probable_together(ends, chance):
+    joint = JointEnds([0, 1], one_of_two)
+    told = joint.log_probability({row: (end,) for row, end in enumerate(ends)})
+    np.testing.assert_allclose(np.exp(told), chance, atol=1e-6)
+
+
+def test_a_known_end_is_a_type_and_a_link():
+    decided, links = known_ends({0: HELD, 1: ON + 2, 2: ON + 3 + 0}, 3)
+    assert decided.argmax(axis=1).tolist() == [HELD, ON, ON + 1]
+    assert np.argwhere(links[..., 0]).tolist() == [[1, 2], [2, 0]]
+    np.testing.assert_array_equal(links[..., 1], links[..., 0].T)
 
 
 def test_no_words_and_no_things_say_nothing():

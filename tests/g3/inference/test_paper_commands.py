@@ -339,7 +339,10 @@ def test_which_tyres_is_asked_where_it_was_given(grounder, given):
     "command",
     [
         # Figure 1: a tire pallet is called "the first crate on the left".
-        "pickup_tire_pallet1-03",
+        pytest.param(
+            "pickup_tire_pallet1-03",
+            marks=pytest.mark.xfail(reason=".85 is stated: all words agree", strict=True),
+        ),
         # "one pallet width forward"; "Remove the goods."
         pytest.param(
             "put_down_box_pallet-09",

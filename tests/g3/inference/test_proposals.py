@@ -19,15 +19,17 @@ from g3.inference.ends.end_model import (
     NEAR,
     ON,
     RIGHT,
+    SIDES,
     STANDS,
     STAYS,
     EndModel,
     Ends,
+    JointEnds,
     default_end_model,
     load_ends,
     robot_ends,
 )
-from g3.inference.ends.proposal import likely_ends, proposal_of
+from g3.inference.ends.proposal import likely_ends, proposal_of, sides_of
 from g3.inference.grounder import Grounder
 from g3.inference.problem.costs import RandomCost
 from g3.language.parsing.trees import Parse
@@ -69,11 +71,18 @@ def likely(chance=MOST, robot=ELSEWHERE, stays=1.0, **ends):
         row = loads[IDS.index(name.replace("_", "-"))]
         row[[STAYS, GROUND]] = 1 - chance, 1e-9
         row[end] = chance
-    return Ends(np.log(loads), np.log(robots), [IDS.index(name) for name in LOADS])
+    sides = np.full((len(IDS), len(SIDES)), 1 / len(SIDES))
+    return Ends(np.log(loads), np.log(robots), np.log(sides))
+
+
+def joint(ends):
+    """Ends of loads that say nothing about each other."""
+    return JointEnds([IDS.index(name) for name in LOADS], lambda told: ends)
 
 
 def asked(ends, state=START):
-    return proposal_of(likely_ends(ends, state), state)
+    likeliest = likely_ends(joint(ends), state)
+    return proposal_of(likeliest, state, sides=sides_of(joint(ends), likeliest))
 
 
 def said(proposal):
@@ -85,7 +94,7 @@ def said(proposal):
 class Fixed(EndModel):
     """A model that finds the same ends for each command."""
 
-    def ends(self, seen):
+    def ends(self, seen, known=None):
         return likely(**self.fixed)
 
 
@@ -121,6 +130,29 @@ def test_what_is_held_is_put_down_first():
     assert said(both)[0] == ["Put the crate on the ground", "Put the tire pallet on the truck"]
 
 
+def test_what_is_held_is_put_down_beside_what_is_put_there():
+    held = start_state(world("crate-1", **YARD | {"crate_1": ("crate", None)}))
+    both = asked(likely(tires_1=on("truck-1"), crate_1=on("truck-1")), held)
+    assert said(both)[0] == ["Put the crate on the truck", "Put the tire pallet on the truck"]
+
+
+@pytest.mark.parametrize(
+    ("side", "words"),
+    [
+        ("to the left of", "Put the crate to the left of the cone"),
+        ("between", "Put the crate between the cone the truck"),
+    ],
+)
+def test_a_load_is_put_on_a_side(side, words):
+    ends = likely(crate_1=beside("cone-1"))
+    row = IDS.index("crate-1")
+    ends.loads[row, beside("truck-2")] = np.log(1e-3)
+    ends.sides[row, SIDES.index(side)] = 0
+    found = asked(ends)
+    marks = [("cone-1",)] + [("truck-2",)] * (side == "between")
+    assert said(found) == ([words], sorted([("crate-1",), *marks]))
+
+
 @pytest.mark.parametrize("ends", [{}, {"crate_1": STAYS}])
 def test_nothing_is_asked_for_where_all_stays(ends):
     assert asked(likely(**ends)) is None
@@ -147,7 +179,7 @@ def test_where_all_stays_the_robot_is_asked_for(end, words, things):
 
 
 def test_the_robot_goes_as_far_as_is_said():
-    found = proposal_of(likely_ends(likely(robot=BACK), START), START, 2.5)
+    found = proposal_of(likely_ends(joint(likely(robot=BACK)), START), START, 2.5)
     assert said(found) == (["Back up 2.5 meters"], [])
 
 
