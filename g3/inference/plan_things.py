@@ -12,7 +12,9 @@ from g3.actions.grounding_candidates import carrier
 from g3.actions.robot_state import State, is_load
 from g3.geometry.footprints import centre, covers
 from g3.groundings import FloatArray, Path, Place
-from g3.inference.problem.world_nouns import may_name
+from g3.language.lexicon.field_words import normalise
+from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.verb_classes import word_class
 from g3.language.similarity.presence import best_naming
 
 if TYPE_CHECKING:
@@ -150,4 +152,22 @@ def _near(state: State, spot: FloatArray, but: Collection[str | None]) -> set[st
 @lru_cache(maxsize=65536)
 def naming(word: str, labels: tuple[str, ...]) -> float:
     """Return how well a word names a thing by its labels, from 0 to 1; 0 if it names nothing."""
-    return best_naming(word, [labels]) if may_name(word) else 0.0
+    return best_naming(word, [labels]) if _may_name(word) else 0.0
+
+
+@lru_cache(maxsize=65536)
+def _may_name(word: str) -> bool:
+    """Check that a word may be a noun: it doesn't say how, where or what to do."""
+    others = (
+        WORDS["place_prepositions"],
+        WORDS["articles"],
+        WORDS["pronouns"],
+        WORDS["quantifiers"],
+        WORDS["existential"],
+        WORDS["subject_links"],
+        WORDS["stating"],
+    )
+    is_function_word = any(word in known for known in others)
+    return not (
+        is_function_word or word_class(word) or normalise(word) in WORDS["generic"] or len(word) < 3
+    )

@@ -266,9 +266,3 @@ def arguments_of(sdc: SDC) -> tuple[SDC, ...]:
 def subject_of(sdc: SDC) -> SDC | None:
     """The subject of a clause; None if it is implicit."""
     return next((part for part in sdc.figure if not part.is_implicit), None)
-
-
-def only_object(sdc: SDC) -> SDC | None:
-    """The OBJECT of a clause that has no other argument."""
-    own = arguments_of(sdc)
-    return own[0] if len(own) == 1 and own[0].type == "OBJECT" else None

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
-from g3.actions.grounding_candidates import carrier, is_surface
 from g3.actions.robot_state import State, is_load, names_person
 from g3.language.lexicon.field_words import bare, normalise
-from g3.language.lexicon.tables import WORDS
-from g3.language.lexicon.verb_classes import word_class
 from g3.language.similarity.presence import best_naming, is_called
 from g3.sdc.clauses import Span
 from g3.short_repr import short_repr
@@ -73,17 +70,6 @@ class Nouns:
             return False
         return likeness > self._likeness(said[-1], of_loads=True)
 
-    def name_thing(self, word: Span) -> bool:
-        """Check that a word names a thing of the world, and says not how, where or what to do."""
-        return may_name(bare(word.text)) and (self.name_load((word,)) or self.name_other((word,)))
-
-    def name_deck(self, words: Sequence[Span]) -> bool:
-        """Check that words name what is no load and can carry one."""
-        decks = (o for o in self.state.context.objects if is_surface(o))
-        own = {label for o in decks for label in self._labels[o.id]} - self.loads
-        said = {normalise(bare(word.text)) for word in words[-1:]}
-        return self.name_other(words) and not own.isdisjoint(said)
-
     def _likeness(self, noun: str, *, of_loads: bool) -> float:
         things = self.state.context.objects
         known = (o.labels for o in things if is_load(self.state, o.id) == of_loads)
@@ -93,31 +79,3 @@ class Nouns:
         """Check that words are a name of the robot: "forklift"."""
         robot = self.state.context.agent.labels
         return bool(words) and all(is_called(bare(word.text), robot) for word in words)
-
-    def stands_on(self, upper: Sequence[str], lower: Sequence[str]) -> bool:
-        """Check that something of one name stands on something of another."""
-        above = (n for n, own in self._labels.items() if own.intersection(upper))
-        on = (
-            carrier(self.state, n)
-            for n in above
-            if n not in (self.state.held, self.state.context.agent_id)
-        )
-        return any(self._labels[c.id].intersection(lower) for c in on if c is not None)
-
-
-@lru_cache(maxsize=65536)
-def may_name(word: str) -> bool:
-    """Check that a word may be a noun: it doesn't say how, where or what to do."""
-    others = (
-        WORDS["place_prepositions"],
-        WORDS["articles"],
-        WORDS["pronouns"],
-        WORDS["quantifiers"],
-        WORDS["existential"],
-        WORDS["subject_links"],
-        WORDS["stating"],
-    )
-    is_function_word = any(word in known for known in others)
-    return not (
-        is_function_word or word_class(word) or normalise(word) in WORDS["generic"] or len(word) < 3
-    )

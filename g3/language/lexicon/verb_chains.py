@@ -84,9 +84,8 @@ def is_verb(word: str) -> bool:
 
 def _is_open(head: str) -> bool:
     stem = normalise(head)
-    closed = (stem in WORDS["leading"] and stem not in WORDS["asking"]) or stem in WORDS[
-        "regarding"
-    ]
+    leads = stem in WORDS["leading"] and stem not in WORDS["asking"]
+    closed = leads or stem in WORDS["regarding"]
     other = (
         word_class(head)
         or head in WORDS["not_imperative"]

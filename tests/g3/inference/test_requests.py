@@ -141,7 +141,6 @@ MIXED = {
 @pytest.mark.parametrize(
     "text",
     [
-        "Put everything on the ground on the truck",
         "Put everything that is on the ground on the truck",
         "Everything on the ground goes on the truck, got it?",
     ],

@@ -44,8 +44,7 @@ def test_what_must_not_be_handled_is_not_handled_by_a_pronoun(text, grounder):
 
 def test_what_is_taken_back_is_still_spoken_of(grounder):
     text = "Far crate on the left truck, no, put it by the cone"
-    tree = "EVENT(r = put, l = OBJ(f = it), l2 = PLACE(r = by, l = OBJ(f = the cone)))"
-    assert where(grounder.follow(told(text, tree), world(**YARD), least=0.0)) == {"crate-2": None}
+    assert where(grounder.follow(text, world(**YARD), least=0.0)) == {"crate-2": None}
 
 
 def test_ones_are_of_the_kind_that_was_taken_back(grounder):
@@ -58,7 +57,6 @@ def test_ones_are_of_the_kind_that_was_taken_back(grounder):
 @pytest.mark.parametrize(
     ("text", "ends"),
     [
-        ("Crates x2 on the left truck", {"crate-1": "truck-1", "crate-2": "truck-1"}),
         ("Put 2 of the crates on the left truck", {"crate-1": "truck-1", "crate-2": "truck-1"}),
         ("Put both crate lots on the left truck", {"crate-1": "truck-1", "crate-2": "truck-1"}),
         (
