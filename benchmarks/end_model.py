@@ -6,7 +6,8 @@ command the ends of some loads are given, so that it learns how those of several
 encoder's last layers are trained further. ``--set`` names the sets to learn from, by default all
 but those that stay held out, or that the choice among plans is fitted to. ``--without`` leaves out
 sets, and ``--test`` measures on sets: the share of commands of which the most probable ends are
-right. ``--start`` trains a model further. It needs ``pip install torch``.
+right. ``--start`` trains a model further: the bundled one learned from 139 sets without given ends,
+and then in four passes from 151 with them. It needs ``pip install torch``.
 """
 
 from __future__ import annotations
