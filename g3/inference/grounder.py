@@ -544,9 +544,9 @@ class Grounder:
                 return found, []
         plans = [plan for _, reading in found for plan in reading.found]
         # Where each of several loads may be the one that is moved, each of them probably stays.
-        is_asked = bool(plans) if ROBOT in likely else bool(likely)
-        is_open = sure if ROBOT in likely or not plans else not any(map(leads, plans))
-        if not (is_asked and is_open) or any(map(leads, plans)):
+        of_robot = ROBOT in likely
+        is_unsure = not sure and (of_robot or not plans)
+        if not likely or is_unsure or (of_robot and not plans) or any(map(leads, plans)):
             return found, []
         words, missing = readings[0][1].words, readings[0][1].missing
         sides = {} if ends is None else sides_of(ends, likely)

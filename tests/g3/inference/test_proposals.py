@@ -233,9 +233,15 @@ def unsure(text, brackets):
     return Parse(text, (tree._replace(probability=0.7),))
 
 
-def test_a_plan_is_made_where_no_tree_leads(grounder):
-    text = "Crate one: left lorry."
-    lost = unsure(text, "EVENT(r = Crate, l = OBJ(f = left lorry))")
+@pytest.mark.parametrize(
+    ("text", "tree"),
+    [
+        ("Crate one: left lorry.", "EVENT(r = Crate, l = OBJ(f = left lorry))"),
+        pytest.param("Crate one: left lorry, revert", "EVENT(r = revert)", id="no plan at all"),
+    ],
+)
+def test_a_plan_is_made_where_no_tree_leads(text, tree, grounder):
+    lost = unsure(text, tree)
     own = Grounder(grounder.cost, end_model=fixed(crate_1=on("truck-1")))
     found = own.follow(lost, START, least=0.0, insist=True)
     assert did(found) == [("carry", "crate-1")]
