@@ -315,17 +315,13 @@ class Network(nn.Module):
                     parameter.copy_(torch.from_numpy(value).view_as(parameter))
 
     def _weights(self) -> dict[str, Float32Array]:
-        layers, found = len(self.layers), {}
-        shapes = {"norms": (2, 2), "layer_norms": (layers, 3, 2), "naming": (layers,)}
-        shapes |= {f"{name}{part}": (layers, 8) for name in ("square",) for part in ("", "_bias")}
-        shapes |= {
-            f"{name}{part}": (layers,)
-            for name in ("inner", "outer", "pairs")
-            for part in ("", "_bias")
-        }
+        count = len(self.layers)
+        stacks = {"norms": (2, 2), "layer_norms": (count, 3, 2), "square": (count, 8)}
+        stacks |= dict.fromkeys(("naming", "inner", "outer", "pairs"), (count,))
+        found = {}
         for name, own in self._parameters_by_name().items():
-            array = as_array(torch.stack(own))
-            found[name] = array.reshape(*shapes.get(name, ()), *own[0].shape)
+            stack = stacks.get(name.removesuffix("_bias"), ())
+            found[name] = as_array(torch.stack(own)).reshape(*stack, *own[0].shape)
         return found
 
     def _parameters_by_name(self) -> dict[str, list[nn.Parameter]]:

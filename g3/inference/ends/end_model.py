@@ -55,7 +55,7 @@ around; those of being near each of t things follow from the last on, and of fac
 BESIDE_M = 7.0
 """A load is beside a thing whose middle is so near."""
 LEAST, LEAST_ROBOT = -6.0, -3.0
-"""Least evidence: what is quite improbable is no worse than this."""
+"""Least evidence, and least of the robot: what is quite improbable is no worse than this."""
 UNTOLD = -1.5
 """Evidence where there is no text: about its mean for the plans that are chosen."""
 STEP_M, TURN_RAD = 1.5, np.deg2rad(20)

@@ -11,6 +11,11 @@ clause stays as it is.
 | `_whole` | back (to (the truck)) | back to (the truck) |
 | `measures_apart` | 10 feet forward | forward (10 feet) |
 | `_light` | make a left turn | turn left |
+| `_for_each` | a drum and a crate on each truck | a drum on each truck; a crate on each truck |
+| `_things_again` | a drum here, the same on the truck | …, a drum on the truck |
+| `_same_place` | (the crate) on (the same truck) | (the crate) (on the same truck) |
+| `_count_first` | crates x2 | x2 crates |
+| `_staying` | stay there; wait for the boss, who isn't there | stay; wait for |
 | `_onto` | load (the truck) (with the drum) | load (the drum) (the truck) |
 """
 
@@ -24,6 +29,7 @@ from g3.inference.problem.phrases import (
     arguments_of,
     is_measure,
     is_pronoun,
+    is_there,
     names_forks,
     names_robot,
     side_by_side,
@@ -33,16 +39,20 @@ from g3.inference.problem.phrases import (
     with_each,
 )
 from g3.inference.problem.world_nouns import Nouns
-from g3.language.discourse.groups import noun_leaf
+from g3.language.discourse.groups import noun_leaf, noun_words
 from g3.language.lexicon.concepts import SIDES, concepts
 from g3.language.lexicon.field_words import bare, bare_words, field_words, normalise
 from g3.language.lexicon.measures import is_amount, metres_said, seconds_said
-from g3.language.lexicon.tables import WORDS
+from g3.language.lexicon.tables import COUNTS, WORDS
 from g3.language.lexicon.verb_chains import verb_of
 from g3.language.lexicon.verb_classes import HANDLING_VERBS, word_class
+from g3.language.similarity.presence import may_be_absent
 from g3.sdc.clauses import SDC, Span, all_words
 from g3.sdc.sdc_notation import IMPLICIT_FIGURE
 
+PAIR = 2
+MOST_AGAIN = 4
+"""Words of "to the same place"."""
 _HYPHENATED = re.compile(r"[^\W_]+(?:-[^\W_]+)+")
 
 
@@ -59,13 +69,14 @@ def plain(sdcs: Sequence[SDC], nouns: Nouns, text: str = "") -> tuple[SDC, ...]:
         The command; empty where only its clauses are known.
     """
     whole = (_to_speaker(_whole(sdc), nouns) for sdc in _unbroken(sdcs, text))
-    return tuple(_plain(sdc, nouns) for sdc in whole)
+    each = (own for sdc in whole for own in _for_each(_count_first(sdc, nouns)))
+    return _things_again([_plain(sdc, nouns) for sdc in each])
 
 
 def _plain(sdc: SDC, nouns: Nouns) -> SDC:
     if sdc.type != "EVENT":
         return sdc
-    told = measures_apart(_light(sdc))
+    told = _staying(measures_apart(_light(_same_place(sdc, nouns))), nouns)
     told = _onto(told, nouns) or told
     first, second = (
         tuple(_plain(part, nouns) for part in own) for own in (told.landmark1, told.landmark2)
@@ -183,6 +194,124 @@ def _light(sdc: SDC) -> SDC:
         return sdc
     relation = (*sdc.relation[:start], said[-1], *said[1:-1], *sdc.relation[start + 1 :])
     return replace(sdc, relation=relation, landmark1=tuple(others[:1]), landmark2=tuple(others[1:]))
+
+
+def _for_each(sdc: SDC) -> tuple[SDC, ...]:
+    """A clause for each of several things that each goal takes: "a drum, a crate on each truck"."""
+    things = [part for part in sdc.landmark1 if part.type == "OBJECT"]
+    goals = [part for part in arguments_of(sdc) if part.type in ("PLACE", "PATH")]
+    marks = [mark for goal in goals for mark in goal.landmark1]
+    each = any(not WORDS["distributive"].isdisjoint(noun_words(mark)[:1]) for mark in marks)
+    if sdc.type != "EVENT" or len(things) < PAIR or not each:
+        return (sdc,)
+    others = tuple(part for part in sdc.landmark1 if part not in things)
+    return tuple(replace(sdc, landmark1=(thing, *others)) for thing in things)
+
+
+def _things_again(sdcs: Sequence[SDC]) -> tuple[SDC, ...]:
+    """Return clauses where "the same" is things like those of the clause before."""
+    found: list[SDC] = []
+    for sdc in sdcs:
+        again = bool(found) and _names_the_same(sdc)
+        found.append(_with_things_of(found[-1], sdc) if again else sdc)
+    return tuple(found)
+
+
+def _names_the_same(sdc: SDC) -> bool:
+    """Check that a clause leads things like those before elsewhere: "the same on the truck"."""
+    things = [p for p in (subject_of(sdc), *arguments_of(sdc)) if p and p.type == "OBJECT"]
+    leads = any(part.type in ("PLACE", "PATH") for part in arguments_of(sdc))
+    same = [
+        word
+        for thing in things
+        for word in bare_words(all_words(thing))
+        if word not in WORDS["articles"]
+    ]
+    return sdc.type == "EVENT" and leads and same == ["same"]
+
+
+def _with_things_of(before: SDC, sdc: SDC) -> SDC:
+    """A clause about things like those of the clause before."""
+    goals = tuple(part for part in arguments_of(sdc) if part.type != "OBJECT")
+    subject = subject_of(before)
+    if subject is not None and not names_robot(subject):
+        return replace(before, landmark1=goals, landmark2=())
+    things = tuple(part for part in before.landmark1 if part.type == "OBJECT")
+    return replace(before, landmark1=things, landmark2=goals)
+
+
+def _same_place(event: SDC, nouns: Nouns) -> SDC:
+    """A clause whose only goal is the one before: "in the same spot", "same truck"."""
+
+    def again(part: SDC) -> bool:
+        goes = part in event.landmark2 or part.type != "OBJECT"
+        return goes and _says_same_place(all_words(part), nouns)
+
+    def goal(part: SDC) -> SDC:
+        return SDC("PLACE", relation=tuple(sorted(all_words(part)))) if again(part) else part
+
+    others = [p for p in arguments_of(event) if p.type in ("PLACE", "PATH") and not again(p)]
+    first, second = (tuple(map(goal, own)) for own in (event.landmark1, event.landmark2))
+    if not others:
+        return replace(event, landmark1=first, landmark2=second)
+    first, second = (
+        tuple(p for p in own if p.landmark1 or verb_words(p) != ["together"])
+        for own in (event.landmark1, event.landmark2)
+    )
+    return replace(event, landmark1=first, landmark2=second)
+
+
+def _says_same_place(said: Sequence[Span], nouns: Nouns) -> bool:
+    words = bare_words(said)
+    is_place = not WORDS["areas"].isdisjoint(field_words(said)) or nouns.name_other(said[-1:])
+    return is_place and "same" in words and len(words) <= MOST_AGAIN
+
+
+def _count_first(sdc: SDC, nouns: Nouns) -> SDC:
+    """Return a clause with the counts of its loads before their nouns."""
+    sdc = with_each(sdc, lambda part: _count_first(part, nouns))
+    said = bare_words(sdc.words)
+    last = said[-1] if len(said) > 1 else ""
+    counts = last in COUNTS["counts"] or (last.strip("x×").isdecimal() and not last.isdecimal())
+    if counts and nouns.name_load(sdc.words[-2:-1]):
+        return replace(sdc, words=(sdc.words[-1], *sdc.words[:-1]))
+    return sdc
+
+
+def _staying(sdc: SDC, nouns: Nouns) -> SDC:
+    """A clause that asks to wait, without what isn't there, or to turn, without "on the spot"."""
+    parts, classes = arguments_of(sdc), verb_of(tuple(verb_words(sdc))).classes
+    if not classes & {"staying", "turning"} or subject_of(sdc):
+        return sdc
+    waits = "staying" in classes
+    if waits and any(p.type == "OBJECT" and not _names_nothing(p, nouns) for p in parts):
+        return sdc
+    aside = {
+        part
+        for part in parts
+        if (_names_nothing(part, nouns) or is_there(part) if waits else _is_where_it_is(part))
+    }
+    first, second = (
+        tuple(part for part in own if part not in aside) for own in (sdc.landmark1, sdc.landmark2)
+    )
+    return replace(sdc, landmark1=first, landmark2=second)
+
+
+def _is_where_it_is(part: SDC) -> bool:
+    """Check that a place is where the robot is: "on the spot"."""
+    at = part.type == "PLACE" and bool(part.landmark1)
+    return at and WORDS["start"].issuperset(bare_words(all_words(part)))
+
+
+def _names_nothing(sdc: SDC, nouns: Nouns) -> bool:
+    """Check that a clause is an OBJECT that names nothing that there is: "a bit quick"."""
+    if sdc.type != "OBJECT":
+        return False
+    words = noun_leaf(sdc).words[-1:]
+    said = bare_words(words)
+    if not said or sdc.figure or not may_be_absent(said[0]):
+        return bool(said) and said[0] in WORDS["manners"]
+    return not (nouns.name_load(words) or nouns.name_other(words))
 
 
 def _onto(sdc: SDC, nouns: Nouns) -> SDC | None:

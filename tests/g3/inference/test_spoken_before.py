@@ -57,6 +57,7 @@ def test_ones_are_of_the_kind_that_was_taken_back(grounder):
 @pytest.mark.parametrize(
     ("text", "ends"),
     [
+        ("Crates x2 on the left truck", {"crate-1": "truck-1", "crate-2": "truck-1"}),
         ("Put 2 of the crates on the left truck", {"crate-1": "truck-1", "crate-2": "truck-1"}),
         ("Put both crate lots on the left truck", {"crate-1": "truck-1", "crate-2": "truck-1"}),
         (

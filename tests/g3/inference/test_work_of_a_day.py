@@ -292,6 +292,29 @@ def test_other_loads_go_where_the_one_before_went(words, tree, grounder):
     assert found == {"crate-1": "truck-1", "tires-1": "truck-1", "tires-2": "truck-1"}
 
 
+def test_each_goal_takes_one_of_each_kind(grounder):
+    found = where(
+        grounder,
+        "one crate and one pallet of tires on each truck",
+        "EVENT(l = [OBJ(f = one crate), OBJ(f = OBJ(f = one pallet), r = of, l = OBJ(f = tires))],"
+        " l2 = PLACE(r = on, l = OBJ(f = each truck)))",
+    )
+    assert {found["crate-1"], found["crate-2"]} == {"truck-1", "truck-2"}
+    assert {found["tires-1"], found["tires-2"]} == {"truck-1", "truck-2"}
+
+
+def test_the_same_elsewhere_is_of_the_same_kinds(grounder):
+    found = where(
+        grounder,
+        "one crate and one pallet of tires on the left truck, the same on the right truck",
+        "EVENT(l = [OBJ(f = one crate), OBJ(f = OBJ(f = one pallet), r = of, l = OBJ(f = tires))],"
+        f" {LEFT})",
+        "EVENT(l = OBJ(f = the same), l2 = PLACE(r = on, l = OBJ(f = the right truck)))",
+    )
+    assert {found["crate-1"], found["crate-2"]} == {"truck-1", "truck-2"}
+    assert {found["tires-1"], found["tires-2"]} == {"truck-1", "truck-2"}
+
+
 LOADED = {"tires_1": (TIRES, (20, 9), 0, "truck-1")}
 
 
@@ -350,7 +373,9 @@ GO = "EVENT(r = go, l = PATH(r = to, l = OBJ(f = the cone)))"
 @pytest.mark.parametrize(
     ("words", "tree"),
     [
+        ("stand by for the inspector", "EVENT(r = stand by for, l = OBJ(f = the inspector))"),
         ("stay there", "EVENT(r = stay, l = PLACE(r = there))"),
+        ("wait just there", "EVENT(r = wait, l = PLACE(r = just there))"),
     ],
 )
 def test_who_is_to_stay_does_nothing_else(words, tree, grounder):
